@@ -1,0 +1,192 @@
+"""A fixed-size ring of frames in shared memory: one writer, one reader, overruns counted.
+
+The ring is a file that is mapped by both sides (in ``/dev/shm`` where that exists), so that the
+writer may live in a process of its own. The writer never waits for a live source; a reader that
+falls behind by more than the capacity loses the oldest frames, and the ring counts them. For
+sources that are not live the writer asks `free` first.
+
+The head holds int64 words (aligned, written whole): positions count frames since the start and
+never wrap. A frame is published by advancing ``WRITTEN`` after its bytes are in place.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import tempfile
+from collections.abc import Mapping
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.acquisition.frames import FrameBlock, frame_dtype, from_records, to_records
+from ocmm_core.errors import AcquisitionError
+
+_MAGIC = 0x4F434D4D52494E47
+_LAYOUT = 1
+_HEAD_WORDS = 64
+_TEXT_BYTES = 1024
+_DATA_OFFSET = 4096
+DEFAULT_CAPACITY = 65536
+"""Frames; eight seconds at 8 kHz."""
+
+
+class Word(IntEnum):
+    """Words of the head, all int64."""
+
+    MAGIC = 0
+    LAYOUT = 1
+    N_CAMERAS = 2
+    CAPACITY = 3
+    WRITTEN = 4
+    READ = 5
+    STATE = 6
+    STOP_REASON = 7
+    STOP_REQUEST = 8
+    CYCLES_ELAPSED = 9
+    CYCLES_GOOD = 10
+    CYCLES_LATE = 11
+    CYCLES_LOST = 12
+    CYCLES_BAD = 13
+    FRAMES = 14
+    FRAMES_LOST = 15
+    OVERRUN = 16
+    HEARTBEAT = 17
+    TEXT_LENGTH = 18
+    FRAME_PERIOD_NS = 19
+
+
+class FrameRing:
+    """The mapped ring; build it with `create` (owner) or `attach` (the other side).
+
+    Parameters
+    ----------
+    path
+        The file that is mapped.
+    owner
+        The owner removes the file on `close`.
+    """
+
+    def __init__(self, path: Path, *, owner: bool) -> None:
+        self.path = path
+        self._owner = owner
+        with path.open("r+b") as stream:
+            self._map = mmap.mmap(stream.fileno(), 0)
+        self._words = np.frombuffer(self._map, dtype="<i8", count=_HEAD_WORDS)
+        if self.word(Word.MAGIC) != _MAGIC or self.word(Word.LAYOUT) != _LAYOUT:
+            self.close()
+            raise AcquisitionError(
+                "ring.layout",
+                f"{path}: this is not a frame ring of this version.",
+                "Start the acquisition again.",
+            )
+        self.n_cameras = self.word(Word.N_CAMERAS)
+        self.capacity = self.word(Word.CAPACITY)
+        self._frames: NDArray[np.void] = np.frombuffer(
+            self._map, dtype=frame_dtype(self.n_cameras), count=self.capacity, offset=_DATA_OFFSET
+        )
+
+    @classmethod
+    def create(cls, n_cameras: int, capacity: int = DEFAULT_CAPACITY) -> FrameRing:
+        """Make a new ring in shared memory and return it as its owner."""
+        folder = "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - shared memory, made with a private name
+        descriptor, name = tempfile.mkstemp(prefix="ocmm-ring-", dir=folder)
+        size = _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
+        head = np.zeros(_HEAD_WORDS, dtype="<i8")
+        head[Word.MAGIC], head[Word.LAYOUT] = _MAGIC, _LAYOUT
+        head[Word.N_CAMERAS], head[Word.CAPACITY] = n_cameras, capacity
+        try:
+            os.truncate(descriptor, size)
+            os.write(descriptor, head.tobytes())
+        finally:
+            os.close(descriptor)
+        return cls(Path(name), owner=True)
+
+    @classmethod
+    def attach(cls, path: Path | str) -> FrameRing:
+        """Map a ring that another process made."""
+        return cls(Path(path), owner=False)
+
+    def word(self, which: Word) -> int:
+        """Return one word of the head."""
+        return int(self._words[which])
+
+    def set_word(self, which: Word, value: int) -> None:
+        """Set one word of the head; each word has one writer."""
+        self._words[which] = value
+
+    def add(self, amounts: Mapping[Word, int]) -> None:
+        """Add to counters of the head; only the writer of the ring does this."""
+        for which, amount in amounts.items():
+            self._words[which] += amount
+
+    def set_text(self, text: str) -> None:
+        """Leave a message of the writer, e.g. why it stopped."""
+        content = text.encode("utf-8")[:_TEXT_BYTES]
+        start = _HEAD_WORDS * 8
+        self._map[start : start + len(content)] = content
+        self._words[Word.TEXT_LENGTH] = len(content)
+
+    def text(self) -> str:
+        """Return the message of the writer, or an empty text."""
+        start = _HEAD_WORDS * 8
+        content = self._map[start : start + self.word(Word.TEXT_LENGTH)]
+        return content.decode("utf-8", errors="replace")
+
+    def free(self) -> int:
+        """Return how many frames can be written before the reader would lose some."""
+        return self.capacity - (self.word(Word.WRITTEN) - self.word(Word.READ))
+
+    def write(self, block: FrameBlock) -> None:
+        """Publish the frames of ``block``, at most `capacity` of them."""
+        records = to_records(block)
+        written = self.word(Word.WRITTEN)
+        start = written % self.capacity
+        first = min(len(records), self.capacity - start)
+        self._frames[start : start + first] = records[:first]
+        self._frames[: len(records) - first] = records[first:]
+        self._words[Word.WRITTEN] = written + len(records)
+
+    def read(self, limit: int) -> FrameBlock | None:
+        """Return up to ``limit`` of the oldest unread frames, or None.
+
+        Frames that the writer overwrote while or before they were read are counted in
+        ``OVERRUN`` and not returned.
+        """
+        written = self.word(Word.WRITTEN)
+        read = self.word(Word.READ)
+        if written - read > self.capacity:
+            self._skip(written - self.capacity - read)
+            read = written - self.capacity
+        count = min(limit, written - read)
+        if count <= 0:
+            return None
+        start = read % self.capacity
+        first = min(count, self.capacity - start)
+        records = np.concatenate(
+            [self._frames[start : start + first], self._frames[: count - first]]
+        )
+        overtaken = self.word(Word.WRITTEN) - self.capacity - read
+        self._words[Word.READ] = read + count
+        if overtaken > 0:
+            lost = min(overtaken, count)
+            self._words[Word.OVERRUN] += lost
+            records = records[lost:]
+        return from_records(records) if len(records) else None
+
+    def close(self) -> None:
+        """Unmap; the owner also removes the file. May be called twice."""
+        if self._map.closed:
+            return
+        # The views must go before the map can be closed.
+        self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
+        self._frames = np.zeros(0, dtype=np.void(1).dtype)
+        self._map.close()
+        if self._owner:
+            self.path.unlink(missing_ok=True)
+
+    def _skip(self, count: int) -> None:
+        self._words[Word.READ] += count
+        self._words[Word.OVERRUN] += count

@@ -1,0 +1,133 @@
+"""Frozen snapshots of a running inspection, for any screen or script to look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from ocmm_core.acquisition.worker import AcquisitionStatus
+from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+
+
+class StatusWord(Enum):
+    """The one word that the inspector sees."""
+
+    READY = "READY"
+    MEASURING = "MEASURING"
+    NOT_READY = "NOT READY"
+    INACCURATE = "INACCURATE"
+    LOST = "LOST"
+
+
+@dataclass(frozen=True, slots=True)
+class LiveView:
+    """The latest state of the machine; pulled 30 to 60 times a second.
+
+    Attributes
+    ----------
+    status, reason
+        The word and, unless READY, the sentence behind it.
+    tip_world
+        (3,), mm; None unless the number can be trusted.
+    tip_uncertainty
+        mm, k = 2, of one averaged point at this place; None together with ``tip_world``.
+    rotation_world_from_probe, origin_world
+        (3, 3) and (3,); None together with ``tip_world``.
+    spots
+        (C, 8, 2), px: spot of every slot, NaN where the slot sees nothing.
+    slot_leds
+        (C, 8) int64: LED number that the slot follows, -1 where unknown.
+    frame_counter
+        Exposure number of the latest frame, -1 before the first.
+    time_s
+        Bus time of the latest frame, s.
+    frames_per_second
+        Frames tracked a second, over the last second of bus time.
+    acquisition
+        Counters of the acquisition.
+    """
+
+    status: StatusWord
+    reason: str
+    tip_world: Float | None
+    tip_uncertainty: float | None
+    rotation_world_from_probe: Float | None
+    origin_world: Float | None
+    spots: Float
+    slot_leds: Int
+    frame_counter: int
+    time_s: float
+    frames_per_second: float
+    acquisition: AcquisitionStatus
+
+
+class FeatureState(Enum):
+    """Where a feature of the plan stands."""
+
+    PENDING = "pending"
+    ACTIVE = "active"
+    DONE = "done"
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureView:
+    """One feature of the plan as it stands.
+
+    Attributes
+    ----------
+    name, shape, needed
+        From the plan.
+    state
+        Where it stands.
+    points
+        Accepted points, oldest first.
+    fit
+        Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball);
+        None while there are too few points.
+    verdict
+        Worst verdict of the characteristics that rest on it; None where there is none yet.
+    note
+        Why there is no fit, or empty.
+    """
+
+    name: str
+    shape: Shape
+    needed: int
+    state: FeatureState
+    points: tuple[MeasuredPoint, ...]
+    fit: Fit | None
+    verdict: Verdict | None
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class JobView:
+    """The whole job as it stands; a new one after every change.
+
+    Attributes
+    ----------
+    job, part, operator
+        Names.
+    features
+        In the order of the plan.
+    active
+        Name of the feature that takes the next point; empty when all are done.
+    characteristics
+        In the order of the plan.
+    refusal
+        Why the last touch gave no point; None after an accepted one.
+    complete
+        Every feature is done.
+    """
+
+    job: str
+    part: str
+    operator: str
+    features: tuple[FeatureView, ...]
+    active: str
+    characteristics: tuple[CharacteristicResult, ...]
+    refusal: Refusal | None
+    complete: bool

@@ -1,0 +1,96 @@
+"""A measured point: what is kept of one touch, and why a touch was refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.geometry import Float
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredPoint:
+    """One accepted touch.
+
+    Attributes
+    ----------
+    number
+        1, 2, 3 ... in the order of the job; never used twice.
+    feature
+        Name of the plan feature that it belongs to.
+    time_s
+        Bus time of the middle of the window, s.
+    first_frame, last_frame, n_frames
+        The window, by exposure counter, and the frames of it that were used.
+    tip_world
+        (3,), mm: averaged ball centre.
+    random_covariance
+        (3, 3), mm^2: of the average, from the scatter of the window; correlated frames are
+        accounted for. Calibration errors are not in it: they are common to many points and are
+        propagated from ``spots`` (`tolerances.uncertainty`).
+    direction
+        (3,), unit, world: from the material towards the probe.
+    tip_radius
+        mm.
+    rotation_world_from_probe
+        (3, 3): mean attitude in the window.
+    spots
+        (C, L, 2), px: mean spots by LED number, NaN where not seen throughout the window.
+    chi2_per_dof
+        Mean over the window.
+    approach
+        How ``direction`` was found: ``"trail"``, ``"nominal"`` or ``"flipped"``.
+    """
+
+    number: int
+    feature: str
+    time_s: float
+    first_frame: int
+    last_frame: int
+    n_frames: int
+    tip_world: Float
+    random_covariance: Float
+    direction: Float
+    tip_radius: float
+    rotation_world_from_probe: Float
+    spots: Float
+    chi2_per_dof: float
+    approach: str
+
+    @property
+    def surface_world(self) -> Float:
+        """Return the compensated surface point (3,), mm, world frame."""
+        compensated: Float = self.tip_world - self.tip_radius * self.direction
+        return compensated
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Return which camera saw which LED, (C, L)."""
+        return np.asarray(np.isfinite(self.spots).all(axis=2))
+
+
+class RefusalCode(Enum):
+    """Why a touch gave no point."""
+
+    LOST = "lost"
+    UNIDENTIFIED = "unidentified"
+    DOUBTFUL = "doubtful"
+    MOVING = "moving"
+    GAP = "gap"
+    UNCERTAIN = "uncertain"
+    OUTSIDE = "outside"
+    NO_FEATURE = "no_feature"
+    NO_APPROACH = "no_approach"
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A touch that gave no point: the reason and what to do, in words for the inspector."""
+
+    code: RefusalCode
+    what: str
+    remedy: str
+    time_s: float

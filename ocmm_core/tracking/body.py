@@ -1,0 +1,238 @@
+"""The probe body: LEDs and ball in the probe frame, and the document that describes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.camera.rig import MAX_SLOTS, Vector3
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, unit
+
+SCHEMA = "ocmm.probe/1"
+MIN_LEDS = 3
+AMBIGUITY_LIMIT_MM = 1.0
+"""A wrong labelling must leave at least this rigid residual (RMS), or the labels are in doubt."""
+
+
+class LedEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One LED: its place and the direction of its light, probe frame."""
+
+    position: Vector3
+    direction: Vector3
+
+
+class OrientationRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A promise of how the probe is held: an axis of it stays on one side of a world direction.
+
+    ``probe_axis`` mapped to the world must have a positive component along ``world_direction``.
+    """
+
+    probe_axis: Vector3
+    world_direction: Vector3
+
+
+class ProbeDocument(Document, frozen=True, kw_only=True):
+    """A probe as it is written down; lengths in mm."""
+
+    name: str
+    tip: Vector3
+    tip_diameter: float
+    tip_diameter_sigma: float
+    tip_sigma: Vector3
+    led_sigma: float
+    emission_half_angle_deg: float
+    leds: list[LedEntry]
+    orientation_rules: list[OrientationRule] = []
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeBody:
+    """A probe body with labels that cannot be confused.
+
+    Attributes
+    ----------
+    name
+        Name of the probe.
+    leds_probe
+        (L, 3), mm, probe frame.
+    led_directions_probe
+        (L, 3), unit.
+    emission_half_angle
+        rad; outside this cone an LED is not seen.
+    tip_probe
+        (3,), mm, probe frame: ball centre.
+    tip_radius
+        mm.
+    tip_radius_sigma
+        mm, standard uncertainty.
+    geometry_covariance
+        (3 L + 3, 3 L + 3), mm^2: LED coordinates, then the tip.
+    rules
+        ``(probe_axis, world_direction)`` pairs, each (3,).
+    identity
+        SHA-256 of the document.
+    """
+
+    name: str
+    leds_probe: Float
+    led_directions_probe: Float
+    emission_half_angle: float
+    tip_probe: Float
+    tip_radius: float
+    tip_radius_sigma: float
+    geometry_covariance: Float
+    rules: tuple[tuple[Float, Float], ...]
+    identity: str
+
+    @property
+    def n_leds(self) -> int:
+        """Return the number of LEDs."""
+        return len(self.leds_probe)
+
+
+@dataclass(frozen=True, slots=True)
+class Ambiguity:
+    """A wrong labelling that fits the body nearly as well as the right one.
+
+    Attributes
+    ----------
+    labels
+        LED number that stands at the place of LED 0, 1, 2 ...
+    residual_mm
+        RMS distance of the LEDs after the best rigid motion.
+    tip_error_mm
+        How far the tip would be wrong.
+    """
+
+    labels: tuple[int, ...]
+    residual_mm: float
+    tip_error_mm: float
+
+
+def load_probe(path: Path | str) -> ProbeBody:
+    """Return the probe of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, has too few or too many LEDs, LEDs in one place, a tip
+        diameter that is not positive, or labels that can be confused.
+    """
+    document = load_document(path, ProbeDocument, SCHEMA)
+    _check(Path(path), document)
+    leds = np.array([led.position for led in document.leds])
+    body = ProbeBody(
+        name=document.name,
+        leds_probe=leds,
+        led_directions_probe=unit(np.array([led.direction for led in document.leds])),
+        emission_half_angle=float(np.radians(document.emission_half_angle_deg)),
+        tip_probe=np.array(document.tip),
+        tip_radius=0.5 * document.tip_diameter,
+        tip_radius_sigma=0.5 * document.tip_diameter_sigma,
+        geometry_covariance=np.diag(
+            np.concatenate(
+                [np.full(leds.size, document.led_sigma**2), np.square(document.tip_sigma)]
+            )
+        ),
+        rules=tuple(
+            (unit(np.array(rule.probe_axis)), unit(np.array(rule.world_direction)))
+            for rule in document.orientation_rules
+        ),
+        identity=digest(path),
+    )
+    worst = nearest_ambiguity(body)
+    if worst is not None and worst.residual_mm < AMBIGUITY_LIMIT_MM:
+        raise InputError(
+            "probe.ambiguous",
+            f"{path}: LEDs taken in the order {worst.labels} fit the body to "
+            f"{worst.residual_mm:.3f} mm and would put the tip {worst.tip_error_mm:.1f} mm off.",
+            "Move one LED by 10 mm, or add an orientation rule that excludes that order.",
+        )
+    return body
+
+
+def rigid_fit(reference: Float, measured: Float) -> tuple[Float, Float]:
+    """Return rotation (3, 3) and translation (3,) that take ``reference`` to ``measured``.
+
+    Orthogonal Procrustes (thesis 1.3.2) with the determinant, so that it never is a reflection.
+    Both arrays are (n, 3).
+    """
+    a, b = reference.mean(axis=0), measured.mean(axis=0)
+    u, _, vt = np.linalg.svd((measured - b).T @ (reference - a))
+    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    rotation: Float = u @ sign @ vt
+    return rotation, b - rotation @ a
+
+
+def satisfies_rules(body: ProbeBody, rotation_world_from_probe: Float) -> bool:
+    """Return whether an attitude (3, 3) keeps every orientation rule of the body."""
+    return all(
+        float(world @ rotation_world_from_probe @ axis) > 0.0 for axis, world in body.rules
+    )
+
+
+def nearest_ambiguity(body: ProbeBody) -> Ambiguity | None:
+    """Return the wrong labelling with the smallest rigid residual that the rules do not exclude.
+
+    A rule excludes a labelling if the body, turned by that labelling's motion, breaks the rule in
+    every attitude that keeps it; that is so when the motion reverses the rule's axis.
+    """
+    worst: Ambiguity | None = None
+    leds = body.leds_probe
+    identity = tuple(range(body.n_leds))
+    distances = np.linalg.norm(leds[:, None] - leds[None], axis=2)
+    for labels in permutations(identity):
+        if labels == identity:
+            continue
+        spread = np.abs(distances[np.ix_(labels, labels)] - distances).max()
+        if worst is not None and spread > 4.0 * worst.residual_mm + 1e-9:
+            # A rigid residual of r (RMS) moves no distance by more than 2 r sqrt(n) <= 6 r.
+            if spread > 6.0 * worst.residual_mm + 1e-9:
+                continue
+        rotation, translation = rigid_fit(leds, leds[list(labels)])
+        if any(float(axis @ rotation @ axis) < -0.99 for axis, _ in body.rules):
+            continue
+        miss = leds @ rotation.T + translation - leds[list(labels)]
+        residual = float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
+        if worst is None or residual < worst.residual_mm:
+            moved = rotation @ body.tip_probe + translation
+            worst = Ambiguity(labels, residual, float(np.linalg.norm(moved - body.tip_probe)))
+    return worst
+
+
+def _check(path: Path, document: ProbeDocument) -> None:
+    count = len(document.leds)
+    if not MIN_LEDS <= count <= MAX_SLOTS:
+        raise InputError(
+            "probe.leds",
+            f"{path}: the probe has {count} LED(s).",
+            f"Give {MIN_LEDS} to {MAX_SLOTS} LEDs.",
+        )
+    if not 0.0 < document.tip_diameter < 100.0:
+        raise InputError(
+            "probe.tip_diameter",
+            f"{path}: field 'tip_diameter' is {document.tip_diameter} mm.",
+            "Give the calibrated ball diameter in millimetres.",
+        )
+    leds = np.array([led.position for led in document.leds])
+    distances = np.linalg.norm(leds[:, None] - leds[None], axis=2) + 1e9 * np.eye(count)
+    if distances.min() < 5.0:
+        first, second = np.unravel_index(int(distances.argmin()), distances.shape)
+        raise InputError(
+            "probe.leds",
+            f"{path}: leds[{min(first, second)}] and leds[{max(first, second)}] are "
+            f"{distances.min():.2f} mm apart.",
+            "Place LEDs at least 5 mm apart, so that each gives its own spot.",
+        )
+    if float(np.linalg.norm(leds - np.array(document.tip), axis=1).max()) > 1000.0:
+        raise InputError(
+            "probe.size",
+            f"{path}: an LED is more than 1 m from the tip.",
+            "Check that the positions are in millimetres.",
+        )

@@ -1,0 +1,68 @@
+"""What tracking says about every frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.geometry import Float, Int
+
+
+class FrameStatus(IntEnum):
+    """Whether a frame has a tip position, and if not why."""
+
+    OK = 0
+    LOST = 1
+    """Fewer than three targets were seen by two cameras."""
+    UNIDENTIFIED = 2
+    """Targets are seen, but which is which is in doubt."""
+    DOUBTFUL = 3
+    """The spots do not fit the probe body (chi-square)."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackBlock:
+    """Tracked frames; every number of a frame whose status is not OK is NaN.
+
+    Attributes
+    ----------
+    counter, time_ns, flags
+        (n,): as in `FrameBlock`.
+    status
+        (n,) uint8: `FrameStatus`.
+    tip_world
+        (n, 3), mm: ball centre.
+    tip_covariance
+        (n, 3, 3), mm^2: of the spot noise of one frame only.
+    rotation_world_from_probe
+        (n, 3, 3).
+    origin_world
+        (n, 3), mm: origin of the probe frame.
+    chi2
+        (n,): sum of squared residuals over the variance of the spot noise.
+    dof
+        (n,) int64: its degrees of freedom.
+    seen
+        (n, C) uint16: bit l says that the camera saw LED l.
+    uv
+        (n, C, L, 2), px: spots ordered by LED number, NaN where not seen.
+    """
+
+    counter: Int
+    time_ns: Int
+    flags: NDArray[np.uint32]
+    status: NDArray[np.uint8]
+    tip_world: Float
+    tip_covariance: Float
+    rotation_world_from_probe: Float
+    origin_world: Float
+    chi2: Float
+    dof: Int
+    seen: NDArray[np.uint16]
+    uv: Float
+
+    def __len__(self) -> int:
+        return len(self.counter)
