@@ -1,0 +1,166 @@
+"""What every test gets: no user data, no screen, and nothing may be left behind.
+
+After a test that passed, these must be gone within `_GRACE_S`: threads, child processes (also
+grandchildren whose parent ended), frame rings in shared memory and top-level windows. The same is
+checked once more at the end of the session, for what wider fixtures started. Only what this
+process started is looked at, so that parallel workers do not accuse each other.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+import weakref
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+# The same result on every machine: windows are drawn in memory unless somebody wants to look.
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+_REPOSITORY = Path(__file__).resolve().parents[1]
+_REFERENCE = _REPOSITORY.parent / "shared" / "reference"
+_GRACE_S = 2.0
+_PR_SET_CHILD_SUBREAPER = 36
+_PASSED = pytest.StashKey[bool]()
+
+_started_at: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
+_rings_made: set[Path] = set()
+
+
+def pytest_configure() -> None:
+    """Watch thread starts and ring files, and adopt orphaned grandchildren."""
+    start = threading.Thread.start
+
+    def start_and_remember(self: threading.Thread) -> None:
+        frames = traceback.extract_stack()[:-1]
+        own = [frame for frame in frames if Path(frame.filename).is_relative_to(_REPOSITORY)]
+        where = (own or frames)[-1]
+        _started_at[self] = f"{where.filename}:{where.lineno}"
+        start(self)
+
+    threading.Thread.start = start_and_remember  # type: ignore[method-assign] # the only way to learn the line
+    sys.addaudithook(_remember_ring)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def _remember_ring(event: str, arguments: tuple[Any, ...]) -> None:
+    if event == "tempfile.mkstemp" and Path(str(arguments[0])).name.startswith("ocmm-ring-"):
+        _rings_made.add(Path(str(arguments[0])))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Remember whether the test passed: what a failed test leaves behind is no second finding."""
+    report = yield
+    if call.when == "call":
+        item.stash[_PASSED] = report.passed
+    return report
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_user_data(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Let this process and its children see empty data, configuration and state folders."""
+    home = tmp_path_factory.mktemp("home")
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME"):
+            patch.setenv(name, str(home / name.lower()))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _session_leaves_nothing(_no_user_data: None) -> Iterator[None]:
+    with _leaves_nothing() as findings:
+        yield
+    if findings:
+        pytest.fail("After all tests:\n" + "\n".join(findings), pytrace=False)
+
+
+@pytest.fixture(autouse=True)
+def _leaves_nothing_behind(request: pytest.FixtureRequest) -> Iterator[None]:
+    with _leaves_nothing() as findings:
+        yield
+    if findings and request.node.stash.get(_PASSED, False):
+        pytest.fail("The test left behind:\n" + "\n".join(findings), pytrace=False)
+
+
+@pytest.fixture(scope="session")
+def reference() -> Path:
+    """Return the folder with reference data that is not part of the repository."""
+    if not _REFERENCE.is_dir():
+        pytest.skip("the reference data (../shared/reference beside the checkout) is not there")
+    return _REFERENCE
+
+
+@contextmanager
+def _leaves_nothing() -> Iterator[list[str]]:
+    """Fill the list, on leaving, with a line for each thing that is there and was not before."""
+    threads, processes = set(threading.enumerate()), set(_children())
+    rings, windows = set(_rings_made), _windows()
+    findings: list[str] = []
+    yield findings
+    until = time.monotonic() + _GRACE_S
+    while True:
+        left_threads = [thread for thread in threading.enumerate() if thread not in threads]
+        left_processes = {pid: name for pid, name in _children().items() if pid not in processes}
+        left_rings = [path for path in _rings_made - rings if path.exists()]
+        # The windows of before are kept as objects: an id alone could have been used again.
+        left_windows = [w for w in _windows() if not any(w is old for old in windows)]
+        if not (left_threads or left_processes or left_rings or left_windows):
+            return
+        if time.monotonic() > until:
+            break
+        gc.collect()
+        time.sleep(0.02)
+    for thread in left_threads:
+        where = _started_at.get(thread, "an unknown line")
+        findings.append(f"thread {thread.name!r}, started at {where}")
+    for pid, name in left_processes.items():
+        findings.append(f"process {pid}: {name}")
+        # The next test must not find it again.
+        os.kill(pid, signal.SIGKILL)
+    for path in left_rings:
+        findings.append(f"frame ring {path}")
+        path.unlink(missing_ok=True)
+    findings.extend(f"window {window!r}" for window in left_windows)
+
+
+def _children() -> dict[int, str]:
+    """Return the living child processes and what they run; Linux only, elsewhere none.
+
+    Ended children that nobody waited for are Python's own ResourceWarning, an error here.
+    """
+    found: dict[int, str] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            # The name stands in brackets and may hold blanks and brackets itself.
+            state, parent = stat.read_text().rpartition(")")[2].split()[:2]
+            command = (stat.parent / "cmdline").read_bytes().replace(b"\0", b" ").decode()
+        except (OSError, UnicodeDecodeError):
+            continue
+        # multiprocessing keeps one tracker for as long as the interpreter lives.
+        if int(parent) == os.getpid() and state != "Z" and "resource_tracker" not in command:
+            found[int(stat.parent.name)] = command.strip()
+    return found
+
+
+def _windows() -> list[Any]:
+    """Return the top-level widgets without a parent, once pending deletions are done."""
+    widgets = sys.modules.get("PySide6.QtWidgets")
+    if widgets is None or widgets.QApplication.instance() is None:
+        return []
+    core = sys.modules["PySide6.QtCore"]
+    core.QCoreApplication.sendPostedEvents(None, core.QEvent.Type.DeferredDelete)
+    return [w for w in widgets.QApplication.topLevelWidgets() if w.parent() is None]
