@@ -1,1 +1,1 @@
-
+"""Frames from any source, with every cycle accounted for."""

@@ -1,4 +1,4 @@
-"""The acquisition worker: owns a source, runs its cycle, fills the ring, accounts for every cycle."""
+"""The acquisition worker: owns a source, fills the ring and accounts for every cycle."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-
+"""Plan, job and the station that carries them out."""

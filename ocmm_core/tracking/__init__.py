@@ -1,1 +1,1 @@
-
+"""Spots to labelled targets, pose and tip."""

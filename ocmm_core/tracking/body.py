@@ -48,7 +48,7 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
     led_sigma: float
     emission_half_angle_deg: float
     leds: list[LedEntry]
-    orientation_rules: list[OrientationRule] = []
+    orientation_rules: tuple[OrientationRule, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,9 +172,7 @@ def rigid_fit(reference: Float, measured: Float) -> tuple[Float, Float]:
 
 def satisfies_rules(body: ProbeBody, rotation_world_from_probe: Float) -> bool:
     """Return whether an attitude (3, 3) keeps every orientation rule of the body."""
-    return all(
-        float(world @ rotation_world_from_probe @ axis) > 0.0 for axis, world in body.rules
-    )
+    return all(float(world @ rotation_world_from_probe @ axis) > 0.0 for axis, world in body.rules)
 
 
 def nearest_ambiguity(body: ProbeBody) -> Ambiguity | None:
@@ -191,10 +189,9 @@ def nearest_ambiguity(body: ProbeBody) -> Ambiguity | None:
         if labels == identity:
             continue
         spread = np.abs(distances[np.ix_(labels, labels)] - distances).max()
-        if worst is not None and spread > 4.0 * worst.residual_mm + 1e-9:
-            # A rigid residual of r (RMS) moves no distance by more than 2 r sqrt(n) <= 6 r.
-            if spread > 6.0 * worst.residual_mm + 1e-9:
-                continue
+        # A rigid residual of r (RMS) changes no distance by more than 2 r sqrt(n), n at most 8.
+        if worst is not None and spread > 6.0 * worst.residual_mm + 1e-9:
+            continue
         rotation, translation = rigid_fit(leds, leds[list(labels)])
         if any(float(axis @ rotation @ axis) < -0.99 for axis, _ in body.rules):
             continue

@@ -66,3 +66,22 @@ class TrackBlock:
 
     def __len__(self) -> int:
         return len(self.counter)
+
+
+def join(pieces: list[TrackBlock]) -> TrackBlock:
+    """Return consecutive blocks as one."""
+    if len(pieces) == 1:
+        return pieces[0]
+    return TrackBlock(
+        *(
+            np.concatenate([getattr(piece, name) for piece in pieces])
+            for name in TrackBlock.__dataclass_fields__
+        )
+    )
+
+
+def cut(block: TrackBlock, start: int, stop: int) -> TrackBlock:
+    """Return the frames from ``start`` up to ``stop`` of a block."""
+    return TrackBlock(
+        *(getattr(block, name)[start:stop] for name in TrackBlock.__dataclass_fields__)
+    )

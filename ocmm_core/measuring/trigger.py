@@ -1,0 +1,142 @@
+"""From triggers to windows: when a point is asked for, and which frames belong to it.
+
+Works on exposure counters, so that a point does not depend on how the stream is cut into blocks.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameFlag
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.stable_point import PointOptions
+from ocmm_core.tracking.result import FrameStatus, TrackBlock, cut, join
+
+_TRAIL_EVERY_S = 0.002
+_TRAIL_STEP_MM = 0.5
+"""The trail remembers a place only this far from the last one, so that however long the ball
+rests on the part, the way it came is still there."""
+_TRAIL_LENGTH = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """The frames of one touch.
+
+    Attributes
+    ----------
+    window
+        Frames from the trigger on, as far as they arrived.
+    expected
+        How many frames the window should have.
+    trail_world
+        (m, 3), mm: where the ball was before the trigger, oldest first.
+    """
+
+    window: TrackBlock
+    expected: int
+    trail_world: Float
+
+
+class TouchCollector:
+    """Watch tracked frames and cut out the window of every trigger.
+
+    A trigger is the probe button going down, or `arm` (key, pedal). A trigger during a window is
+    ignored: one touch gives one answer. Used by one thread.
+
+    Parameters
+    ----------
+    frame_period_s
+        Time between two exposures, s.
+    options
+        Length of the window.
+    """
+
+    def __init__(self, frame_period_s: float, options: PointOptions) -> None:
+        self._expected = max(round(options.window_s / frame_period_s), 10)
+        self._stride = max(round(_TRAIL_EVERY_S / frame_period_s), 1)
+        self._trail: deque[Float] = deque(maxlen=_TRAIL_LENGTH)
+        self._pieces: list[TrackBlock] = []
+        self._end = -1
+        self._armed = False
+        self._button = True
+
+    @property
+    def collecting(self) -> bool:
+        """Return whether a window is open."""
+        return self._end >= 0
+
+    def arm(self) -> None:
+        """Ask for a point with the next frame."""
+        self._armed = True
+
+    def feed(self, block: TrackBlock) -> list[Touch]:
+        """Take in tracked frames and return the touches that were completed."""
+        touches: list[Touch] = []
+        start = 0
+        while start < len(block):
+            if not self.collecting:
+                start = self._watch(block, start)
+            else:
+                stop = int(np.searchsorted(block.counter, self._end))
+                if stop > start:
+                    self._pieces.append(cut(block, start, stop))
+                    self._button = bool(block.flags[stop - 1] & FrameFlag.BUTTON)
+                if stop == len(block):
+                    return touches
+                touches.append(self._complete(block, stop))
+                start = stop
+        return touches
+
+    def _watch(self, block: TrackBlock, start: int) -> int:
+        """Look for a trigger from ``start`` on; return where the window begins, or the end."""
+        down = (block.flags[start:] & FrameFlag.BUTTON) != 0
+        before = np.concatenate([[self._button], down[:-1]])
+        edges = np.flatnonzero(down & ~before)
+        self._button = bool(down[-1])
+        stop = start + int(edges[0]) if len(edges) else len(block)
+        if self._armed:
+            stop = start
+        self._follow(block, start, stop)
+        if stop < len(block):
+            self._armed = False
+            self._end = int(block.counter[stop]) + self._expected
+        return stop
+
+    def _follow(self, block: TrackBlock, start: int, stop: int) -> None:
+        part = slice(start, stop)
+        due = (block.counter[part] % self._stride == 0) & (block.status[part] == FrameStatus.OK)
+        for tip_world in block.tip_world[part][due]:
+            last = self._trail[-1] if self._trail else None
+            if last is None or float(np.linalg.norm(tip_world - last)) >= _TRAIL_STEP_MM:
+                self._trail.append(tip_world)
+
+    def _complete(self, block: TrackBlock, stop: int) -> Touch:
+        window = join(self._pieces) if self._pieces else cut(block, stop, stop)
+        trail = np.array(self._trail).reshape(-1, 3)
+        self._pieces, self._end = [], -1
+        return Touch(window, self._expected, trail)
+
+
+def approach_direction(trail_world: Float, contact_world: Float, distance: float) -> Float | None:
+    """Return the unit vector from the contact to where the ball came from, or None.
+
+    Parameters
+    ----------
+    trail_world
+        (m, 3), mm, oldest first.
+    contact_world
+        (3,), mm.
+    distance
+        The ball must have been this far away, mm: the latest such place counts, so that the path
+        before the final approach does not matter.
+    """
+    away = trail_world - contact_world
+    far = np.flatnonzero(np.linalg.norm(away, axis=1) >= distance)
+    if len(far) == 0:
+        return None
+    direction: Float = away[far[-1]] / np.linalg.norm(away[far[-1]])
+    return direction
