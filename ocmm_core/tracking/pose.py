@@ -117,23 +117,24 @@ def reprojection(
     translation (mm). Spots are taken camera by camera, LED by LED, u before v. Residuals are
     formed on the ideal image and brought to pixels by the slope of the distortion.
     """
-    residuals: list[Float] = []
-    rows: list[Float] = []
-    for camera, seen_spots in zip(rig.cameras, spots, strict=True):
-        pose = camera.T_camera_from_world
-        scale = np.array([[camera.sx], [camera.sy]])
-        for led, uv in zip(body.leds_probe, seen_spots, strict=True):
-            if not np.isfinite(uv).all():
-                continue
-            arm = rotation @ led
-            x, y, z = pose.apply(arm + origin).tolist()
-            ideal = ideal_from_pixels(camera, uv)
-            slope = scale * distortion_jacobian(camera, ideal)
-            residuals.append(slope @ (ideal - camera.focal * np.array([x, y]) / z))
-            pinhole = camera.focal / z * np.array([[1.0, 0.0, -x / z], [0.0, 1.0, -y / z]])
-            d_point = slope @ pinhole @ pose.rotation
-            rows.append(np.hstack([-d_point @ skew(arm), d_point]))
-    return np.concatenate(residuals), np.vstack(rows)
+    residuals, rows = [], []
+    arms_of_all = body.leds_probe @ rotation.T
+    for camera, camera_spots in zip(rig.cameras, spots, strict=True):
+        seen = np.isfinite(camera_spots).all(axis=1)
+        arms = arms_of_all[seen]
+        in_camera = camera.T_camera_from_world.apply(arms + origin)
+        depth = in_camera[:, 2]
+        ideal = ideal_from_pixels(camera, camera_spots[seen])
+        predicted = camera.focal * in_camera[:, :2] / depth[:, None]
+        slope = np.array([[camera.sx], [camera.sy]]) * distortion_jacobian(camera, ideal)
+        pinhole = np.zeros((len(arms), 2, 3))
+        pinhole[:, 0, 0] = pinhole[:, 1, 1] = camera.focal / depth
+        pinhole[:, :, 2] = -predicted / depth[:, None]
+        d_point = slope @ pinhole @ camera.T_camera_from_world.rotation
+        d_turn = np.cross(arms[:, None], d_point)
+        residuals.append(np.einsum("nij,nj->ni", slope, ideal - predicted).ravel())
+        rows.append(np.concatenate([d_turn, d_point], axis=2).reshape(-1, 6))
+    return np.concatenate(residuals), np.concatenate(rows)
 
 
 def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:

@@ -1,0 +1,94 @@
+"""The joint covariance of measured points: what they have in common and what each has alone.
+
+Four sources, propagated from their own records to all points of a job at once (GUM 5.2.2):
+
+- the scatter of each point's window, independent from point to point;
+- the part of the spot error that stays at a place of the sensor (pixel pattern, rest of the lens
+  model): a Gaussian field on each sensor, so that points taken near each other share it;
+- the calibration of the cameras and the geometry of the probe: common to all points;
+- the radius of the ball: common to all points, kept as a last, separate quantity because it acts
+  on features and not on ball centres.
+
+What is common cancels or not depending on the characteristic; a covariance per point alone could
+not know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ocmm_core.camera.rig import Rig
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+
+COVERAGE_FACTOR = 2.0
+"""k of every expanded uncertainty U = k u that the product states."""
+
+
+def joint_covariance(points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody) -> Float:
+    """Return the covariance of all ball centres and the tip radius.
+
+    Parameters
+    ----------
+    points
+        N points, in any order.
+
+    Returns
+    -------
+    numpy.ndarray
+        (3 N + 1, 3 N + 1), mm^2: tip_world of the points in their order (x1 y1 z1 x2 ...), world
+        frame, then the tip radius.
+    """
+    size = 3 * len(points)
+    covariance = np.zeros((size + 1, size + 1))
+    covariance[size, size] = body.tip_radius_sigma**2
+    if not points:
+        return covariance
+    sensitivities = [tip_sensitivity(point.spots, rig, body) for point in points]
+    covariance[:size, :size] = systematic_covariance(sensitivities, rig, body)
+    for index, point in enumerate(points):
+        block = slice(3 * index, 3 * index + 3)
+        covariance[block, block] += point.random_covariance
+    return covariance
+
+
+def systematic_covariance(
+    sensitivities: Sequence[TipSensitivity], rig: Rig, body: ProbeBody
+) -> Float:
+    """Return the covariance (3 N, 3 N), mm^2, of what averaging over frames does not remove."""
+    by_cameras = np.vstack([item.by_cameras for item in sensitivities])
+    by_geometry = np.vstack([item.by_geometry for item in sensitivities])
+    covariance: Float = by_cameras @ rig.parameter_covariance @ by_cameras.T
+    covariance += by_geometry @ body.geometry_covariance @ by_geometry.T
+    for camera in range(len(rig.cameras)):
+        covariance += _pattern_covariance(sensitivities, rig, camera)
+    return covariance
+
+
+def point_uncertainty(sensitivity: TipSensitivity, rig: Rig, body: ProbeBody) -> float:
+    """Return U (k = 2), mm, of one point in its worst direction, without the window's scatter."""
+    variances = np.linalg.eigvalsh(systematic_covariance([sensitivity], rig, body))
+    return COVERAGE_FACTOR * float(np.sqrt(variances[-1]))
+
+
+def _pattern_covariance(sensitivities: Sequence[TipSensitivity], rig: Rig, camera: int) -> Float:
+    size = 3 * len(sensitivities)
+    counts = [int(np.count_nonzero(item.camera == camera)) for item in sensitivities]
+    uv = np.concatenate([item.uv[item.camera == camera] for item in sensitivities])
+    gain = np.zeros((2, size, len(uv)))
+    start = 0
+    for index, (item, count) in enumerate(zip(sensitivities, counts, strict=True)):
+        rows, columns = slice(3 * index, 3 * index + 3), slice(start, start + count)
+        gain[:, rows, columns] = item.by_spots[:, item.camera == camera].transpose(2, 0, 1)
+        start += count
+    apart = uv[:, None] - uv[None]
+    noise = rig.noise
+    field = noise.pattern_px**2 * np.exp(
+        -0.5 * np.sum(apart**2, axis=2) / noise.pattern_length_px**2
+    )
+    covariance: Float = gain[0] @ field @ gain[0].T + gain[1] @ field @ gain[1].T
+    return covariance
