@@ -19,6 +19,15 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.storage.audit import AUDITED, digest_row, find_faults, insert_audited, now_utc
+from ocmm_core.storage.faults import (
+    bad_text,
+    damaged,
+    disk_failed,
+    no_job,
+    not_writable,
+    primary_code,
+    storage_error,
+)
 from ocmm_core.storage.migrations import APPLICATION_ID, bring_up_to_date
 from ocmm_core.storage.rows import (
     JobEvent,
@@ -50,9 +59,12 @@ class JobFile:
         What the job says about itself.
     """
 
-    def __init__(self, path: Path, db: sqlite3.Connection, head: JobHead) -> None:
+    def __init__(
+        self, path: Path, db: sqlite3.Connection, head: JobHead, *, read_only: bool
+    ) -> None:
         self.path = path
         self.head = head
+        self._read_only = read_only
         self._db: sqlite3.Connection | None = db
         self._lock = threading.Lock()
         self._disk_failed = False
@@ -76,15 +88,15 @@ class JobFile:
                 "Choose another name for the job; an existing file is never overwritten.",
             ) from error
         except OSError as error:
-            raise _not_writable(path, error.strerror or str(error)) from error
+            raise not_writable(path, error.strerror or str(error)) from error
         try:
-            with _closing_on_error(path, _connect(path, "rw")) as db:
+            with _closing_on_error(path, _connect(path, "rw", alone=True)) as db:
                 db.execute("PRAGMA journal_mode = WAL")
                 bring_up_to_date(db, path, read_only=False)
                 db.execute("BEGIN IMMEDIATE")
                 insert_audited(db, "head", row_from_head(head))
                 db.execute("COMMIT")
-                return cls(path, db, head)
+                return cls(path, db, head, read_only=False)
         except BaseException:
             for name in (path.name, f"{path.name}-wal", f"{path.name}-journal"):
                 path.with_name(name).unlink(missing_ok=True)
@@ -106,24 +118,24 @@ class JobFile:
                 "job.missing", f"{path}: there is no such file.", "Check the name and the folder."
             )
         mode = "rw"
-        if read_only:
-            # An unfinished WAL needs a writable folder. Without one, a finished file can be read
-            # as it is, e.g. from an archive that nobody can write to.
-            finished = not path.with_name(f"{path.name}-wal").exists()
-            archived = finished and not os.access(path.parent, os.W_OK)
-            mode = "ro&immutable=1" if archived else "ro"
-        with _closing_on_error(path, _connect(path, mode)) as db:
+        if not read_only and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
+            raise not_writable(path, "the file or its folder is write-protected")
+        if read_only and not os.access(path.parent, os.W_OK):
+            # SQLite needs a writable folder even to read a WAL. A finished file has none and can
+            # be read as it is, e.g. from an archive that nobody can write to.
+            mode = "ro" if path.with_name(f"{path.name}-wal").exists() else "ro&immutable=1"
+        with _closing_on_error(path, _connect(path, mode, alone=not read_only)) as db:
             if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
-                raise _no_job(path)
+                raise no_job(path)
             bring_up_to_date(db, path, read_only=read_only)
             fault = db.execute("PRAGMA quick_check(1)").fetchone()[0]
             if fault != "ok":
-                raise _damaged(path, " ".join(fault.split()))
+                raise damaged(path, " ".join(fault.split()))
             statement = f"SELECT {','.join(AUDITED['head'])} FROM head"  # noqa: S608 - constants
             row = db.execute(statement).fetchone()
             if row is None:
-                raise _damaged(path, "it has no head")
-            return cls(path, db, head_from_row(row))
+                raise damaged(path, "it has no head")
+            return cls(path, db, head_from_row(row), read_only=read_only)
 
     def append_point(self, point: MeasuredPoint) -> None:
         """Store a point; it is on the disk when this returns.
@@ -186,7 +198,7 @@ class JobFile:
             ).fetchall()
         for *row, content in rows:
             if digest_row(row) != content:
-                raise _damaged(self.path, f"point {row[0]} is not as it was stored")
+                raise damaged(self.path, f"point {row[0]} is not as it was stored")
         return [point_from_row(row) for *row, _ in rows]
 
     def events(self) -> list[JobEvent]:
@@ -225,7 +237,7 @@ class JobFile:
         try:
             write_atomic(path, content)
         except OSError as error:
-            raise _not_writable(path, error.strerror or str(error)) from error
+            raise not_writable(path, error.strerror or str(error)) from error
 
     def close(self) -> None:
         """Close the file; may be called twice."""
@@ -257,13 +269,19 @@ class JobFile:
             try:
                 yield self._db
             except sqlite3.Error as error:
-                raise _storage_error(self.path, error) from error
+                raise storage_error(self.path, error) from error
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
         with self._reading() as db:
+            if self._read_only:
+                raise StorageError(
+                    "job.read_only",
+                    f"{self.path}: the job was opened for reading.",
+                    "Open it for measuring to add to it.",
+                )
             if self._disk_failed:
-                raise _disk_failed(self.path)
+                raise disk_failed(self.path)
             try:
                 db.execute("BEGIN IMMEDIATE")
                 yield db
@@ -271,29 +289,24 @@ class JobFile:
             except BaseException as error:
                 # After a failed sync the kernel may have dropped the pages: trying again could
                 # seem to succeed. The job goes on in another file instead.
-                self._disk_failed = _primary_code(error) == sqlite3.SQLITE_IOERR
+                self._disk_failed = primary_code(error) == sqlite3.SQLITE_IOERR
                 with contextlib.suppress(sqlite3.Error):
                     db.execute("ROLLBACK")
                 if isinstance(error, UnicodeEncodeError):
-                    raise StorageError(
-                        "job.text",
-                        f"{self.path}: {error.object!r} is not valid text.",
-                        "Enter it again.",
-                    ) from error
+                    raise bad_text(self.path, error) from error
                 raise
 
 
-def _connect(path: Path, mode: str) -> sqlite3.Connection:
+def _connect(path: Path, mode: str, *, alone: bool) -> sqlite3.Connection:
     address = f"{path.resolve().as_uri()}?mode={mode}"
     try:
         db = sqlite3.connect(
             address, uri=True, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
         )
     except sqlite3.Error as error:
-        raise _storage_error(path, error) from error
+        raise storage_error(path, error) from error
     with _closing_on_error(path, db):
-        if mode == "rw":
-            db.execute("PRAGMA locking_mode = EXCLUSIVE")
+        db.execute("PRAGMA locking_mode = EXCLUSIVE" if alone else "PRAGMA query_only = ON")
         db.execute("PRAGMA synchronous = FULL")
         db.execute("PRAGMA foreign_keys = ON")
     return db
@@ -305,7 +318,10 @@ def _closing_on_error(path: Path, db: sqlite3.Connection) -> Iterator[sqlite3.Co
         yield db
     except sqlite3.Error as error:
         db.close()
-        raise _storage_error(path, error) from error
+        raise storage_error(path, error) from error
+    except UnicodeEncodeError as error:
+        db.close()
+        raise bad_text(path, error) from error
     except BaseException:
         db.close()
         raise
@@ -313,64 +329,3 @@ def _closing_on_error(path: Path, db: sqlite3.Connection) -> Iterator[sqlite3.Co
 
 def _next_number(db: sqlite3.Connection) -> int:
     return int(db.execute("SELECT coalesce(max(number), 0) + 1 FROM observation").fetchone()[0])
-
-
-def _primary_code(error: BaseException) -> int:
-    return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
-
-
-def _storage_error(path: Path, error: sqlite3.Error) -> StorageError:
-    code = _primary_code(error)
-    if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
-        return StorageError(
-            "job.locked",
-            f"{path}: the job is in use by another program.",
-            "Close it there and try again.",
-        )
-    if code == sqlite3.SQLITE_FULL:
-        return StorageError(
-            "job.disk_full",
-            f"{path}: the disk is full; this was not stored, everything before it is.",
-            "Make room on the disk and repeat the last step.",
-        )
-    if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM):
-        return _not_writable(path, str(error))
-    if code == sqlite3.SQLITE_NOTADB:
-        return _no_job(path)
-    if code == sqlite3.SQLITE_CORRUPT:
-        return _damaged(path, str(error))
-    if code == sqlite3.SQLITE_IOERR:
-        return _disk_failed(path)
-    return StorageError(
-        "job.refused", f"{path}: the job file refused this ({error}).", "Repeat the last step."
-    )
-
-
-def _not_writable(path: Path, why: str) -> StorageError:
-    return StorageError(
-        "job.not_writable",
-        f"{path}: the file cannot be opened or written ({why}).",
-        "Choose a folder that exists and that you may write to.",
-    )
-
-
-def _no_job(path: Path) -> StorageError:
-    return StorageError(
-        "job.foreign", f"{path}: this is not a job file.", "Choose a file made by this program."
-    )
-
-
-def _damaged(path: Path, why: str) -> StorageError:
-    return StorageError(
-        "job.damaged",
-        f"{path}: the job file is damaged ({why}).",
-        "Keep the file as it is and open a backup of it.",
-    )
-
-
-def _disk_failed(path: Path) -> StorageError:
-    return StorageError(
-        "job.disk",
-        f"{path}: the disk did not take the last point or note; everything before it is stored.",
-        "Save a backup to another disk and go on measuring with that file.",
-    )

@@ -1,0 +1,82 @@
+"""What SQLite and the disk say, as sentences for the person at the machine."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+from ocmm_core.errors import StorageError
+
+
+def primary_code(error: BaseException) -> int:
+    """Return SQLite's code without its extension, 0 for errors of other origin."""
+    return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
+
+
+def storage_error(path: Path, error: sqlite3.Error) -> StorageError:
+    """Return what ``error`` means for the job at ``path``."""
+    code = primary_code(error)
+    if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+        return StorageError(
+            "job.locked",
+            f"{path}: the job is in use by another program.",
+            "Close it there and try again.",
+        )
+    if code == sqlite3.SQLITE_FULL:
+        return StorageError(
+            "job.disk_full",
+            f"{path}: the disk is full; this was not stored, everything before it is.",
+            "Make room on the disk and repeat the last step.",
+        )
+    if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM):
+        return not_writable(path, str(error))
+    if code == sqlite3.SQLITE_NOTADB:
+        return no_job(path)
+    if code == sqlite3.SQLITE_CORRUPT:
+        return damaged(path, str(error))
+    if code == sqlite3.SQLITE_IOERR:
+        return disk_failed(path)
+    return StorageError(
+        "job.refused", f"{path}: the job file refused this ({error}).", "Repeat the last step."
+    )
+
+
+def not_writable(path: Path, why: str) -> StorageError:
+    """Return the error for a file that the system does not let us open or write."""
+    return StorageError(
+        "job.not_writable",
+        f"{path}: the file cannot be opened or written ({why}).",
+        "Choose a folder that exists and that you may write to.",
+    )
+
+
+def no_job(path: Path) -> StorageError:
+    """Return the error for a file that is something else."""
+    return StorageError(
+        "job.foreign", f"{path}: this is not a job file.", "Choose a file made by this program."
+    )
+
+
+def damaged(path: Path, why: str) -> StorageError:
+    """Return the error for a file whose content cannot be trusted."""
+    return StorageError(
+        "job.damaged",
+        f"{path}: the job file is damaged ({why}).",
+        "Keep the file as it is and open a backup of it.",
+    )
+
+
+def disk_failed(path: Path) -> StorageError:
+    """Return the error for a disk that failed while it was written."""
+    return StorageError(
+        "job.disk",
+        f"{path}: the disk did not take the last point or note; everything before it is stored.",
+        "Save a backup to another disk and go on measuring with that file.",
+    )
+
+
+def bad_text(path: Path, error: UnicodeEncodeError) -> StorageError:
+    """Return the error for text that is not Unicode, e.g. a name from a broken file name."""
+    return StorageError(
+        "job.text", f"{path}: {error.object!r} is not valid text.", "Enter that text again."
+    )
