@@ -1,0 +1,315 @@
+"""Test parts of artefacts with known truth, and the documents that describe them.
+
+A part document says where the part stands in the world and what its surfaces truly are, in the
+part frame. The measuring side never reads it: it knows only the plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.camera.rig import Vector3
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+
+SCHEMA = "ocmm.part/1"
+
+Area = tuple[float, float, float, float]
+
+
+class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the part stands: the motion from the part frame to the world, mm and rad."""
+
+    translation: Vector3
+    rotation_vector: Vector3
+
+
+class PlaneEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="plane",
+    tag_field="kind",
+):  # fmt: skip
+    """A plane: a point on it and the normal that leaves the material.
+
+    ``along`` is the first axis in the plane, the second is normal x along; ``areas`` are the
+    free rectangles [from, from, to, to] on these axes, from ``point``, mm.
+    """
+
+    name: str
+    point: Vector3
+    direction: Vector3
+    along: Vector3
+    areas: list[Area]
+
+
+class SphereEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="sphere",
+    tag_field="kind",
+):  # fmt: skip
+    """A ball: its centre, and the direction from its stem to its pole."""
+
+    name: str
+    point: Vector3
+    direction: Vector3
+    diameter: float
+
+
+class BoreEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="bore",
+    tag_field="kind",
+):  # fmt: skip
+    """A bore: the centre of its mouth, the axis that leaves the material, and its depth."""
+
+    name: str
+    point: Vector3
+    direction: Vector3
+    diameter: float
+    depth: float
+
+
+class CylinderEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="cylinder",
+    tag_field="kind",
+):  # fmt: skip
+    """A boss: the centre of its foot, the axis that leaves the material, and its height."""
+
+    name: str
+    point: Vector3
+    direction: Vector3
+    diameter: float
+    height: float
+
+
+class ConeEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="cone",
+    tag_field="kind",
+):  # fmt: skip
+    """A truncated cone: the centre of its foot, its axis, both diameters and its height."""
+
+    name: str
+    point: Vector3
+    direction: Vector3
+    diameter: float
+    top_diameter: float
+    height: float
+
+
+class LineEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="line",
+    tag_field="kind",
+):  # fmt: skip
+    """A line on a face: its start, its direction, its length and the normal of the face."""
+
+    name: str
+    point: Vector3
+    direction: Vector3
+    normal: Vector3
+    length: float
+
+
+class PointEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="point",
+    tag_field="kind",
+):  # fmt: skip
+    """A point on a face, and the normal of the face."""
+
+    name: str
+    point: Vector3
+    direction: Vector3
+
+
+Artefact = PlaneEntry | SphereEntry | BoreEntry | CylinderEntry | ConeEntry | LineEntry | PointEntry
+"""One surface of a part, in the part frame."""
+
+
+class PartDocument(Document, frozen=True, kw_only=True):
+    """A part as it is written down; lengths in mm, part frame."""
+
+    name: str
+    pose: PartPose
+    features: list[Artefact]
+
+
+@dataclass(frozen=True, slots=True)
+class TrueFeature:
+    """What a surface truly is, in one frame.
+
+    Attributes
+    ----------
+    name
+        As in the plan.
+    kind
+        ``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"`` or
+        ``"point"``; a bore is what a plan calls a circle.
+    point
+        (3,), mm: centre (sphere, mouth of a bore, foot of cylinder and cone) or a point on it.
+    direction
+        (3,), unit: normal, axis or direction of the line.
+    diameter
+        mm; zero where the kind has none, that of the foot for a cone.
+    """
+
+    name: str
+    kind: str
+    point: Float
+    direction: Float
+    diameter: float
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part with known truth.
+
+    Attributes
+    ----------
+    name
+        Name of the part.
+    T_world_from_part
+        Where it stands.
+    artefacts
+        Its surfaces, part frame.
+    identity
+        SHA-256 of the document.
+    """
+
+    name: str
+    T_world_from_part: RigidTransform
+    artefacts: tuple[Artefact, ...]
+    identity: str
+
+    def artefact(self, name: str) -> Artefact:
+        """Return the surface called ``name``; InputError if there is none."""
+        for entry in self.artefacts:
+            if entry.name == name:
+                return entry
+        names = ", ".join(entry.name for entry in self.artefacts)
+        raise InputError(
+            "part.feature",
+            f"The part '{self.name}' has no feature '{name}'.",
+            f"Use a plan for this part; its features are {names}.",
+        )
+
+    def features_part(self) -> dict[str, TrueFeature]:
+        """Return the true features by name, part frame."""
+        return {entry.name: _true_feature(entry) for entry in self.artefacts}
+
+    def features_world(self) -> dict[str, TrueFeature]:
+        """Return the true features by name, world frame."""
+        pose = self.T_world_from_part
+        return {
+            name: replace(
+                feature,
+                point=pose.apply(feature.point),
+                direction=pose.rotation @ feature.direction,
+            )
+            for name, feature in self.features_part().items()
+        }
+
+
+def load_part(path: Path | str) -> Part:
+    """Return the part of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, has no features or two of one name, or gives a surface that
+        cannot exist or cannot be touched.
+    """
+    document = load_document(path, PartDocument, SCHEMA)
+    _check(Path(path), document)
+    pose = RigidTransform(
+        rotation_from_vector(np.array(document.pose.rotation_vector)),
+        np.array(document.pose.translation),
+    )
+    return Part(
+        name=document.name,
+        T_world_from_part=pose,
+        artefacts=tuple(document.features),
+        identity=digest(path),
+    )
+
+
+def _true_feature(entry: Artefact) -> TrueFeature:
+    diameter = entry.diameter if isinstance(entry, _ROUND) else 0.0
+    return TrueFeature(
+        name=entry.name,
+        kind=str(entry.__struct_config__.tag),
+        point=np.array(entry.point),
+        direction=unit(np.array(entry.direction)),
+        diameter=diameter,
+    )
+
+
+_ROUND = (SphereEntry, BoreEntry, CylinderEntry, ConeEntry)
+
+
+def _check(path: Path, document: PartDocument) -> None:
+    if not document.features:
+        raise _error(path, "features", "is empty", "Give the part at least one feature.")
+    names: set[str] = set()
+    for index, entry in enumerate(document.features):
+        at = f"features[{index}]"
+        if entry.name in names:
+            raise _error(
+                path, f"{at}.name", f"repeats the name '{entry.name}'", "Name each feature once."
+            )
+        names.add(entry.name)
+        for field in ("diameter", "top_diameter", "depth", "height", "length"):
+            value = getattr(entry, field, 1.0)
+            if value <= 0.0:
+                raise _error(
+                    path, f"{at}.{field}", f"is {value}", "Give a length greater than zero."
+                )
+        for field in ("direction", "along", "normal"):
+            value = getattr(entry, field, (0.0, 0.0, 1.0))
+            if np.linalg.norm(value) < 1e-9:
+                raise _error(path, f"{at}.{field}", "is a zero vector", "Give a direction.")
+        if isinstance(entry, PlaneEntry):
+            _check_plane(path, at, entry)
+        if isinstance(entry, LineEntry) and _skewness(entry.direction, entry.normal) > 1e-9:
+            raise _error(
+                path,
+                f"{at}.normal",
+                "is not perpendicular to 'direction'",
+                "Give the normal of the face that the line lies in.",
+            )
+        if isinstance(entry, ConeEntry) and entry.top_diameter >= entry.diameter:
+            raise _error(
+                path,
+                f"{at}.top_diameter",
+                "is not smaller than 'diameter'",
+                "Give the cone with its wide end at 'point'.",
+            )
+
+
+def _check_plane(path: Path, at: str, entry: PlaneEntry) -> None:
+    if _skewness(entry.direction, entry.along) > 1e-9:
+        raise _error(
+            path,
+            f"{at}.along",
+            "is not perpendicular to 'direction'",
+            "Give an axis that lies in the plane.",
+        )
+    if not entry.areas:
+        raise _error(path, f"{at}.areas", "is empty", "Give a rectangle that is free to touch.")
+    for number, (u0, v0, u1, v1) in enumerate(entry.areas):
+        if u1 <= u0 or v1 <= v0:
+            raise _error(
+                path,
+                f"{at}.areas[{number}]",
+                f"is {[u0, v0, u1, v1]}, which encloses nothing",
+                "Give the lower corner first, then the upper one.",
+            )
+
+
+def _skewness(first: Vector3, second: Vector3) -> float:
+    """Return the cosine of the angle between two directions, zero if they are perpendicular."""
+    return abs(float(unit(np.array(first)) @ unit(np.array(second))))
+
+
+def _error(path: Path, field: str, fault: str, remedy: str) -> InputError:
+    return InputError("part.field", f"{path}: field '{field}' {fault}.", remedy)

@@ -1,0 +1,170 @@
+"""Where an operator touches each kind of surface: contact points and normals in the part frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.geometry import Float, perpendicular_pair, unit
+from ocmm_core.simulation.artefacts import (
+    Artefact,
+    BoreEntry,
+    ConeEntry,
+    CylinderEntry,
+    LineEntry,
+    PlaneEntry,
+    SphereEntry,
+)
+
+_LEVELS = (0.35, 0.80)
+"""Heights at which bosses and cones are touched, as parts of their height."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """Touches of one surface, part frame.
+
+    Attributes
+    ----------
+    points
+        (n, 3), mm: on the surface.
+    normals
+        (n, 3), unit: from the material towards the ball.
+    place
+        (n,) int64: touches with the same place can be joined by a straight way.
+    """
+
+    points: Float
+    normals: Float
+    place: np.ndarray[tuple[int], np.dtype[np.int64]]
+
+    def take(self, chosen: Sequence[int]) -> Contacts:
+        """Return the touches with the given indices."""
+        index = np.asarray(chosen, dtype=np.int64)
+        return Contacts(self.points[index], self.normals[index], self.place[index])
+
+
+def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts:
+    """Return ``count`` touches spread over a surface, the way an inspector would spread them.
+
+    Planes are touched on a grid over their free areas, balls in layers from the pole to the
+    equator, bores around half their depth, bosses and cones around two heights, lines along
+    their length.
+    """
+    point = np.array(artefact.point)
+    axis = unit(np.array(artefact.direction))
+    if isinstance(artefact, PlaneEntry):
+        return _on_plane(artefact, point, axis, count, rng)
+    if isinstance(artefact, SphereEntry):
+        normals = _on_sphere(axis, count, rng)
+        return _together(point + 0.5 * artefact.diameter * normals, normals)
+    if isinstance(artefact, BoreEntry):
+        around = _around(axis, count, rng)
+        depth = artefact.depth * rng.uniform(0.42, 0.58, (count, 1))
+        return _together(point - depth * axis + 0.5 * artefact.diameter * around, -around, 0)
+    if isinstance(artefact, CylinderEntry | ConeEntry):
+        return _on_boss(artefact, point, axis, count, rng)
+    if isinstance(artefact, LineEntry):
+        along = np.linspace(0.06, 0.94, count) if count > 1 else np.full(1, 0.5)
+        along = along + rng.uniform(-0.03, 0.03, count)
+        normals = np.tile(unit(np.array(artefact.normal)), (count, 1))
+        return _together(point + artefact.length * along[:, None] * axis, normals, 0)
+    return _together(np.tile(point, (count, 1)), np.tile(axis, (count, 1)), 0)
+
+
+def _together(points: Float, normals: Float, place: int | None = None) -> Contacts:
+    """Return contacts that share one place, or have a place each."""
+    count = len(points)
+    places = np.arange(count) if place is None else np.full(count, place)
+    return Contacts(points, normals, places.astype(np.int64))
+
+
+def _around(axis: Float, count: int, rng: np.random.Generator) -> Float:
+    first, second = perpendicular_pair(axis)
+    angle = 2.0 * np.pi * (np.arange(count) + rng.uniform()) / count
+    directions: Float = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    return directions
+
+
+def _on_plane(
+    artefact: PlaneEntry, point: Float, normal: Float, count: int, rng: np.random.Generator
+) -> Contacts:
+    along = unit(np.array(artefact.along))
+    across = np.cross(normal, along)
+    # The square root favours small areas: they lie at the rim and carry the tilt of the plane.
+    weight = np.sqrt([(u1 - u0) * (v1 - v0) for u0, v0, u1, v1 in artefact.areas])
+    points: list[Float] = []
+    place: list[int] = []
+    for number, share in enumerate(_share(count, weight)):
+        u0, v0, u1, v1 = artefact.areas[number]
+        for fraction_u, fraction_v in _grid(share, (u1 - u0) / (v1 - v0), rng):
+            u, v = u0 + (u1 - u0) * fraction_u, v0 + (v1 - v0) * fraction_v
+            points.append(point + u * along + v * across)
+            place.append(number)
+    return Contacts(np.array(points), np.tile(normal, (count, 1)), np.array(place, dtype=np.int64))
+
+
+def _grid(count: int, aspect: float, rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Return ``count`` places of the unit square, row by row and back, with some scatter."""
+    if count == 0:
+        return []
+    columns = int(np.clip(round(np.sqrt(count * aspect)), 1, count))
+    rows = -(-count // columns)
+    places: list[tuple[float, float]] = []
+    for row in range(rows):
+        here = min(columns, count - row * columns)
+        across = _spread(here)
+        if row % 2:
+            across = across[::-1]
+        places += [(float(u), float(_spread(rows)[row])) for u in across]
+    scatter = rng.uniform(-0.04, 0.04, (count, 2))
+    return [
+        (u + float(du), v + float(dv)) for (u, v), (du, dv) in zip(places, scatter, strict=True)
+    ]
+
+
+def _spread(count: int) -> Float:
+    return np.linspace(0.06, 0.94, count) if count > 1 else np.full(1, 0.5)
+
+
+def _on_sphere(axis: Float, count: int, rng: np.random.Generator) -> Float:
+    """Return normals: one at the pole, the others in layers down to the equator."""
+    polar = np.radians([45.0, 90.0] if count < 12 else [30.0, 60.0, 90.0])
+    normals = [axis]
+    for angle, share in zip(polar, _share(count - 1, np.sin(polar)), strict=True):
+        if share:
+            normals += list(np.cos(angle) * axis + np.sin(angle) * _around(axis, share, rng))
+    return np.array(normals)
+
+
+def _on_boss(
+    artefact: CylinderEntry | ConeEntry,
+    foot: Float,
+    axis: Float,
+    count: int,
+    rng: np.random.Generator,
+) -> Contacts:
+    taper = 0.0
+    if isinstance(artefact, ConeEntry):
+        taper = 0.5 * (artefact.diameter - artefact.top_diameter) / artefact.height
+    points: list[Float] = []
+    normals: list[Float] = []
+    for level, share in zip(_LEVELS, _share(count, np.ones(2)), strict=True):
+        if share:
+            height = level * artefact.height
+            around = _around(axis, share, rng)
+            radius = 0.5 * artefact.diameter - taper * height
+            points.append(foot + height * axis + radius * around)
+            normals.append(unit(around + taper * axis))
+    return _together(np.concatenate(points), np.concatenate(normals))
+
+
+def _share(count: int, weight: Float) -> list[int]:
+    """Return ``count`` divided in whole numbers by ``weight`` (largest remainder)."""
+    exact = count * weight / weight.sum()
+    shares = np.floor(exact).astype(int)
+    order = np.argsort(-(exact - shares), kind="stable")
+    shares[order[: count - int(shares.sum())]] += 1
+    return [int(share) for share in shares]
