@@ -102,7 +102,7 @@ def average(
             time_s,
         )
     if np.count_nonzero(good) < options.min_share * expected:
-        return _explain(window, rig, time_s)
+        return explain(window, rig, time_s)
     used = good & (_most_common(window.seen[good]) == window.seen).all(axis=1)
     tips = window.tip_world[used]
     centre = np.median(tips, axis=0)
@@ -170,7 +170,7 @@ def _mean_rotation(rotations: Float) -> Float:
     return rotation
 
 
-def _explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
+def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
     """Return the refusal for a window in which too few frames have a tip."""
     bad = window.status[window.status != FrameStatus.OK]
     worst = FrameStatus(int(np.bincount(bad).argmax()))

@@ -28,6 +28,8 @@ class Touch:
 
     Attributes
     ----------
+    first_frame
+        Exposure at which the trigger came.
     window
         Frames from the trigger on, as far as they arrived.
     expected
@@ -36,6 +38,7 @@ class Touch:
         (m, 3), mm: where the ball was before the trigger, oldest first.
     """
 
+    first_frame: int
     window: TrackBlock
     expected: int
     trail_world: Float
@@ -117,8 +120,9 @@ class TouchCollector:
     def _complete(self, block: TrackBlock, stop: int) -> Touch:
         window = join(self._pieces) if self._pieces else cut(block, stop, stop)
         trail = np.array(self._trail).reshape(-1, 3)
+        first_frame = self._end - self._expected
         self._pieces, self._end = [], -1
-        return Touch(window, self._expected, trail)
+        return Touch(first_frame, window, self._expected, trail)
 
 
 def approach_direction(trail_world: Float, contact_world: Float, distance: float) -> Float | None:

@@ -23,19 +23,26 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+from ocmm_core.tracking.sensitivity import TipSensitivity
 
 COVERAGE_FACTOR = 2.0
 """k of every expanded uncertainty U = k u that the product states."""
 
 
-def joint_covariance(points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody) -> Float:
+def joint_covariance(
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+) -> Float:
     """Return the covariance of all ball centres and the tip radius.
 
     Parameters
     ----------
     points
         N points, in any order.
+    sensitivities
+        `tip_sensitivity` of the spots of each point.
 
     Returns
     -------
@@ -48,7 +55,6 @@ def joint_covariance(points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody)
     covariance[size, size] = body.tip_radius_sigma**2
     if not points:
         return covariance
-    sensitivities = [tip_sensitivity(point.spots, rig, body) for point in points]
     covariance[:size, :size] = systematic_covariance(sensitivities, rig, body)
     for index, point in enumerate(points):
         block = slice(3 * index, 3 * index + 3)

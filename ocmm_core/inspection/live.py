@@ -1,0 +1,153 @@
+"""The live snapshot: what the machine sees now, and whether its number can be trusted."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, StopReason
+from ocmm_core.camera.rig import MAX_SLOTS, Rig
+from ocmm_core.errors import TrackingError
+from ocmm_core.geometry import Float, Int
+from ocmm_core.inspection.view import LiveView, StatusWord
+from ocmm_core.measuring.stable_point import PointOptions, explain
+from ocmm_core.measuring.uncertainty import point_uncertainty
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.pipeline import TrackingPipeline
+from ocmm_core.tracking.result import FrameStatus, TrackBlock
+from ocmm_core.tracking.sensitivity import tip_sensitivity
+
+_STALE_S = 0.3
+_SHOWN_FRAMES = 80
+"""The live position is the mean of so many latest frames, 10 ms at 8 kHz."""
+
+_UNCERTAINTY_EVERY_S = 0.2
+"""The uncertainty of the live tip changes slowly and costs milliseconds."""
+
+
+class LiveState:
+    """Keep what the latest frames say; fed by the reconstruction thread, read by any other.
+
+    Parameters
+    ----------
+    rig, body
+        What is measured with.
+    options
+        For the limit of the uncertainty.
+    live_source
+        Frames come by themselves, so that silence means a fault.
+    """
+
+    def __init__(
+        self, rig: Rig, body: ProbeBody, options: PointOptions, *, live_source: bool
+    ) -> None:
+        self._rig = rig
+        self._body = body
+        self._options = options
+        self._live_source = live_source
+        self._no_spots = np.full((len(rig.cameras), MAX_SLOTS, 2), np.nan)
+        self._no_labels = np.full((len(rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
+        self._raw: FrameBlock | None = None
+        self._track: TrackBlock | None = None
+        self._labels: Int = self._no_labels
+        self._reason = ""
+        self._collecting = False
+        self._uncertainty: float | None = None
+        self._uncertainty_at = -np.inf
+        self._fed_at = -np.inf
+        self._rate: deque[tuple[int, int]] = deque()
+
+    def feed(
+        self, raw: FrameBlock, track: TrackBlock, pipeline: TrackingPipeline, *, collecting: bool
+    ) -> None:
+        """Take in the latest frames (reconstruction thread only)."""
+        now = time.monotonic()
+        self._raw, self._labels, self._reason = raw, pipeline.slot_leds(), pipeline.reason
+        self._collecting = collecting
+        self._rate.append((int(raw.time_ns[-1]), len(raw)))
+        while self._rate[-1][0] - self._rate[0][0] > 1_000_000_000:
+            self._rate.popleft()
+        good = np.flatnonzero(track.status == FrameStatus.OK)
+        if len(good) and now - self._uncertainty_at > _UNCERTAINTY_EVERY_S:
+            self._uncertainty_at = now
+            self._uncertainty = self._uncertainty_of(track.uv[good[-1]])
+        self._track = track
+        self._fed_at = now
+
+    def view(self, acquisition: AcquisitionStatus) -> LiveView:
+        """Return the snapshot (any thread)."""
+        raw, track, rate = self._raw, self._track, list(self._rate)
+        word, reason = self._judge(acquisition, track)
+        trusted = word in (StatusWord.READY, StatusWord.MEASURING) and track is not None
+        shown = None
+        if trusted and track is not None:
+            latest = slice(-_SHOWN_FRAMES, None)
+            good = track.status[latest] == FrameStatus.OK
+            shown = track.tip_world[latest][good].mean(axis=0)
+        return LiveView(
+            status=word,
+            reason=reason,
+            tip_world=shown,
+            tip_uncertainty=self._uncertainty if shown is not None else None,
+            rotation_world_from_probe=(
+                track.rotation_world_from_probe[-1] if shown is not None and track else None
+            ),
+            origin_world=track.origin_world[-1] if shown is not None and track else None,
+            spots=raw.uv[-1] if raw is not None else self._no_spots,
+            slot_leds=self._labels,
+            frame_counter=int(raw.counter[-1]) if raw is not None else -1,
+            time_s=float(raw.time_ns[-1]) * 1e-9 if raw is not None else 0.0,
+            frames_per_second=_frames_per_second(rate),
+            acquisition=acquisition,
+        )
+
+    def _judge(
+        self, acquisition: AcquisitionStatus, track: TrackBlock | None
+    ) -> tuple[StatusWord, str]:
+        if acquisition.stop_reason is StopReason.FAILED:
+            return StatusWord.NOT_READY, acquisition.message or "The acquisition has failed."
+        if acquisition.state is AcquisitionState.STOPPED:
+            return StatusWord.NOT_READY, "The acquisition has stopped."
+        if track is None:
+            return StatusWord.NOT_READY, "Waiting for the cameras."
+        if self._live_source and time.monotonic() - self._fed_at > _STALE_S:
+            detail = f" ({acquisition.message})" if acquisition.message else ""
+            return StatusWord.NOT_READY, f"No new frames from the cameras{detail}."
+        status = FrameStatus(int(track.status[-1]))
+        if status is FrameStatus.LOST:
+            return StatusWord.LOST, explain(track, self._rig, 0.0).what
+        if status is FrameStatus.UNIDENTIFIED:
+            return StatusWord.LOST, f"Which LED is which is in doubt: {self._reason}."
+        if status is FrameStatus.DOUBTFUL:
+            return StatusWord.INACCURATE, "The spots do not fit the probe."
+        return self._judge_tip(track.tip_world[-1])
+
+    def _judge_tip(self, tip_world: Float) -> tuple[StatusWord, str]:
+        low, high = self._rig.volume_world
+        if np.any(tip_world < low) or np.any(tip_world > high):
+            return StatusWord.INACCURATE, "The ball is outside the calibrated volume."
+        limit = self._options.max_uncertainty
+        if self._uncertainty is None or self._uncertainty > limit:
+            return (
+                StatusWord.INACCURATE,
+                f"The position is uncertain by more than {limit:.3f} mm here: turn the probe so "
+                "that more LEDs face both cameras.",
+            )
+        return (StatusWord.MEASURING if self._collecting else StatusWord.READY), ""
+
+    def _uncertainty_of(self, spots: Float) -> float | None:
+        try:
+            sensitivity = tip_sensitivity(spots, self._rig, self._body)
+        except TrackingError:
+            return None
+        return point_uncertainty(sensitivity, self._rig, self._body)
+
+
+def _frames_per_second(rate: list[tuple[int, int]]) -> float:
+    if len(rate) < 2:
+        return 0.0
+    span_s = (rate[-1][0] - rate[0][0]) * 1e-9
+    return sum(count for _, count in rate[1:]) / span_s if span_s > 0.0 else 0.0

@@ -1,0 +1,385 @@
+"""One job being measured: touches become points, points features, features results.
+
+The session has no threads and no clock of its own. Its methods may be called from any thread; one
+lock guards them, and every change makes a new frozen `JobView`.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ocmm_core.alignment.datums import part_frame
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import FitError, MeasuringError, OcmmError
+from ocmm_core.features.actual import ActualFeature, actual_features
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
+from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
+from ocmm_core.measuring.trigger import Touch, approach_direction
+from ocmm_core.measuring.uncertainty import joint_covariance, point_uncertainty
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.results import evaluate_all
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+
+_WORST_FIRST = (
+    Verdict.NOT_CONFORM,
+    Verdict.NOT_PROVEN,
+    Verdict.NOT_MEASURED,
+    Verdict.CONFORM,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOptions:
+    """What the session accepts.
+
+    Attributes
+    ----------
+    point
+        What a touch must be like.
+    max_form
+        A feature whose points scatter by more than this, mm, has a point that belongs elsewhere:
+        it gives no result.
+    """
+
+    point: PointOptions = field(default_factory=PointOptions)
+    max_form: float = 0.5
+
+
+class InspectionSession:
+    """Carry out a plan, point by point.
+
+    Parameters
+    ----------
+    plan, rig, body
+        What is measured, and with what.
+    job
+        Where points are made durable before anybody is told of them. Points that it holds already
+        are taken over, so that a job goes on after an interruption.
+    options
+        Limits.
+    """
+
+    def __init__(
+        self, plan: Plan, rig: Rig, body: ProbeBody, job: JobFile, options: SessionOptions
+    ) -> None:
+        self._plan = plan
+        self._rig = rig
+        self._body = body
+        self._job = job
+        self._options = options
+        self._lock = threading.RLock()
+        self._points: list[MeasuredPoint] = job.points()
+        self._sensitivities: dict[int, TipSensitivity] = {
+            point.number: tip_sensitivity(point.spots, rig, body) for point in self._points
+        }
+        self._done: set[str] = set()
+        self._refusal: Refusal | None = None
+        for feature in plan.features:
+            if self._count(feature.name) >= feature.points:
+                self._done.add(feature.name)
+        self._active = ""
+        self._advance()
+        self._view: JobView | None = None
+
+    @property
+    def view(self) -> JobView:
+        """Return the job as it stands; computed when somebody looks after a change."""
+        with self._lock:
+            if self._view is None:
+                self._view = self._evaluate()
+            return self._view
+
+    @property
+    def T_part_from_world(self) -> RigidTransform | None:  # noqa: N802 - the name says the frames
+        """Return the part frame, or None while its datums are not measured."""
+        with self._lock:
+            return self._part_frame(self._checked_features())
+
+    def take_touch(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
+        """Turn a touch into a durable point of the active feature, or say why not.
+
+        Parameters
+        ----------
+        touch
+            The frames.
+        feature
+            Feature that the touch is meant for; None for the active one.
+
+        Raises
+        ------
+        StorageError
+            The point could not be made durable; it is not part of the job then.
+        """
+        with self._lock:
+            outcome = self._point(touch, feature if feature is not None else self._active)
+            self._view = None
+            if isinstance(outcome, Refusal):
+                self._refusal = outcome
+                self._job.append_event("refused", f"{outcome.code.value}: {outcome.what}")
+                return outcome
+            self._append(outcome)
+            self._refusal = None
+            if self._count(outcome.feature) >= self._plan.feature(outcome.feature).points:
+                self._done.add(outcome.feature)
+                if outcome.feature == self._active:
+                    self._advance()
+            return outcome
+
+    def undo(self) -> None:
+        """Take back the last point; its observation stays in the job file.
+
+        Raises
+        ------
+        MeasuringError
+            There is no point.
+        """
+        with self._lock:
+            last = self._last_point()
+            self._job.annul_point(last.number, "undone by the operator")
+            self._points.remove(last)
+            self._done.discard(last.feature)
+            self._active = last.feature
+            self._refusal = None
+            self._view = None
+
+    def flip(self) -> None:
+        """Turn the compensation of the last point to the other side.
+
+        Raises
+        ------
+        MeasuringError
+            There is no point.
+        """
+        with self._lock:
+            last = self._last_point()
+            self._job.annul_point(last.number, "compensation flipped by the operator")
+            self._points.remove(last)
+            number = self._job.next_number()
+            self._sensitivities[number] = self._sensitivities[last.number]
+            self._append(
+                replace(last, number=number, direction=-last.direction, approach="flipped")
+            )
+            self._view = None
+
+    def finish(self) -> None:
+        """Accept the active feature with the points it has and go to the next one.
+
+        Raises
+        ------
+        MeasuringError
+            No feature is active, or it has fewer points than its shape needs.
+        """
+        with self._lock:
+            if not self._active:
+                raise MeasuringError(
+                    "session.complete",
+                    "Every feature of the plan is measured.",
+                    "Export the report, or select a feature to measure it again.",
+                )
+            feature = self._plan.feature(self._active)
+            minimum, count = MINIMUM_POINTS[feature.shape], self._count(feature.name)
+            if count < minimum:
+                raise MeasuringError(
+                    "session.too_few",
+                    f"{feature.name} has {count} of the {minimum} points that a "
+                    f"{feature.shape.value.lower()} needs.",
+                    f"Take {minimum - count} more.",
+                )
+            self._job.append_event("finished", f"{feature.name} with {count} points")
+            self._done.add(feature.name)
+            self._advance()
+            self._view = None
+
+    def select(self, name: str) -> None:
+        """Make a feature the one that takes the next point.
+
+        Raises
+        ------
+        MeasuringError
+            The plan has no feature of that name.
+        """
+        with self._lock:
+            if name not in {feature.name for feature in self._plan.features}:
+                raise MeasuringError(
+                    "session.feature",
+                    f"The plan has no feature called {name!r}.",
+                    "Select one of the features in the list.",
+                )
+            self._active = name
+            self._done.discard(name)
+            self._view = None
+
+    def missing(self) -> list[tuple[str, int]]:
+        """Return the features that are not done and how many points each still needs."""
+        with self._lock:
+            return [
+                (feature.name, max(feature.points - self._count(feature.name), 0))
+                for feature in self._plan.features
+                if feature.name not in self._done
+            ]
+
+    def _point(self, touch: Touch, feature: str) -> MeasuredPoint | Refusal:
+        stable = average(touch.window, touch.expected, self._rig, self._options.point)
+        if isinstance(stable, Refusal):
+            return stable
+        if not feature:
+            return Refusal(
+                RefusalCode.NO_FEATURE,
+                "Every feature of the plan is done.",
+                "Select a feature to measure it again, or export the report.",
+                stable.time_s,
+            )
+        direction = approach_direction(
+            touch.trail_world, stable.tip_world, self._options.point.approach_mm
+        )
+        if direction is None:
+            return Refusal(
+                RefusalCode.NO_APPROACH,
+                "It is not known from which side the ball came to the surface.",
+                f"Move it away by {self._options.point.approach_mm:g} mm or more and touch again.",
+                stable.time_s,
+            )
+        sensitivity = tip_sensitivity(stable.spots, self._rig, self._body)
+        refusal = self._doubt(stable, sensitivity)
+        if refusal is not None:
+            return refusal
+        number = self._job.next_number()
+        self._sensitivities[number] = sensitivity
+        return MeasuredPoint(
+            number=number,
+            feature=feature,
+            time_s=stable.time_s,
+            first_frame=stable.first_frame,
+            last_frame=stable.last_frame,
+            n_frames=stable.n_frames,
+            tip_world=stable.tip_world,
+            random_covariance=stable.random_covariance,
+            direction=direction,
+            tip_radius=self._body.tip_radius,
+            rotation_world_from_probe=stable.rotation_world_from_probe,
+            spots=stable.spots,
+            chi2_per_dof=stable.chi2_per_dof,
+            approach="trail",
+        )
+
+    def _doubt(self, stable: StablePoint, sensitivity: TipSensitivity) -> Refusal | None:
+        low, high = self._rig.volume_world
+        if np.any(stable.tip_world < low) or np.any(stable.tip_world > high):
+            return Refusal(
+                RefusalCode.OUTSIDE,
+                "The ball is outside the volume in which the cameras are calibrated.",
+                "Move the part or the cameras, or calibrate a larger volume.",
+                stable.time_s,
+            )
+        limit = self._options.point.max_uncertainty
+        uncertainty = point_uncertainty(sensitivity, self._rig, self._body)
+        if uncertainty > limit:
+            return Refusal(
+                RefusalCode.UNCERTAIN,
+                f"The point would be uncertain by {uncertainty:.3f} mm (limit {limit:.3f} mm).",
+                "Turn the probe so that more LEDs face both cameras.",
+                stable.time_s,
+            )
+        return None
+
+    def _append(self, point: MeasuredPoint) -> None:
+        self._job.append_point(point)
+        self._points.append(point)
+
+    def _last_point(self) -> MeasuredPoint:
+        if not self._points:
+            raise MeasuringError("session.no_point", "No point was taken yet.", "Take one first.")
+        return self._points[-1]
+
+    def _count(self, feature: str) -> int:
+        return sum(point.feature == feature for point in self._points)
+
+    def _advance(self) -> None:
+        names = [feature.name for feature in self._plan.features if feature.name not in self._done]
+        self._active = names[0] if names else ""
+
+    def _evaluate(self) -> JobView:
+        actual = self._checked_features()
+        results = evaluate_all(
+            self._plan.characteristics,
+            self._plan.alignment,
+            actual,
+            self._covariance(),
+            self._plan.rule,
+        )
+        return JobView(
+            job=self._job.path.stem,
+            part=self._plan.part,
+            operator=self._job.head.operator,
+            features=tuple(
+                self._feature_view(nominal, actual[nominal.name], results)
+                for nominal in self._plan.features
+            ),
+            active=self._active,
+            characteristics=results,
+            refusal=self._refusal,
+            complete=not self._active,
+        )
+
+    def _checked_features(self) -> dict[str, ActualFeature | FitError]:
+        actual = actual_features(self._plan.features, self._points)
+        for name, feature in actual.items():
+            if isinstance(feature, ActualFeature) and feature.fit.form > self._options.max_form:
+                worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
+                actual[name] = FitError(
+                    "session.form",
+                    f"The points of {name} scatter by {feature.fit.form:.3f} mm; point {worst} "
+                    "lies farthest off.",
+                    "Undo the points that belong elsewhere and take them again.",
+                )
+        return actual
+
+    def _part_frame(
+        self, actual: Mapping[str, ActualFeature | FitError]
+    ) -> RigidTransform | None:
+        if self._plan.alignment is None:
+            return None
+        measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
+        try:
+            return part_frame(self._plan.alignment, measured)
+        except OcmmError:
+            return None
+
+    def _covariance(self) -> Float:
+        sensitivities: Sequence[TipSensitivity] = [
+            self._sensitivities[point.number] for point in self._points
+        ]
+        return joint_covariance(self._points, sensitivities, self._rig, self._body)
+
+    def _feature_view(
+        self,
+        nominal: NominalFeature,
+        actual: ActualFeature | FitError,
+        results: Sequence[CharacteristicResult],
+    ) -> FeatureView:
+        state = FeatureState.DONE if nominal.name in self._done else FeatureState.PENDING
+        if nominal.name == self._active:
+            state = FeatureState.ACTIVE
+        fitted = isinstance(actual, ActualFeature)
+        verdicts = {item.verdict for item in results if nominal.name in item.features}
+        return FeatureView(
+            name=nominal.name,
+            shape=nominal.shape,
+            needed=nominal.points,
+            state=state,
+            points=tuple(point for point in self._points if point.feature == nominal.name),
+            fit=actual.fit if isinstance(actual, ActualFeature) else None,
+            verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fitted else None,
+            note=actual.what if isinstance(actual, FitError) else "",
+        )

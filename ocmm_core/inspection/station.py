@@ -1,0 +1,263 @@
+"""The measuring station: acquisition, reconstruction and session, run together.
+
+Window and command line use the same station. Frames go from the ring through tracking to the
+session on one thread of its own (the reconstruction thread); everybody else pulls snapshots.
+Signals carry changes of state only and are emitted on the thread that made the change.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, Protocol
+
+from psygnal import Signal
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.acquisition.ring import FrameRing, Word
+from ocmm_core.acquisition.worker import (
+    Acquisition,
+    AcquisitionState,
+    AcquisitionStatus,
+    read_status,
+)
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import OcmmError
+from ocmm_core.export.polyworks import export_polyworks
+from ocmm_core.inspection.live import LiveState
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.view import JobView, LiveView
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.measuring.trigger import TouchCollector
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
+
+_log = logging.getLogger(__name__)
+
+_BATCH = 800
+"""Most frames that are tracked at once; 10 ms at 8 kHz come to 80."""
+
+_IDLE_S = 0.002
+_STOP_S = 1.5
+
+
+class FrameSink(Protocol):
+    """Takes the raw frames as they come, e.g. a recorder."""
+
+    def append(self, block: FrameBlock) -> None:
+        """Keep a block of frames."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class StationOptions:
+    """How the station works.
+
+    Attributes
+    ----------
+    session, tracking
+        Options of the session and of the tracking.
+    live_source
+        Frames come by themselves, so that silence means a fault.
+    intent
+        For scripted operators: which feature the touch that ends at an exposure is meant for;
+        None where the active feature of the session takes every point.
+    """
+
+    session: SessionOptions
+    tracking: TrackingOptions
+    live_source: bool = False
+    intent: Callable[[int], str | None] | None = None
+
+
+class MeasuringStation:
+    """Measure one job.
+
+    Parameters
+    ----------
+    plan, rig, body
+        What is measured and with what.
+    job
+        The open job file; closed by `close`.
+    acquisition
+        Fills ``ring``; started and stopped by the station.
+    ring
+        Owned by the station from now on.
+    options
+        See `StationOptions`.
+    recorder
+        Gets every raw frame.
+    """
+
+    changed: ClassVar[Signal] = Signal()
+    """Emitted without arguments after every change of the job."""
+    point_taken: ClassVar[Signal] = Signal(MeasuredPoint)
+    """Emitted after a point has become durable."""
+    point_refused: ClassVar[Signal] = Signal(Refusal)
+    """Emitted when a touch gave no point."""
+    failed: ClassVar[Signal] = Signal(OcmmError)
+    """Emitted when the reconstruction had to give up on a touch or altogether."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        rig: Rig,
+        body: ProbeBody,
+        job: JobFile,
+        acquisition: Acquisition,
+        ring: FrameRing,
+        options: StationOptions,
+        recorder: FrameSink | None = None,
+    ) -> None:
+        self.plan = plan
+        self.rig = rig
+        self.body = body
+        self._job = job
+        self._acquisition = acquisition
+        self._ring = ring
+        self._options = options
+        self._recorder = recorder
+        self._session = InspectionSession(plan, rig, body, job, options.session)
+        self._live = LiveState(
+            rig, body, options.session.point, live_source=options.live_source
+        )
+        self._take = threading.Event()
+        self._stop = threading.Event()
+        self._drained = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._last_status: AcquisitionStatus | None = None
+
+    def start(self) -> None:
+        """Start acquisition and reconstruction."""
+        self._acquisition.start()
+        self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
+        self._thread.start()
+
+    def request_stop(self) -> None:
+        """Ask both to end; returns at once."""
+        self._acquisition.request_stop()
+        self._stop.set()
+
+    def join(self, timeout_s: float) -> bool:
+        """Wait for the end of both and say whether it came in time."""
+        ended = self._acquisition.join(timeout_s)
+        if self._thread is not None:
+            self._thread.join(timeout_s)
+            ended = ended and not self._thread.is_alive()
+        return ended
+
+    def close(self) -> None:
+        """Stop, and give back ring and job file. May be called twice."""
+        self.request_stop()
+        if not self.join(_STOP_S):
+            _log.error("The acquisition did not end within %s s.", _STOP_S)
+        self._last_status = self.acquisition_status()
+        self._ring.close()
+        self._job.close()
+
+    def wait_finished(self, timeout_s: float) -> bool:
+        """Wait until the source has ended and all its frames are measured; say whether so."""
+        return self._drained.wait(timeout_s)
+
+    def acquisition_status(self) -> AcquisitionStatus:
+        """Return the counters of the acquisition; after `close`, those at the end."""
+        return self._last_status if self._last_status is not None else read_status(self._ring)
+
+    def live(self) -> LiveView:
+        """Return what the machine sees now."""
+        return self._live.view(self.acquisition_status())
+
+    def job(self) -> JobView:
+        """Return the job as it stands."""
+        return self._session.view
+
+    def take(self) -> None:
+        """Take a point now; the answer comes by signal."""
+        self._take.set()
+
+    def undo(self) -> None:
+        """Take back the last point."""
+        self._session.undo()
+        self.changed.emit()
+
+    def finish(self) -> None:
+        """Accept the active feature with the points it has."""
+        self._session.finish()
+        self.changed.emit()
+
+    def select(self, feature: str) -> None:
+        """Make a feature the active one."""
+        self._session.select(feature)
+        self.changed.emit()
+
+    def flip(self) -> None:
+        """Turn the compensation of the last point to the other side."""
+        self._session.flip()
+        self.changed.emit()
+
+    def missing(self) -> list[tuple[str, int]]:
+        """Return the features that are not done and how many points each still needs."""
+        return self._session.missing()
+
+    def export(self, directory: Path) -> tuple[Path, ...]:
+        """Write the PolyWorks files of the job to ``directory`` and return their names."""
+        return export_polyworks(
+            self.job(),
+            self.plan.features,
+            directory,
+            T_part_from_world=self._session.T_part_from_world,
+        )
+
+    def _run(self) -> None:
+        pipeline = TrackingPipeline(self.rig, self.body, self._options.tracking)
+        collector: TouchCollector | None = None
+        try:
+            while not self._stop.is_set():
+                block = self._ring.read(_BATCH)
+                if block is None:
+                    if read_status(self._ring).state is AcquisitionState.STOPPED:
+                        # What was written between the read and the stop is still to come.
+                        block = self._ring.read(_BATCH)
+                    if block is None:
+                        if read_status(self._ring).state is AcquisitionState.STOPPED:
+                            return
+                        self._stop.wait(_IDLE_S)
+                        continue
+                if collector is None:
+                    period_s = self._ring.word(Word.FRAME_PERIOD_NS) * 1e-9
+                    collector = TouchCollector(period_s, self._options.session.point)
+                self._measure(block, pipeline, collector)
+        except OcmmError as error:
+            _log.exception("The reconstruction stopped.")
+            self.failed.emit(error)
+        finally:
+            self._drained.set()
+
+    def _measure(
+        self, block: FrameBlock, pipeline: TrackingPipeline, collector: TouchCollector
+    ) -> None:
+        if self._recorder is not None:
+            self._recorder.append(block)
+        track = pipeline.process(block)
+        if self._take.is_set():
+            self._take.clear()
+            collector.arm()
+        touches = collector.feed(track)
+        self._live.feed(block, track, pipeline, collecting=collector.collecting)
+        for touch in touches:
+            intent = self._options.intent
+            feature = intent(touch.first_frame) if intent is not None else None
+            try:
+                outcome = self._session.take_touch(touch, feature)
+            except OcmmError as error:
+                # A point that could not be made durable is no point; measuring goes on.
+                self.failed.emit(error)
+                continue
+            signal = self.point_refused if isinstance(outcome, Refusal) else self.point_taken
+            signal.emit(outcome)
+            self.changed.emit()
