@@ -143,8 +143,8 @@ class AcquisitionWorker:
         """Open, read until the end, close; never raises what the source raises."""
         reason = StopReason.FAILED
         self._ring.set_word(Word.STATE, AcquisitionState.OPENING)
-        self._ring.set_word(Word.FRAME_PERIOD_NS, self._source.description.frame_period_ns)
         try:
+            self._ring.set_word(Word.FRAME_PERIOD_NS, self._source.description.frame_period_ns)
             self._source.open()
             self._ring.set_word(Word.STATE, AcquisitionState.RUNNING)
             reason = self._read_until_end()

@@ -27,7 +27,7 @@ from ocmm_core.acquisition.worker import (
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.polyworks import export_polyworks
-from ocmm_core.inspection.live import LiveState
+from ocmm_core.station.live import LiveState
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, SessionOptions
 from ocmm_core.inspection.view import JobView, LiveView

@@ -1,0 +1,1 @@
+"""The measuring station: everything that runs while a job is measured."""
