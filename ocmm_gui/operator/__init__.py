@@ -1,1 +1,1 @@
-
+"""What the inspector looks at: digits, tolerance, plan and guidance, legible from afar."""

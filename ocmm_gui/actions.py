@@ -1,0 +1,90 @@
+"""Everything that a key or a button does, as one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from ocmm_gui.triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
+
+
+@dataclass(frozen=True, slots=True)
+class ActionInfo:
+    """One thing that the inspector can do.
+
+    Attributes
+    ----------
+    key
+        Stable name.
+    text
+        On the button.
+    tip
+        One sentence; also what a screen reader says.
+    shortcuts
+        Keys; the first one is shown.
+    is_trigger
+        It may come from a foot switch, so it is debounced.
+    """
+
+    key: str
+    text: str
+    tip: str
+    shortcuts: tuple[str, ...]
+    is_trigger: bool = False
+
+
+ACTIONS = (
+    ActionInfo("take", "Take", "Take a point now", TAKE_KEYS, True),
+    ActionInfo("undo", "Undo", "Take the last point back", UNDO_KEYS, True),
+    ActionInfo("finish", "Finish", "Accept this feature and go to the next", FINISH_KEYS, True),
+    ActionInfo("flip", "Flip side", "Turn the compensation of the last point round", ("X",)),
+    ActionInfo("previous", "Previous", "Go to the previous feature of the plan", ("PgUp",)),
+    ActionInfo("next", "Next", "Go to the next feature of the plan", ("PgDown",)),
+    ActionInfo("view", "Far view", "Change between far view and desk view", ("F11", "V")),
+    ActionInfo("cameras", "Cameras", "Show or hide the live camera images", ("C",)),
+    ActionInfo("fit", "Fit view", "Show the whole work in the 3-D view", ("F",)),
+    ActionInfo("theme", "Theme", "Change between dark, light and high contrast", ("T",)),
+    ActionInfo("export", "Export", "Write the report files", ("E",)),
+    ActionInfo("log", "Save log", "Save everything that was reported, for support", ("L",)),
+)
+
+
+def make_actions(window: QWidget, calls: Mapping[str, Callable[[], None]]) -> dict[str, QAction]:
+    """Return the actions by key, with their shortcuts active in ``window``.
+
+    ``calls`` has one entry for every key of `ACTIONS`; a missing one is a KeyError.
+    """
+    actions: dict[str, QAction] = {}
+    for info in ACTIONS:
+        action = QAction(info.text, window)
+        action.setObjectName(info.key)
+        action.setToolTip(f"{info.tip} ({', '.join(info.shortcuts)})")
+        action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+        # A held pedal must not flood the job with points.
+        action.setAutoRepeat(False)
+        call = calls[info.key]
+        command = Debounced(call) if info.is_trigger else call
+        # QAction sends its checked state, which no command wants.
+        action.triggered.connect(lambda _checked, command=command: command())
+        window.addAction(action)
+        actions[info.key] = action
+    return actions
+
+
+def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
+    """Return a button that does what ``action`` does and shows its first key."""
+    key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
+    button = QPushButton(f"{action.text()}  [{key}]")
+    button.setAccessibleName(action.text())
+    button.setAccessibleDescription(action.toolTip())
+    button.setToolTip(action.toolTip())
+    button.setProperty("role", "primary" if primary else "plain")
+    button.setEnabled(action.isEnabled())
+    action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
+    button.clicked.connect(action.trigger)
+    return button

@@ -1,0 +1,173 @@
+"""Between the measuring station and Qt: state by signals, live values by a timer.
+
+The station emits on its reconstruction thread. A Qt signal with a queued connection carries each
+event to the window's thread; frames never travel this way, the timer pulls the latest snapshot.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.view import JobView, LiveView
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
+
+if TYPE_CHECKING:
+    from ocmm_core.station.station import MeasuringStation
+
+LIVE_HZ = 30
+CLOSE_LIMIT_S = 1.5
+"""How long the station may take to stop; the window closes within two seconds in any case."""
+
+_log = logging.getLogger(__name__)
+
+
+class StationBridge(QObject):
+    """Deliver what the station says on the window's thread, and pass commands on.
+
+    Parameters
+    ----------
+    station
+        Owned from now on: `close` stops it.
+    """
+
+    live_changed = Signal(object)
+    """Emits a `LiveView`, `LIVE_HZ` times a second."""
+    job_changed = Signal(object)
+    """Emits a `JobView` after every change of the job."""
+    point_taken = Signal(object)
+    """Emits the `MeasuredPoint` that was accepted."""
+    point_refused = Signal(object)
+    """Emits the `Refusal` of a touch."""
+    exported = Signal(object)
+    """Emits the written files, ``tuple[Path, ...]``."""
+    failed = Signal(object)
+    """Emits the `OcmmError` of a command."""
+
+    # One signal each for the thread change; the public ones are emitted on the window's thread.
+    _changed_elsewhere = Signal()
+    _taken_elsewhere = Signal(object)
+    _refused_elsewhere = Signal(object)
+
+    def __init__(self, station: MeasuringStation, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._station = station
+        self._closed = False
+        self._job_is_stale = False
+        queued = Qt.ConnectionType.QueuedConnection
+        self._changed_elsewhere.connect(self._refresh_job, queued)
+        self._taken_elsewhere.connect(self.point_taken, queued)
+        self._refused_elsewhere.connect(self.point_refused, queued)
+        station.changed.connect(self._on_changed)
+        station.point_taken.connect(self._on_taken)
+        station.point_refused.connect(self._on_refused)
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(1000 // LIVE_HZ)
+        self._timer.timeout.connect(self._pull_live)
+
+    @property
+    def station(self) -> MeasuringStation:
+        """Return the station behind the bridge."""
+        return self._station
+
+    def start(self) -> None:
+        """Start the station and the timer, and send the first snapshots."""
+        self._command(self._station.start)
+        self._timer.start()
+        self._pull_live()
+        self._refresh_job()
+
+    def close(self) -> bool:
+        """Stop the station within `CLOSE_LIMIT_S` and say whether it stopped; idempotent."""
+        if self._closed:
+            return True
+        self._closed = True
+        self._timer.stop()
+        self._station.changed.disconnect(self._on_changed)
+        self._station.point_taken.disconnect(self._on_taken)
+        self._station.point_refused.disconnect(self._on_refused)
+        self._station.request_stop()
+        stopped = self._station.join(CLOSE_LIMIT_S)
+        if not stopped:
+            _log.error("The measuring station did not stop within %.1f s.", CLOSE_LIMIT_S)
+        self._station.close()
+        return stopped
+
+    def live(self) -> LiveView:
+        """Return the latest state of the machine."""
+        return self._station.live()
+
+    def job(self) -> JobView:
+        """Return the job as it stands."""
+        return self._station.job()
+
+    def take(self) -> None:
+        """Take a point now."""
+        self._command(self._station.take)
+
+    def undo(self) -> None:
+        """Take the last point back."""
+        self._command(self._station.undo)
+
+    def finish(self) -> None:
+        """Accept the active feature and go to the next."""
+        self._command(self._station.finish)
+
+    def flip(self) -> None:
+        """Flip the compensation side of the last point."""
+        self._command(self._station.flip)
+
+    def select(self, feature: str) -> None:
+        """Make a feature of the plan the active one."""
+        self._command(lambda: self._station.select(feature))
+
+    def select_neighbour(self, step: int) -> None:
+        """Make the feature ``step`` places after the active one the active one."""
+        job = self.job()
+        names = [feature.name for feature in job.features]
+        if job.active in names:
+            self.select(names[min(max(names.index(job.active) + step, 0), len(names) - 1)])
+        elif names:
+            self.select(names[-1])
+
+    def export(self, directory: Path) -> None:
+        """Write the report into a folder."""
+
+        def write() -> None:
+            self.exported.emit(self._station.export(directory))
+
+        self._command(write)
+
+    def _command(self, call: Callable[[], None]) -> None:
+        if self._closed:
+            return
+        try:
+            call()
+        except OcmmError as error:
+            self.failed.emit(error)
+
+    def _pull_live(self) -> None:
+        self.live_changed.emit(self._station.live())
+
+    def _refresh_job(self) -> None:
+        self._job_is_stale = False
+        if not self._closed:
+            self.job_changed.emit(self._station.job())
+
+    def _on_changed(self) -> None:
+        # Many changes between two turns of the event loop need one refresh only.
+        if not self._job_is_stale:
+            self._job_is_stale = True
+            self._changed_elsewhere.emit()
+
+    def _on_taken(self, point: MeasuredPoint) -> None:
+        self._taken_elsewhere.emit(point)
+
+    def _on_refused(self, refusal: Refusal) -> None:
+        self._refused_elsewhere.emit(refusal)

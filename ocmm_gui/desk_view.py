@@ -1,0 +1,161 @@
+"""The desk view: plan, 3-D view, feature, status and camera images at once."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.camera.rig import Rig
+from ocmm_core.inspection.view import FeatureState, JobView, LiveView
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_gui.actions import make_button
+from ocmm_gui.operator.feature_panel import FeaturePanel
+from ocmm_gui.operator.guidance import Guidance
+from ocmm_gui.operator.plan_list import PlanList
+from ocmm_gui.operator.readout import Readout
+from ocmm_gui.operator.status_strip import StatusStrip
+from ocmm_gui.theme import text_font
+from ocmm_gui.views.camera_view import CameraViews
+from ocmm_gui.views.point_view import PointView
+
+_TOOLS = ("flip", "cameras", "fit", "theme", "log", "export", "view")
+_SIDE_PX = 250
+_PANEL_PX = 370
+
+
+class DeskView(QWidget):
+    """Everything that the technician looks at.
+
+    Parameters
+    ----------
+    rig, body
+        What measures.
+    actions
+        By key.
+    guarded
+        Whether the plan decides with a guard band.
+    """
+
+    def __init__(
+        self, rig: Rig, body: ProbeBody, actions: dict[str, QAction], *, guarded: bool
+    ) -> None:
+        super().__init__()
+        self.strip = StatusStrip(len(rig.cameras), body.n_leds)
+        self.plan = PlanList()
+        self.points = PointView(rig, body)
+        self.readout = Readout()
+        self.feature = FeaturePanel(guarded=guarded)
+        self.guidance = Guidance(15)
+        self.cameras = CameraViews(rig)
+        self._heading = QLabel()
+        self._heading.setAccessibleName("Job")
+        self._heading.setTextFormat(Qt.TextFormat.PlainText)
+        self._heading.setFont(text_font(14, bold=True))
+        self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        work = QWidget()
+        beside = QHBoxLayout(work)
+        beside.setContentsMargins(0, 0, 0, 0)
+        beside.setSpacing(8)
+        beside.addWidget(self._left())
+        beside.addWidget(self.points, 1)
+        self._split = QSplitter(Qt.Orientation.Vertical)
+        self._split.setChildrenCollapsible(False)
+        self._split.addWidget(work)
+        self._split.addWidget(self.cameras)
+        self._split.setStretchFactor(0, 3)
+        self._split.setStretchFactor(1, 1)
+        self._split.setSizes([690, 230])
+        middle = QHBoxLayout()
+        middle.setSpacing(8)
+        middle.addWidget(self._split, 1)
+        middle.addWidget(self._right(actions))
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(10, 8, 10, 8)
+        layout.setSpacing(8)
+        layout.addWidget(self.strip)
+        layout.addLayout(middle, 1)
+        layout.addLayout(_tool_row(actions))
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the state of the machine."""
+        self.strip.show_live(live)
+        self.readout.show_live(live)
+        self.guidance.show_live(live)
+        self.points.show_live(live)
+        if self.cameras.isVisible():
+            self.cameras.show_live(live)
+
+    def show_job(self, job: JobView) -> None:
+        """Show the job as it stands."""
+        done = sum(feature.state is FeatureState.DONE for feature in job.features)
+        self._heading.setText(f"{job.part}   {done} / {len(job.features)} features")
+        self._heading.setToolTip(f"Job {job.job}, part {job.part}, operator {job.operator}")
+        self.plan.show_job(job)
+        self.points.show_job(job)
+        self.feature.show_job(job)
+        self.guidance.show_job(job)
+
+    def toggle_cameras(self) -> None:
+        """Show or hide the camera images."""
+        self.cameras.setVisible(not self.cameras.isVisible())
+
+    def _left(self) -> QWidget:
+        side = QWidget()
+        side.setFixedWidth(_SIDE_PX)
+        layout = QVBoxLayout(side)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(6)
+        layout.addWidget(self._heading)
+        layout.addWidget(self.plan, 1)
+        return side
+
+    def _right(self, actions: dict[str, QAction]) -> QWidget:
+        side = QWidget()
+        side.setFixedWidth(_PANEL_PX)
+        layout = QVBoxLayout(side)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(6)
+        layout.addWidget(self.readout, 1)
+        layout.addWidget(self.feature, 3)
+        box = QFrame()
+        box.setProperty("role", "panel")
+        inner = QVBoxLayout(box)
+        inner.setContentsMargins(12, 8, 12, 8)
+        inner.addWidget(self.guidance)
+        layout.addWidget(box)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for key in ("take", "undo", "finish"):
+            button = make_button(actions[key], primary=key == "take")
+            button.setMinimumHeight(52)
+            button.setText(actions[key].text())
+            button.setFont(text_font(18, bold=True))
+            row.addWidget(button, 1)
+        layout.addLayout(row)
+        return side
+
+
+def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
+    row = QHBoxLayout()
+    row.setSpacing(6)
+    hint = QLabel("Take: Space    Undo: Backspace    Finish: Return    Feature: PgUp / PgDn")
+    hint.setProperty("role", "muted")
+    hint.setFont(text_font(12))
+    hint.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+    row.addWidget(hint, 1)
+    for key in _TOOLS:
+        button: QPushButton = make_button(actions[key])
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.setFont(text_font(13))
+        row.addWidget(button)
+    return row

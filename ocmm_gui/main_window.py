@@ -1,0 +1,219 @@
+"""The main window: far view and desk view of one running inspection."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.view import FeatureState, JobView, LiveView
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.tolerances.result import Verdict
+from ocmm_gui.actions import make_actions
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.desk_view import DeskView
+from ocmm_gui.notify import Banner, NoticeCentre
+from ocmm_gui.operator.export_panel import ExportPanel
+from ocmm_gui.operator.far_view import FarView
+from ocmm_gui.sound import Sound, SoundPlayer
+from ocmm_gui.theme import THEMES, apply_theme
+from ocmm_gui.words import next_step
+
+
+class MainWindow(QMainWindow):
+    """Two densities on one key; closing it stops the station.
+
+    Parameters
+    ----------
+    bridge
+        The running inspection.
+    notices
+        Where errors and news go.
+    sounds
+        Player, or None for silence.
+    theme
+        Name of the theme to begin with.
+    out
+        Folder of the report; None asks for one in the window.
+    """
+
+    closed = Signal()
+    """The station has stopped and the window is going away."""
+
+    def __init__(
+        self,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        *,
+        sounds: SoundPlayer | None = None,
+        theme: str = "dark",
+        out: Path | None = None,
+    ) -> None:
+        super().__init__()
+        self.setWindowTitle(f"OCMM – {bridge.station.plan.part}")
+        self.setMinimumSize(1024, 640)
+        self._bridge = bridge
+        self._notices = notices
+        self._sounds = sounds
+        self._out = out
+        self._theme = THEMES[theme]
+        self._previous: JobView | None = None
+        self.close_seconds = 0.0
+        guarded = bridge.station.plan.rule == "iso14253-1"
+        self.actions_by_key = make_actions(self, self._calls())
+        self.desk = DeskView(
+            bridge.station.rig, bridge.station.body, self.actions_by_key, guarded=guarded
+        )
+        self.far = FarView(self.actions_by_key, guarded=guarded)
+        self.banner = Banner()
+        self.export_panel = ExportPanel(Path.home() / "ocmm-out")
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self.desk)
+        self._stack.addWidget(self.far)
+        central = QWidget()
+        layout = QVBoxLayout(central)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        for widget in (self.banner, self.export_panel):
+            layout.addWidget(widget)
+        layout.addWidget(self._stack, 1)
+        self.setCentralWidget(central)
+        self.desk.plan.feature_chosen.connect(bridge.select)
+        self.export_panel.folder_given.connect(bridge.export)
+        notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
+        bridge.failed.connect(notices.error)
+        bridge.exported.connect(self._on_exported)
+        bridge.live_changed.connect(self._on_live)
+        bridge.job_changed.connect(self._on_job)
+        bridge.point_taken.connect(self._on_taken)
+        bridge.point_refused.connect(self._on_refused)
+        self._apply_theme()
+
+    def show_far(self, far: bool) -> None:
+        """Show the far view or the desk view."""
+        self._stack.setCurrentWidget(self.far if far else self.desk)
+        text = "Desk view" if far else "Far view"
+        self.actions_by_key["view"].setText(text)
+        if self._previous is not None:
+            self._show_job(self._previous)
+        self._on_live(self._bridge.live())
+        (self.far if far else self.desk).setFocus()
+
+    def is_far(self) -> bool:
+        """Return whether the far view is shown."""
+        return self._stack.currentWidget() is self.far
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Let Esc put a notice or the export panel away, and nothing else."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.banner.hide()
+            self.export_panel.hide()
+            return
+        super().keyPressEvent(event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stop the station before the window goes; every point is stored already."""
+        begun = time.monotonic()
+        self._bridge.close()
+        if self._sounds is not None:
+            self._sounds.close()
+        self.close_seconds = time.monotonic() - begun
+        event.accept()
+        self.closed.emit()
+
+    def _calls(self) -> dict[str, Callable[[], None]]:
+        return {
+            "take": self._bridge.take,
+            "undo": self._bridge.undo,
+            "finish": self._bridge.finish,
+            "flip": self._bridge.flip,
+            "previous": lambda: self._bridge.select_neighbour(-1),
+            "next": lambda: self._bridge.select_neighbour(1),
+            "view": lambda: self.show_far(not self.is_far()),
+            "cameras": lambda: self.desk.toggle_cameras(),
+            "fit": lambda: self.desk.points.fit(),
+            "theme": self._next_theme,
+            "export": self._export,
+            "log": self._save_log,
+        }
+
+    def _on_live(self, live: LiveView) -> None:
+        if self.is_far():
+            self.far.show_live(live)
+        else:
+            self.desk.show_live(live)
+
+    def _on_job(self, job: JobView) -> None:
+        previous, self._previous = self._previous, job
+        self._show_job(job)
+        if previous is not None:
+            self._announce(previous, job)
+
+    def _show_job(self, job: JobView) -> None:
+        if self.is_far():
+            self.far.show_job(job)
+        else:
+            self.desk.show_job(job)
+
+    def _announce(self, previous: JobView, job: JobView) -> None:
+        before = {feature.name: feature.state for feature in previous.features}
+        for feature in job.features:
+            if feature.state is FeatureState.DONE and before[feature.name] is not feature.state:
+                bad = feature.verdict is Verdict.NOT_CONFORM
+                self._play(Sound.OUT_OF_TOLERANCE if bad else Sound.FEATURE_COMPLETE)
+                self._flash(self._theme.bad if bad else self._theme.good)
+        if job.complete and not previous.complete:
+            self._notices.inform(next_step(job))
+
+    def _on_taken(self, point: MeasuredPoint) -> None:
+        self._play(Sound.TAKEN)
+        self._flash(self._theme.good)
+
+    def _on_refused(self, refusal: Refusal) -> None:
+        self._play(Sound.REFUSED)
+        self._flash(self._theme.bad)
+
+    def _play(self, sound: Sound) -> None:
+        if self._sounds is not None:
+            self._sounds.play(sound)
+
+    def _flash(self, colour: str) -> None:
+        (self.far.readout() if self.is_far() else self.desk.readout).flash(colour)
+
+    def _export(self) -> None:
+        if self._out is not None:
+            self._bridge.export(self._out)
+        else:
+            self.export_panel.ask()
+
+    def _on_exported(self, paths: tuple[Path, ...]) -> None:
+        names = ", ".join(path.name for path in paths)
+        folder = paths[0].parent if paths else ""
+        self._notices.inform(f"Written to {folder}: {names}")
+
+    def _save_log(self) -> None:
+        folder = self._out if self._out is not None else Path.home()
+        path = folder / f"ocmm-log-{datetime.now().astimezone():%Y%m%d-%H%M%S}.txt"
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._notices.save(path)
+        except OcmmError as error:
+            self._notices.error(error)
+        else:
+            self._notices.inform(f"The log is in {path}.")
+
+    def _next_theme(self) -> None:
+        names = list(THEMES)
+        self._theme = THEMES[names[(names.index(self._theme.name) + 1) % len(names)]]
+        self._apply_theme()
+
+    def _apply_theme(self) -> None:
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            apply_theme(app, self, self._theme)

@@ -1,0 +1,158 @@
+"""The far view: what is read at three metres, and nothing else.
+
+A capital must be at least 63 px high on a 1920 x 1080 screen of 24 inches to be read there
+(20 minutes of arc); the digits that change get more.
+"""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QFont, QResizeEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+
+from ocmm_core.inspection.view import JobView, LiveView
+from ocmm_gui.actions import make_button
+from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.operator.marks import status_mark, verdict_mark
+from ocmm_gui.operator.readout import Readout
+from ocmm_gui.operator.tolerance_bar import ToleranceBar
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, status_colour, verdict_colour
+from ocmm_gui.words import main_characteristic, millimetres, next_step, shown_feature, trouble
+
+_TYPE_PX = 100
+"""Greatest type of words; its capitals are 73 px high."""
+
+
+class FarView(QWidget):
+    """Status, feature, digits, tolerance bar, verdict and three large buttons.
+
+    Parameters
+    ----------
+    actions
+        By key; take, undo and finish get a button.
+    guarded
+        Whether the plan decides with a guard band.
+    """
+
+    def __init__(self, actions: dict[str, QAction], *, guarded: bool) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._job: JobView | None = None
+        self._live: LiveView | None = None
+        right = Qt.AlignmentFlag.AlignRight
+        self._status = FitText("Status", limit=_TYPE_PX, reserve="INACCURATE")
+        self._count = FitText("Points", limit=_TYPE_PX, align=right, digits=True, reserve="00/00")
+        self._feature = FitText("Feature name", limit=_TYPE_PX)
+        self._verdict = FitText("Verdict", limit=_TYPE_PX, align=right, reserve="NOT MEASURED")
+        self._readout = Readout()
+        self._value = FitText("Measured", limit=150, align=right, digits=True, reserve="0000.000")
+        self._deviation = FitText(
+            "Deviation", limit=150, align=right, digits=True, reserve="+0.000"
+        )
+        self._bar = ToleranceBar(guarded=guarded)
+        self._step = FitText("Next step", limit=60)
+        self._trouble = FitText("What stands in the way", limit=44)
+        captions = [FitText(text, limit=34, align=right) for text in ("Measured", "Deviation")]
+        for caption, text in zip(captions, ("measured, mm", "deviation, mm"), strict=True):
+            caption.show_text(text)
+        self._captions = captions
+        side = QVBoxLayout()
+        for widget, stretch in (
+            (captions[0], 2), (self._value, 5), (captions[1], 2), (self._deviation, 5),
+        ):  # fmt: skip
+            side.addWidget(widget, stretch)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(24, 8, 24, 16)
+        grid.setHorizontalSpacing(28)
+        grid.setVerticalSpacing(8)
+        # The words need other shares of the width than the digits.
+        for line, (left, right_one, share) in enumerate(
+            ((self._status, self._verdict, 48), (self._feature, self._count, 80))
+        ):
+            words = QHBoxLayout()
+            words.setSpacing(28)
+            words.addWidget(left, share)
+            words.addWidget(right_one, 100 - share)
+            grid.addLayout(words, line, 0, 1, 2)
+        grid.addWidget(self._readout, 2, 0)
+        grid.addLayout(side, 2, 1)
+        grid.addWidget(self._bar, 3, 0, 1, 2)
+        grid.addWidget(self._step, 4, 0, 1, 2)
+        grid.addWidget(self._trouble, 5, 0, 1, 2)
+        self._buttons: list[QPushButton] = []
+        row = QHBoxLayout()
+        row.setSpacing(24)
+        for key in ("take", "undo", "finish"):
+            button = make_button(actions[key], primary=key == "take")
+            button.setText(actions[key].text())
+            self._buttons.append(button)
+            row.addWidget(button, 1)
+        grid.addLayout(row, 6, 0, 1, 2)
+        for column, stretch in enumerate((62, 38)):
+            grid.setColumnStretch(column, stretch)
+        for line, stretch in enumerate((11, 11, 40, 10, 6, 5, 0)):
+            grid.setRowStretch(line, stretch)
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the state of the machine."""
+        self._live = live
+        colour = status_colour(self._theme, live.status)
+        self._status.show_text(live.status.value, colour, status_mark(live.status))
+        self._readout.show_live(live)
+        self._show_trouble()
+
+    def show_job(self, job: JobView) -> None:
+        """Show the active feature."""
+        self._job = job
+        self._step.show_text(next_step(job))
+        self._show_trouble()
+        feature = shown_feature(job)
+        if feature is None:
+            return
+        result = main_characteristic(job, feature.name)
+        self._feature.show_text(f"{feature.shape.value} {feature.name}")
+        self._count.show_text(f"{len(feature.points)}/{feature.needed}")
+        self._bar.show_result(result)
+        if result is None:
+            self._verdict.show_text("NO TOLERANCE", self._theme.muted)
+            self._value.show_text(millimetres(None), self._theme.muted)
+            self._deviation.show_text(millimetres(None), self._theme.muted)
+            return
+        colour = verdict_colour(self._theme, result.verdict)
+        self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
+        self._value.show_text(millimetres(result.measured))
+        self._deviation.show_text(millimetres(result.deviation, signed=True), colour)
+
+    def readout(self) -> Readout:
+        """Return the large digits."""
+        return self._readout
+
+    def type_pixels(self) -> dict[str, int]:
+        """Return the pixel size of the type of everything that is read from afar."""
+        texts = (self._status, self._verdict, self._feature, self._count, self._deviation)
+        return {text.accessibleName(): text.type_pixels() for text in texts}
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        for caption in self._captions:
+            caption.show_text(caption.text(), theme.muted)
+        if self._live is not None:
+            self.show_live(self._live)
+        if self._job is not None:
+            self.show_job(self._job)
+
+    def _show_trouble(self) -> None:
+        lines = trouble(self._live, self._job)
+        self._trouble.show_text(lines[0] if lines else "", self._theme.bad)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the buttons at a ninth of the height: 33 mm on the screen of the far view."""
+        height = max(60, self.height() // 9)
+        for button in self._buttons:
+            button.setFixedHeight(height)
+            font = QFont(button.font())
+            font.setPixelSize(int(0.5 * height))
+            font.setBold(True)
+            button.setFont(font)
+        super().resizeEvent(event)

@@ -1,0 +1,162 @@
+"""The feature panel: it builds up while points arrive."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QFont
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+
+from ocmm_core.features.shapes import Shape
+from ocmm_core.inspection.view import FeatureView, JobView
+from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_gui.operator.feature_details import CharacteristicList, PointDots, ResidualChart
+from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.operator.marks import verdict_mark
+from ocmm_gui.operator.tolerance_bar import ToleranceBar
+from ocmm_gui.theme import (
+    DEFAULT_THEME,
+    THEMES,
+    Theme,
+    digit_font,
+    text_font,
+    verdict_colour,
+)
+from ocmm_gui.words import characteristics_of, main_characteristic, millimetres, shown_feature
+
+_ROWS = ("Measured", "Nominal", "Deviation", "U (k=2)", "Form", "Position")
+_MAX_OTHERS = 6
+
+
+class FeaturePanel(QFrame):
+    """Name, points, value, deviation, uncertainty, form, tolerance bar and verdict.
+
+    Parameters
+    ----------
+    guarded
+        Whether the plan decides with a guard band.
+    """
+
+    def __init__(self, *, guarded: bool) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAccessibleName("Feature")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._job: JobView | None = None
+        self._title = FitText("Feature name", limit=26)
+        self._title.setFixedHeight(36)
+        self._dots = PointDots()
+        self._subject = _label("Characteristic", text_font(13), muted=True)
+        self._bar = ToleranceBar(guarded=guarded)
+        self._bar.setFixedHeight(60)
+        self._verdict = FitText("Verdict", limit=30, reserve="NOT MEASURED")
+        self._verdict.setFixedHeight(42)
+        self._note = _label("Note", text_font(13), muted=True)
+        self._note.setWordWrap(True)
+        self._values: dict[str, QLabel] = {}
+        grid = QGridLayout()
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(1, 1)
+        for row, name in enumerate(_ROWS):
+            large = name in ("Measured", "Deviation")
+            value = _label(name, digit_font(26 if large else 16, bold=large))
+            value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            caption = _label("", text_font(14), text=name, muted=True)
+            caption.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+            grid.addWidget(caption, row, 0)
+            grid.addWidget(value, row, 1)
+            self._values[name] = value
+        self._others = CharacteristicList()
+        self._residuals = ResidualChart()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 8, 14, 8)
+        layout.setSpacing(6)
+        above: tuple[QWidget, ...] = (self._title, self._dots, self._subject)
+        below: tuple[QWidget, ...] = (self._bar, self._verdict, self._note, self._others)
+        for widget in above:
+            layout.addWidget(widget)
+        layout.addLayout(grid)
+        for widget in below:
+            layout.addWidget(widget)
+        layout.addWidget(self._residuals, 1)
+
+    def show_job(self, job: JobView) -> None:
+        """Show the active feature, or the last one when all are done."""
+        self._job = job
+        feature = shown_feature(job)
+        if feature is None:
+            return
+        result = main_characteristic(job, feature.name)
+        self._title.show_text(f"{feature.shape.value}  {feature.name}")
+        self._dots.show_points(len(feature.points), feature.needed)
+        self._show_values(feature, result)
+        self._bar.show_result(result)
+        self._bar.setVisible(result is not None)
+        if result is None:
+            self._verdict.show_text("NO TOLERANCE", self._theme.muted)
+        else:
+            colour = verdict_colour(self._theme, result.verdict)
+            self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
+        note = feature.note or (result.note if result is not None else "")
+        self._note.setText(note)
+        self._note.setVisible(bool(note))
+        others = [item for item in characteristics_of(job, feature.name) if item is not result]
+        self._others.show_results(tuple(others[:_MAX_OTHERS]))
+        self._residuals.show_fit(feature.fit)
+
+    def value(self, name: str) -> str:
+        """Return what stands beside a caption."""
+        return self._values[name].text()
+
+    def verdict(self) -> str:
+        """Return the verdict word."""
+        return self._verdict.text()
+
+    def title(self) -> str:
+        """Return shape and name of the shown feature."""
+        return self._title.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._job is not None:
+            self.show_job(self._job)
+
+    def _show_values(self, feature: FeatureView, result: CharacteristicResult | None) -> None:
+        fit = feature.fit
+        size = ""
+        if result is not None:
+            self._subject.setText(f"{result.name}: {subject(result)}")
+            size = millimetres(result.measured)
+        else:
+            self._subject.setText("No characteristic rests on this feature.")
+            if fit is not None and fit.radius > 0.0:
+                size = millimetres(2.0 * fit.radius)
+        texts = {
+            "Measured": size or millimetres(None),
+            "Nominal": millimetres(None if result is None else result.nominal),
+            "Deviation": millimetres(None if result is None else result.deviation, signed=True),
+            "U (k=2)": millimetres(None if result is None else result.uncertainty),
+            "Form": millimetres(None if fit is None or feature.shape is Shape.POINT else fit.form),
+            "Position": millimetres(None)
+            if fit is None
+            else "  ".join(millimetres(float(value), signed=True) for value in fit.point),
+        }
+        for name, text in texts.items():
+            self._values[name].setText(text)
+
+
+def subject(result: CharacteristicResult) -> str:
+    """Return what a characteristic is about, in words."""
+    what = {"form": "form deviation"}.get(result.kind, result.kind)
+    return f"{what} {' – '.join(result.features)}"
+
+
+def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:
+    label = QLabel(text)
+    label.setFont(font)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setAccessibleName(name or text)
+    if muted:
+        label.setProperty("role", "muted")
+    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+    return label

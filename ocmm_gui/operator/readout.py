@@ -1,0 +1,138 @@
+"""The readout: X, Y and Z of the ball centre, as large as the place allows."""
+
+from __future__ import annotations
+
+import time
+
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ocmm_core.inspection.view import LiveView
+from ocmm_gui.theme import CAP_HEIGHT, DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
+from ocmm_gui.words import DASHES, millimetres
+
+DIGITS_HZ = 12
+"""Digits that change faster cannot be read."""
+
+FLASH_MS = 450
+_RESERVE = "+0000.000"
+_CAPTION_SHARE = 0.08
+
+
+class Readout(QWidget):
+    """Three rows of digits; dashes as soon as the core withholds the number."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._values = (DASHES, DASHES, DASHES)
+        self._caption = ""
+        self._shown_at = 0.0
+        self._flash: str | None = None
+        self._theme = THEMES[DEFAULT_THEME]
+        self._end_of_flash = QTimer(self)
+        self._end_of_flash.setSingleShot(True)
+        self._end_of_flash.setInterval(FLASH_MS)
+        self._end_of_flash.timeout.connect(self._stop_flash)
+        self.setAccessibleName("Readout")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the tip, or dashes where there is none that can be trusted.
+
+        A number that is withdrawn goes at once; a new one waits for the next turn of the digits.
+        """
+        now = time.monotonic()
+        if live.tip_world is None:
+            self._show((DASHES, DASHES, DASHES), live.reason or "no trusted position")
+        elif now - self._shown_at >= 0.9 / DIGITS_HZ or DASHES in self._values:
+            self._shown_at = now
+            x, y, z = (millimetres(float(value), signed=True) for value in live.tip_world)
+            uncertainty = millimetres(live.tip_uncertainty)
+            self._show((x, y, z), f"ball centre, mm, world frame   ±{uncertainty} (k=2)")
+
+    def values(self) -> tuple[str, str, str]:
+        """Return what the three rows show."""
+        return self._values
+
+    def flash(self, colour: str) -> None:
+        """Light the border up for a moment."""
+        self._flash = colour
+        self._end_of_flash.start()
+        self.update()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.update()
+
+    def cap_height(self) -> float:
+        """Return the height of the digits, px."""
+        return CAP_HEIGHT * self._type()
+
+    def sizeHint(self) -> QSize:
+        """Return a size for the desk view; elsewhere the layout decides."""
+        return QSize(300, 150)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size below which the digits cannot be read at a desk."""
+        return QSize(180, 90)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the rows, the caption and, for a moment, the border."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(QColor(self._theme.border), self._theme.border_px))
+        painter.setBrush(QColor(self._theme.panel))
+        painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 6, 6)
+        pixels = self._type()
+        box = self._digit_box()
+        painter.setFont(digit_font(pixels))
+        row = box.height() / 3.0
+        for index, (axis, value) in enumerate(zip("XYZ", self._values, strict=True)):
+            place = QRectF(box.left(), box.top() + index * row, box.width(), row)
+            painter.setPen(QColor(self._theme.accent))
+            painter.drawText(
+                place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, axis
+            )
+            known = value != DASHES
+            painter.setPen(QColor(self._theme.text if known else self._theme.muted))
+            painter.drawText(
+                place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
+            )
+        caption = QRectF(box.left(), box.bottom(), box.width(), self._caption_height())
+        font = fitted(text_font(10), self._caption, caption.width(), caption.height(), 28)
+        painter.setFont(font)
+        painter.setPen(QColor(self._theme.muted))
+        painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, self._caption)
+        if self._flash is not None:
+            thick = max(6.0, 0.02 * self.height())
+            painter.setPen(QPen(QColor(self._flash), thick))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            half = 0.5 * thick
+            painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
+
+    def _caption_height(self) -> float:
+        return max(14.0, _CAPTION_SHARE * self.height())
+
+    def _digit_box(self) -> QRectF:
+        margin = max(8.0, 0.03 * self.height())
+        return QRectF(self.rect()).adjusted(
+            margin, 0.5 * margin, -margin, -self._caption_height() - 0.5 * margin
+        )
+
+    def _type(self) -> int:
+        box = self._digit_box()
+        return fitted(
+            digit_font(10), "X " + _RESERVE, box.width(), box.height() / 3.0, 400
+        ).pixelSize()
+
+    def _show(self, values: tuple[str, str, str], caption: str) -> None:
+        if (values, caption) != (self._values, self._caption):
+            self._values, self._caption = values, caption
+            self.setAccessibleDescription(" ".join(map(" ".join, zip("XYZ", values, strict=True))))
+            self.update()
+
+    def _stop_flash(self) -> None:
+        self._flash = None
+        self.update()

@@ -1,0 +1,109 @@
+"""Sounds for hands and eyes that are busy; where none can be played it stays silent.
+
+Qt's own player is not shipped (it brings a video codec library along). Windows plays through
+``winsound``; Linux hands the tone to the sound system's player without waiting for it. The
+readout flashes in every case, so nothing depends on hearing.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+import wave
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, QProcess, QStandardPaths, QTemporaryDir
+
+RATE_HZ = 22050
+_PLAYERS = (("paplay",), ("pw-play",), ("aplay", "-q"))
+
+
+class Sound(Enum):
+    """What the inspector hears: (tone in Hz, length in s) one after the other."""
+
+    TAKEN = ((1320.0, 0.07),)
+    REFUSED = ((220.0, 0.16), (165.0, 0.22))
+    FEATURE_COMPLETE = ((880.0, 0.09), (1109.0, 0.09), (1320.0, 0.14))
+    OUT_OF_TOLERANCE = ((330.0, 0.18), (330.0, 0.18), (247.0, 0.30))
+
+
+def tone_wav(notes: Sequence[tuple[float, float]]) -> bytes:
+    """Return notes (Hz, s) as a WAV file, mono, 16 bit."""
+    parts = []
+    for pitch, length in notes:
+        t = np.arange(int(length * RATE_HZ)) / RATE_HZ
+        # Ramps of 8 ms avoid the click of a tone that begins or ends in full swing.
+        ramp = np.clip(np.minimum(t, length - t) / 0.008, 0.0, 1.0)
+        parts.append(0.5 * ramp * np.sin(2.0 * np.pi * pitch * t))
+    samples = (np.concatenate(parts) * 32767).astype("<i2")
+    buffer = io.BytesIO()
+    with wave.open(buffer, "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(RATE_HZ)
+        file.writeframes(samples.tobytes())
+    return buffer.getvalue()
+
+
+class SoundPlayer(QObject):
+    """Play `Sound` without ever waiting, raising or leaving a process behind.
+
+    Parameters
+    ----------
+    enabled
+        False keeps it silent.
+    """
+
+    def __init__(self, parent: QObject | None = None, *, enabled: bool = True) -> None:
+        super().__init__(parent)
+        self._command: tuple[str, ...] = ()
+        self._process: QProcess | None = None
+        self._folder = QTemporaryDir() if enabled else None
+        self._files: dict[Sound, str] = {}
+        if self._folder is None or not self._folder.isValid():
+            return
+        for sound in Sound:
+            path = Path(self._folder.filePath(f"{sound.name.lower()}.wav"))
+            try:
+                path.write_bytes(tone_wav(sound.value))
+            except OSError:
+                return
+            self._files[sound] = str(path)
+        for name, *options in _PLAYERS:
+            program = QStandardPaths.findExecutable(name)
+            if program:
+                self._command = (program, *options)
+                break
+
+    def play(self, sound: Sound) -> None:
+        """Start a sound; a sound that still plays is not interrupted."""
+        if sound not in self._files:
+            return
+        if sys.platform == "win32":
+            import winsound
+
+            try:
+                winsound.PlaySound(
+                    self._files[sound],
+                    winsound.SND_FILENAME | winsound.SND_ASYNC | winsound.SND_NODEFAULT,
+                )
+            except RuntimeError:
+                self._files.clear()
+        elif self._command and (
+            self._process is None or self._process.state() is QProcess.ProcessState.NotRunning
+        ):
+            if self._process is None:
+                self._process = QProcess(self)
+            program, *options = self._command
+            self._process.start(program, [*options, self._files[sound]])
+
+    def close(self) -> None:
+        """Stop what still plays; idempotent."""
+        self._files.clear()
+        if self._process is not None:
+            self._process.kill()
+            self._process.waitForFinished(200)
+            self._process = None

@@ -1,0 +1,184 @@
+"""The live camera images: where each camera sees its spots, which slot follows which LED."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+
+from ocmm_core.camera.model import CameraModel
+from ocmm_core.camera.rig import MAX_SLOTS, Rig
+from ocmm_core.geometry import Float, Int
+from ocmm_core.inspection.view import LiveView
+from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+
+TRAIL = 60
+"""Snapshots in the trail: two seconds."""
+
+_FADE_STEPS = 4
+_SIDES_PX = tuple(280.0 * 2.0 ** (step / 2.0) for step in range(7))
+"""Heights of the picture, sensor px; steps keep the scale from creeping."""
+
+_FILL = 0.62
+"""Share of the picture that the spots may fill."""
+
+_EDGE = 0.1
+"""A spot that comes this near to the edge of the picture, in parts of its side, moves it."""
+
+
+class CameraPlot(QWidget):
+    """One camera: spots in pixels as crosses with slot and LED, and where they came from.
+
+    The picture shows the part of the sensor where the spots are. It moves only when a spot comes
+    to its edge, so that motion of a spot is seen as such.
+
+    Parameters
+    ----------
+    camera
+        Whose image it is.
+    """
+
+    def __init__(self, camera: CameraModel) -> None:
+        super().__init__()
+        self._camera = camera
+        self._theme = THEMES[DEFAULT_THEME]
+        self._trail: deque[Float] = deque(maxlen=TRAIL)
+        self._middle = np.array([0.5 * camera.width, 0.5 * camera.height])
+        self._side = _SIDES_PX[-1]
+        self._title = FitText(f"Camera {camera.name}", limit=14)
+        self._title.setFixedHeight(20)
+        self._plot: Any = pg.PlotWidget()
+        self._plot.setAccessibleName(f"Image of camera {camera.name}")
+        self._plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._plot.setMouseEnabled(x=False, y=False)
+        self._plot.hideButtons()
+        self._plot.setMenuEnabled(False)
+        self._plot.invertY(True)
+        self._plot.setAspectLocked(True)
+        box = self._plot.getViewBox()
+        box.disableAutoRange()
+        for side in ("left", "bottom"):
+            axis = self._plot.getAxis(side)
+            axis.setStyle(tickFont=text_font(11), tickLength=-5)
+        self._sensor: Any = pg.PlotCurveItem(
+            [0, camera.width, camera.width, 0, 0], [0, 0, camera.height, camera.height, 0]
+        )
+        self._fading: list[Any] = [pg.PlotCurveItem(connect="finite") for _ in range(_FADE_STEPS)]
+        self._spots: Any = pg.ScatterPlotItem(size=11, symbol="+")
+        self._labels: list[Any] = [pg.TextItem(anchor=(0, 1)) for _ in range(MAX_SLOTS)]
+        for item in (self._sensor, *self._fading, self._spots, *self._labels):
+            self._plot.addItem(item, ignoreBounds=True)
+        for label in self._labels:
+            label.setFont(text_font(12, bold=True))
+            label.hide()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(2)
+        layout.addWidget(self._title)
+        layout.addWidget(self._plot, 1)
+        self._paint()
+        self._move()
+
+    def show_spots(self, spots: Float, leds: Int) -> None:
+        """Show the spots (8, 2), px, of the slots and the LED that each follows (8,)."""
+        seen = np.asarray(np.isfinite(spots).all(axis=1))
+        self._title.show_text(f"{self._camera.name}:  {int(seen.sum())} spots")
+        self._trail.append(spots)
+        self._spots.setData(spots[seen, 0], spots[seen, 1])
+        for slot, label in enumerate(self._labels):
+            label.setVisible(bool(seen[slot]))
+            if seen[slot]:
+                led = f"L{leds[slot]}" if leds[slot] >= 0 else "?"
+                text = f"{led} ·s{slot}"
+                if label.toPlainText() != text:
+                    label.setText(text)
+                label.setPos(*spots[slot])
+        self._draw_trail()
+        if seen.any():
+            self._keep_in_sight(spots[seen])
+
+    def labels(self) -> tuple[str, ...]:
+        """Return the words beside the visible spots."""
+        return tuple(label.toPlainText() for label in self._labels if label.isVisible())
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _draw_trail(self) -> None:
+        history = np.stack(self._trail)
+        # Each curve is one age: they share a sample, so that the trail has no gaps.
+        bounds = np.linspace(0, len(history) - 1, _FADE_STEPS + 1).astype(int)
+        gap = np.full((1, MAX_SLOTS, 2), np.nan)
+        for curve, first, last in zip(self._fading, bounds[:-1], bounds[1:], strict=True):
+            part = np.concatenate([history[first : last + 1], gap]).transpose(1, 0, 2)
+            curve.setData(part[..., 0].ravel(), part[..., 1].ravel())
+
+    def _keep_in_sight(self, spots: Float) -> None:
+        low, high = spots.min(axis=0), spots.max(axis=0)
+        aspect = self._plot.width() / max(self._plot.height(), 1)
+        shape = np.array([max(aspect, 1.0), 1.0])
+        spread = float(((high - low) / shape).max())
+        wanted = next((s for s in _SIDES_PX if spread < _FILL * s), _SIDES_PX[-1])
+        reach = 0.5 * self._side * (1.0 - 2.0 * _EDGE) * shape
+        outside = bool((np.abs(spots - self._middle) > reach).any())
+        if outside or wanted > self._side or wanted < 0.4 * self._side:
+            self._middle, self._side = 0.5 * (low + high), wanted
+            self._move()
+
+    def _move(self) -> None:
+        half = 0.5 * self._side
+        (x, y) = self._middle
+        self._plot.setRange(xRange=(x - half, x + half), yRange=(y - half, y + half), padding=0)
+
+    def _paint(self) -> None:
+        theme = self._theme
+        self._plot.setBackground(QColor(theme.panel))
+        for side in ("left", "bottom"):
+            axis = self._plot.getAxis(side)
+            axis.setPen(QColor(theme.border))
+            axis.setTextPen(QColor(theme.muted))
+        self._sensor.setPen(pg.mkPen(QColor(theme.border), width=2))
+        for step, curve in enumerate(self._fading):
+            colour = QColor(theme.accent)
+            colour.setAlpha(int(230 * (step + 1) / _FADE_STEPS))
+            curve.setPen(pg.mkPen(colour, width=1))
+        self._spots.setPen(pg.mkPen(QColor(theme.text), width=2))
+        for label in self._labels:
+            label.setColor(QColor(theme.text))
+
+
+class CameraViews(QWidget):
+    """All cameras side by side.
+
+    Parameters
+    ----------
+    rig
+        Whose cameras they are.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setAccessibleName("Camera images")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self._plots = tuple(CameraPlot(camera) for camera in rig.cameras)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        for plot in self._plots:
+            layout.addWidget(plot, 1)
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the spots of every camera."""
+        for plot, spots, leds in zip(self._plots, live.spots, live.slot_leds, strict=True):
+            plot.show_spots(spots, leds)
+
+    def plots(self) -> tuple[CameraPlot, ...]:
+        """Return the plot of every camera, in the order of the rig."""
+        return self._plots

@@ -1,0 +1,102 @@
+"""Numbers and sentences as the inspector reads them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, LiveView, StatusWord
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+
+DASHES = "———"
+"""Stands for every number that is not known or not trusted."""
+
+
+def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3) -> str:
+    """Return a length, mm, with a point as decimal sign; dashes where there is none."""
+    if value is None or not np.isfinite(value):
+        return DASHES
+    rounded = round(value, decimals) + 0.0  # adding zero turns -0.0 into 0.0
+    return f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}"
+
+
+def seen_cameras(live: LiveView) -> int:
+    """Return how many cameras see at least one spot."""
+    return int(np.count_nonzero(_seen(live).any(axis=1)))
+
+
+def seen_targets(live: LiveView) -> int:
+    """Return how many identified LEDs at least two cameras see."""
+    leds = live.slot_leds[_seen(live) & (live.slot_leds >= 0)]
+    return int(np.count_nonzero(np.bincount(leds) >= 2)) if leds.size else 0
+
+
+def _seen(live: LiveView) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    return np.asarray(np.isfinite(live.spots).all(axis=2))
+
+
+def active_feature(job: JobView) -> FeatureView | None:
+    """Return the feature that takes the next point; None when all are done."""
+    return next((item for item in job.features if item.name == job.active), None)
+
+
+def shown_feature(job: JobView) -> FeatureView | None:
+    """Return the feature whose result the panels show.
+
+    That is the active one; but a feature that is just done stays in sight until the next one has
+    its first point, or nobody would ever see its result.
+    """
+    active = active_feature(job)
+    touched = [feature for feature in job.features if feature.points]
+    if (active is not None and active.points) or not touched:
+        return active
+    return max(touched, key=lambda feature: feature.points[-1].number)
+
+
+def characteristics_of(job: JobView, feature: str) -> tuple[CharacteristicResult, ...]:
+    """Return the characteristics that rest on a feature, in the order of the plan."""
+    return tuple(item for item in job.characteristics if feature in item.features)
+
+
+def main_characteristic(job: JobView, feature: str) -> CharacteristicResult | None:
+    """Return the characteristic whose bar stands for a feature.
+
+    The first one that rests on this feature alone; else the first that rests on it at all.
+    """
+    mine = characteristics_of(job, feature)
+    alone = (item for item in mine if item.features == (feature,))
+    return next(alone, mine[0] if mine else None)
+
+
+def next_step(job: JobView) -> str:
+    """Return the sentence that says what to do now."""
+    feature = active_feature(job)
+    if feature is None:
+        return "All features are measured. Press E to write the report."
+    missing = feature.needed - len(feature.points)
+    if missing <= 0:
+        return f"{feature.name} has all its points. Press Return to finish it."
+    points = "one point" if missing == 1 else f"{missing} points"
+    if feature.points:
+        return f"Touch {points.replace('point', 'more point')} on {feature.name}."
+    return f"Next: touch {points} on {feature.name}."
+
+
+def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
+    """Return what stands in the way: the machine's own reason, then why a touch was refused."""
+    lines = []
+    if live is not None and live.status not in (StatusWord.READY, StatusWord.MEASURING):
+        lines.append(f"{live.status.value}: {live.reason}")
+    if job is not None and job.refusal is not None:
+        lines.append(f"No point: {job.refusal.what} {job.refusal.remedy}".strip())
+    return tuple(lines)
+
+
+def progress_word(feature: FeatureView) -> str:
+    """Return the word behind a feature of the plan."""
+    if feature.state is FeatureState.ACTIVE:
+        return "ACTIVE"
+    if feature.state is FeatureState.PENDING:
+        return "OPEN"
+    # A characteristic that waits for another feature says nothing about this one.
+    verdict = feature.verdict
+    return "DONE" if verdict is None or verdict is Verdict.NOT_MEASURED else str(verdict.value)
