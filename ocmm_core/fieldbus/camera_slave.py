@@ -1,0 +1,241 @@
+"""The one device model of the smart camera: identity, process data and configuration.
+
+Everything that knows the layout of the camera is made from the tables in this module: the object
+dictionary and the SII image of the software camera, and the structure that the host decodes.
+The layout follows the oversampling convention of ETG.5001 devices: a header with the exposure
+time of the first frame, then a fixed number of frames. Lengths on the wire are 2^-16 px.
+"""
+
+from __future__ import annotations
+
+import binascii
+import struct
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+
+import numpy as np
+from numpy.typing import NDArray
+
+VENDOR_ID = 0xFA4E0001
+"""Not assigned by the EtherCAT Technology Group: it spells out that the device is not real."""
+PRODUCT_CODE = 0x00CA3E01
+REVISION = 0x00010000
+DEVICE_NAME = "OCMM smart camera"
+
+N_SLOTS = 8
+"""Tracking windows of one camera."""
+FRAMES_PER_CYCLE = 12
+"""Frames that one cycle carries at most: the 8 of 1 ms and room to catch up."""
+SUBPIXELS = 65536
+"""Steps of a pixel on the wire."""
+DEFAULT_FRAME_PERIOD_NS = 125_000
+COUNTER_MODULUS = 1 << 32
+"""The frame counter on the wire has 32 bits."""
+
+SM_MAILBOX_OUT, SM_MAILBOX_IN, SM_OUTPUTS, SM_INPUTS = range(4)
+"""Sync managers, named from the master's side."""
+
+
+class DataType(IntEnum):
+    """CoE data types (ETG.1000.6) that the camera uses."""
+
+    DINT = 0x0004
+    USINT = 0x0005
+    UINT = 0x0006
+    UDINT = 0x0007
+    VISIBLE_STRING = 0x0009
+    OCTET_STRING = 0x000A
+    ULINT = 0x001B
+
+
+_FORMAT = {
+    DataType.DINT: "<i4",
+    DataType.USINT: "u1",
+    DataType.UINT: "<u2",
+    DataType.UDINT: "<u4",
+    DataType.ULINT: "<u8",
+}
+
+
+class CameraStatus(IntFlag):
+    """Bits of the status word in the header."""
+
+    OPERATIONAL = 1
+    """The camera is in OP and received its outputs in time."""
+    SYNCHRONISED = 2
+    """SYNC0 starts the exposures; without it the frame counters of two cameras do not agree."""
+    OVERRUN = 4
+    """The camera's buffer lost frames since it was started."""
+
+
+class Control(IntFlag):
+    """Bits of the control word."""
+
+    STREAM = 1
+    """The acknowledge counter is valid; frames up to it are let go."""
+
+
+@dataclass(frozen=True, slots=True)
+class PdoEntry:
+    """One mapped variable: its place in the object dictionary, name and type."""
+
+    index: int
+    sub: int
+    name: str
+    kind: DataType
+
+    @property
+    def bits(self) -> int:
+        """Return the size on the wire."""
+        return 8 * np.dtype(_FORMAT[self.kind]).itemsize
+
+    @property
+    def mapping(self) -> int:
+        """Return the word that describes the entry in a mapping object."""
+        return self.index << 16 | self.sub << 8 | self.bits
+
+
+@dataclass(frozen=True, slots=True)
+class Pdo:
+    """One process data object: mapping object, name and entries in the order of the wire."""
+
+    index: int
+    name: str
+    entries: tuple[PdoEntry, ...]
+
+
+def _entries(index: int, *variables: tuple[str, DataType]) -> tuple[PdoEntry, ...]:
+    return tuple(
+        PdoEntry(index, sub, name, kind) for sub, (name, kind) in enumerate(variables, start=1)
+    )
+
+
+_SPOTS = tuple((f"{axis}{slot}", DataType.DINT) for slot in range(N_SLOTS) for axis in "xy")
+
+HEADER_PDO = Pdo(
+    0x1A00,
+    "Header",
+    _entries(
+        0x6000,
+        ("counter", DataType.UDINT),
+        ("start_ns", DataType.ULINT),
+        ("period_ns", DataType.UDINT),
+        ("frames_valid", DataType.USINT),
+        ("cycle_counter", DataType.USINT),
+        ("status", DataType.UINT),
+        ("config_crc", DataType.UINT),
+        ("boot_counter", DataType.UINT),
+    ),
+)
+FRAME_PDOS = tuple(
+    Pdo(
+        0x1A10 + frame,
+        f"Frame {frame}",
+        _entries(
+            0x6100 + 0x10 * frame, ("valid", DataType.UINT), ("flags", DataType.UINT), *_SPOTS
+        ),
+    )
+    for frame in range(FRAMES_PER_CYCLE)
+)
+INPUT_PDOS = (HEADER_PDO, *FRAME_PDOS)
+OUTPUT_PDO = Pdo(
+    0x1600,
+    "Control",
+    _entries(
+        0x7000,
+        ("control", DataType.UINT),
+        ("led_pattern", DataType.UINT),
+        ("ack_counter", DataType.UDINT),
+        ("heartbeat", DataType.UDINT),
+    ),
+)
+
+
+def _plain_dtype(pdo: Pdo) -> list[tuple[str, str]]:
+    return [(entry.name, _FORMAT[entry.kind]) for entry in pdo.entries]
+
+
+HEADER_DTYPE = np.dtype(_plain_dtype(HEADER_PDO))
+FRAME_DTYPE = np.dtype([("valid", "<u2"), ("flags", "<u2"), ("xy", "<i4", (N_SLOTS, 2))])
+INPUT_DTYPE = np.dtype([("header", HEADER_DTYPE), ("frames", FRAME_DTYPE, (FRAMES_PER_CYCLE,))])
+OUTPUT_DTYPE = np.dtype(_plain_dtype(OUTPUT_PDO))
+HEADER_STRUCT = struct.Struct("<IQIBBHHH")
+OUTPUT_STRUCT = struct.Struct("<HHII")
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """The header of one camera's process data, decoded; see `HEADER_PDO`."""
+
+    counter: int
+    start_ns: int
+    period_ns: int
+    frames_valid: int
+    cycle_counter: int
+    status: int
+    config_crc: int
+    boot_counter: int
+
+    @classmethod
+    def decode(cls, content: bytes) -> Header:
+        """Return the header at the start of a camera's input."""
+        return cls(*HEADER_STRUCT.unpack_from(content))
+
+
+@dataclass(frozen=True, slots=True)
+class CameraConfig:
+    """What the master sets in object 0x8000 before the camera runs.
+
+    Attributes
+    ----------
+    frame_period_ns
+        Time between exposures.
+    exposure_ns
+        Duration of an exposure.
+    threshold
+        Grey level above which a pixel belongs to a spot.
+    """
+
+    frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
+    exposure_ns: int = 20_000
+    threshold: int = 200
+
+    def crc(self) -> int:
+        """Return the check sum that the camera must show while this configuration is in force."""
+        packed = struct.pack("<IIH", self.frame_period_ns, self.exposure_ns, self.threshold)
+        return binascii.crc_hqx(packed, 0xFFFF)
+
+
+def encode_frames(
+    valid: NDArray[np.uint16], flags: NDArray[np.uint16], uv: NDArray[np.float64]
+) -> NDArray[np.void]:
+    """Return frames as the camera sends them.
+
+    Parameters
+    ----------
+    valid
+        (n,): bit s says that slot s holds a spot.
+    flags
+        (n,): frame flags.
+    uv
+        (n, 8, 2), px; what is not valid is sent as zero.
+
+    Returns
+    -------
+    ndarray
+        (n,) of `FRAME_DTYPE`.
+    """
+    frames = np.zeros(len(valid), FRAME_DTYPE)
+    frames["valid"] = valid
+    frames["flags"] = flags
+    seen = (valid[:, None] >> np.arange(N_SLOTS, dtype=np.uint16)) & 1 == 1
+    frames["xy"] = np.round(np.where(seen[:, :, None], uv, 0.0) * SUBPIXELS)
+    return frames
+
+
+def decode_spots(frames: NDArray[np.void]) -> NDArray[np.float64]:
+    """Return the spots (n, 8, 2), px, of frames (n,) of `FRAME_DTYPE`; NaN where not valid."""
+    seen = (frames["valid"][:, None] >> np.arange(N_SLOTS, dtype=np.uint16)) & 1 == 1
+    spots: NDArray[np.float64] = frames["xy"] / float(SUBPIXELS)
+    spots[~seen] = np.nan
+    return spots

@@ -1,0 +1,147 @@
+"""May this network interface be used as the camera bus? Checked before pysoem touches it.
+
+pysoem gives the same text for "no such interface" and "no permission", and an interface name
+that is too long ends the process. EtherCAT floods the interface and answers nothing else, so an
+interface that the computer uses for its network is refused.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import re
+import socket
+import struct
+from pathlib import Path
+
+from ocmm_core.errors import BusError
+
+_NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
+_SIOCGIFADDR = 0x8915
+_SIOCGIFFLAGS = 0x8913
+_UP = 0x1
+_LOOPBACK = 0x8
+_CAP_NET_ADMIN = 12
+_ETHERTYPE = 0x88A4
+_RIGHTS = (
+    "Run the bus program as root, or give it the rights once: "
+    "setcap cap_net_raw,cap_net_admin,cap_sys_nice+ep on the interpreter of its own environment."
+)
+
+
+def check_interface(name: str, *, force: bool = False) -> None:
+    """Refuse an interface that cannot or must not carry the camera bus.
+
+    Parameters
+    ----------
+    name
+        Network interface, e.g. ``"enp3s0"``.
+    force
+        Accept an interface that has an IP address or carries the default route.
+
+    Raises
+    ------
+    BusError
+        The name is no interface name, there is no such interface, it is down, it is in use for
+        the network, or this process has not the rights for raw Ethernet.
+    """
+    if not hasattr(socket, "AF_PACKET"):
+        raise BusError(
+            "bus.platform",
+            "The camera bus needs Linux; this system has no raw Ethernet sockets.",
+            "Use the simulated rig or a recording on this computer.",
+        )
+    if not _NAME.fullmatch(name) or name in (".", ".."):
+        raise BusError(
+            "bus.interface_name",
+            f"'{name}' is not the name of a network interface "
+            "(1 to 15 letters, digits, '_', '.' or '-').",
+            "Give a name that 'ip link' lists.",
+        )
+    if name not in (known := [entry for _, entry in socket.if_nameindex()]):
+        raise BusError(
+            "bus.no_interface",
+            f"There is no network interface '{name}'; there are: {', '.join(known)}.",
+            "Give one of these, or plug in the adapter of the cameras.",
+        )
+    _check_rights(name)
+    flags = _flags(name)
+    if flags & _LOOPBACK:
+        raise BusError(
+            "bus.loopback",
+            f"Interface '{name}' is the loopback of this computer; no camera can be on it.",
+            "Give the interface that the cameras are plugged into.",
+        )
+    if not flags & _UP:
+        raise BusError(
+            "bus.down",
+            f"Interface '{name}' is switched off.",
+            f"Switch it on: ip link set {name} up",
+        )
+    use = None if force else _use(name)
+    if use:
+        raise BusError(
+            "bus.in_use",
+            f"Interface '{name}' {use}; the camera bus would cut this computer off.",
+            "Give the cameras a network adapter of their own (or force it if you are sure).",
+        )
+
+
+def _check_rights(name: str) -> None:
+    try:
+        with socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(_ETHERTYPE)) as probe:
+            probe.bind((name, _ETHERTYPE))
+    except OSError as error:
+        if error.errno in (errno.EPERM, errno.EACCES):
+            raise _no_rights(name) from error
+        raise BusError(
+            "bus.unusable",
+            f"Interface '{name}' cannot be opened ({error.strerror}).",
+            "Check the adapter and its driver.",
+        ) from error
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    effective = re.search(r"^CapEff:\s*([0-9a-fA-F]+)$", status, re.MULTILINE)
+    if effective is not None and not int(effective[1], 16) >> _CAP_NET_ADMIN & 1:
+        raise _no_rights(name)
+
+
+def _no_rights(name: str) -> BusError:
+    return BusError(
+        "bus.rights", f"This user may not send raw Ethernet frames on '{name}'.", _RIGHTS
+    )
+
+
+def _request(name: str, code: int) -> bytes | None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as query:
+        try:
+            return fcntl.ioctl(query, code, struct.pack("16s24x", name.encode("ascii")))
+        except OSError:
+            return None
+
+
+def _flags(name: str) -> int:
+    answer = _request(name, _SIOCGIFFLAGS)
+    return 0 if answer is None else int(struct.unpack_from("<H", answer, 16)[0])
+
+
+def _use(name: str) -> str | None:
+    """Return what the computer uses the interface for, or None."""
+    answer = _request(name, _SIOCGIFADDR)
+    if answer is not None:
+        return f"has the address {socket.inet_ntoa(answer[20:24])}"
+    for fields in _table("/proc/net/if_inet6"):
+        # Every interface that is up gives itself an fe80: address; that is no sign of use.
+        if fields[5] == name and not fields[0].startswith("fe80"):
+            return f"has the IPv6 address {socket.inet_ntop(socket.AF_INET6, bytes.fromhex(fields[0]))}"
+    for fields in _table("/proc/net/route"):
+        if fields[0] == name and fields[1] == "00000000" and fields[7] == "00000000":
+            return "carries the default route"
+    return None
+
+
+def _table(path: str) -> list[list[str]]:
+    try:
+        lines = Path(path).read_text(encoding="ascii").splitlines()
+    except OSError:
+        return []
+    return [fields for line in lines if len(fields := line.split()) >= 6]
