@@ -1,0 +1,93 @@
+"""What every fit shares: checked points, centring, orientation of directions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.geometry import Float, Points3
+
+FLAT = 1e-6
+"""Extent against the greatest extent below which points count as flat, in a line or coincident."""
+
+SMALLEST_EXTENT = 1e-6
+"""mm: points closer together than this are one point."""
+
+
+def checked_points(shape: Shape, points: Points3) -> Points3:
+    """Return ``points`` as float64 (n, 3) after the checks that all shapes share.
+
+    Raises
+    ------
+    FitError
+        Wrong form, too few points, or a coordinate that is not a finite number.
+    """
+    array = np.asarray(points, dtype=np.float64)
+    word = shape.value.lower()
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise FitError(
+            "fit.not_points",
+            f"The points of a {word} have the form {array.shape}, not (n, 3).",
+            "Give one row with x, y and z for every point.",
+        )
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if bad.size:
+        raise FitError(
+            "fit.not_finite",
+            f"Point {bad[0] + 1} of {len(array)} of a {word} has a coordinate that is not a "
+            "finite number.",
+            "Remove that point or take it again.",
+        )
+    if len(array) < MINIMUM_POINTS[shape]:
+        raise FitError(
+            "fit.too_few_points",
+            f"There are {len(array)} of at least {MINIMUM_POINTS[shape]} points that a {word} "
+            "needs.",
+            "Take more points.",
+        )
+    return array
+
+
+def centred(shape: Shape, points: Points3) -> tuple[Float, Float, float]:
+    """Return centroid (3,), points about it divided by their size (n, 3), and that size in mm.
+
+    The size is the root mean squared distance from the centroid: the fits then work on numbers
+    near one, wherever in space and however large the feature is.
+
+    Raises
+    ------
+    FitError
+        The points coincide.
+    """
+    # The second pass removes the rounding of a mean far from the origin.
+    centroid = points.mean(axis=0)
+    about = points - centroid
+    correction = about.mean(axis=0)
+    centroid = centroid + correction
+    about = about - correction
+    size = float(np.sqrt(np.mean(np.sum(about**2, axis=1))))
+    if size < SMALLEST_EXTENT:
+        raise FitError(
+            "fit.coincident",
+            f"The {len(points)} points of a {shape.value.lower()} are all in one place.",
+            "Take the points apart from each other.",
+        )
+    return centroid, about / size, size
+
+
+def oriented(direction: Float, hint: Float | None) -> Float:
+    """Return ``direction`` or its opposite: along ``hint``, else its largest component positive."""
+    if hint is not None:
+        along = float(np.dot(direction, hint))
+        if along != 0.0:
+            return direction if along > 0.0 else -direction
+    largest = int(np.argmax(np.abs(direction)))
+    return direction if direction[largest] > 0.0 else -direction
+
+
+def degenerate(shape: Shape, why: str, remedy: str) -> FitError:
+    """Return the error for points that lie so that they do not determine ``shape``."""
+    return FitError(
+        "fit.degenerate", f"The points do not determine a {shape.value.lower()}: {why}.", remedy
+    )

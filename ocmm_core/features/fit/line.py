@@ -1,0 +1,48 @@
+"""A straight line in space: the principal axis of its points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.features.fit.common import centred, checked_points, degenerate, oriented
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, make_fit
+from ocmm_core.geometry import Float, Points3
+
+ROUNDEST = 0.5
+"""Second extent against the first beyond which a cloud of points has no direction."""
+
+
+def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
+    """Return the orthogonal-distance line through ``points`` (n, 3), mm.
+
+    A distance from a line in space has no side; residuals take theirs from the direction in
+    which the points scatter most across the line, so that `Fit.form` is the width of the points
+    there.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine a direction.
+    """
+    points = checked_points(Shape.LINE, points)
+    centroid, about, size = centred(Shape.LINE, points)
+    _, extents, axes = np.linalg.svd(about, full_matrices=len(about) < 3)
+    if len(about) > 2 and extents[1] > ROUNDEST * extents[0]:
+        raise degenerate(
+            Shape.LINE,
+            "they are nearly as broad as they are long",
+            "Take the points further apart along the line.",
+        )
+    direction = oriented(axes[0], direction_hint)
+    along = about @ direction
+    across = about - np.outer(along, direction)
+    sides = np.where(across @ axes[1] < 0.0, -1.0, 1.0)
+
+    n = len(points)
+    projector = np.eye(3) - np.outer(direction, direction)
+    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
+    jacobian[0:3] = np.tile(np.eye(3) / n, n)
+    jacobian[3:6] = np.kron(along / (size * (along @ along)), projector)
+    geometry = np.concatenate([centroid, direction, [0.0]])
+    residuals = size * sides * np.linalg.norm(across, axis=1)
+    return make_fit(Shape.LINE, geometry, jacobian, residuals)

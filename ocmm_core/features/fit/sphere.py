@@ -1,0 +1,30 @@
+"""A sphere by orthogonal distance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.features.fit.ball import fit_ball
+from ocmm_core.features.fit.common import centred, checked_points
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, make_fit
+from ocmm_core.geometry import Points3
+
+
+def fit_sphere(points: Points3) -> Fit:
+    """Return the sphere through ``points`` (n, 3), mm; residuals are positive outside.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine a sphere.
+    """
+    points = checked_points(Shape.SPHERE, points)
+    centroid, about, size = centred(Shape.SPHERE, points)
+    ball = fit_ball(Shape.SPHERE, about)
+    n = len(points)
+    by_shift = np.zeros((GEOMETRY_SIZE, n))
+    by_shift[0:3] = ball.jacobian[:3]
+    by_shift[6] = ball.jacobian[3]
+    jacobian = (by_shift[:, :, None] * ball.normals).reshape(GEOMETRY_SIZE, 3 * n)
+    geometry = np.concatenate([centroid + size * ball.centre, np.zeros(3), [size * ball.radius]])
+    return make_fit(Shape.SPHERE, geometry, jacobian, size * ball.residuals)
