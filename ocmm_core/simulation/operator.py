@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
 from ocmm_core.simulation import kernels
 from ocmm_core.simulation.artefacts import (
     Artefact,
@@ -25,6 +26,7 @@ from ocmm_core.simulation.artefacts import (
     Part,
     SphereEntry,
 )
+from ocmm_core.simulation.attitude import attitude_at
 from ocmm_core.simulation.touches import Contacts, sample
 
 Touches = Sequence[tuple[str, int]]
@@ -40,9 +42,6 @@ _SPEED_MM_S = 220.0
 _TRAVEL_MIN_S, _TRAVEL_MAX_S = 0.35, 1.6
 _CLEARANCE_MM = 12.0
 _HOME_ABOVE_MM = 40.0
-_MAX_TILT = np.radians(38.0)
-_MAX_BACKWARD = np.radians(26.0)
-_LEAN_GAIN = 0.32
 _TREMOR_RAD, _TREMOR_MM = 2e-3, 0.10
 _TREMOR_WAVES = 4
 _STREAM = 16
@@ -171,6 +170,12 @@ class Operator:
     def _extended(self, old: _Timeline, touches: Touches, not_before_s: float) -> _Timeline:
         writer = _Writer(self._home, max(old.end_s, not_before_s))
         for index, (name, count) in enumerate(touches):
+            if count < 1:
+                raise InputError(
+                    "simulation.touches",
+                    f"The feature '{name}' is to be touched {count} times.",
+                    "Give at least one touch for each feature, or leave the feature out.",
+                )
             rng = np.random.default_rng([self._seed, _STREAM, old.rounds, index])
             artefact = self._part.artefact(name)
             if old.rounds:
@@ -196,6 +201,13 @@ class Operator:
         bore = isinstance(artefact, BoreEntry)
         approach = _APPROACH_MM
         if isinstance(artefact, BoreEntry):
+            if artefact.diameter <= 2.0 * self._tip_radius:
+                raise InputError(
+                    "simulation.bore",
+                    f"The bore '{artefact.name}' of {artefact.diameter:g} mm is too narrow for a "
+                    f"ball of {2.0 * self._tip_radius:g} mm.",
+                    "Give a probe with a smaller ball.",
+                )
             approach = min(approach, _BORE_APPROACH * (0.5 * artefact.diameter - self._tip_radius))
         lean = rng.uniform(-0.12, 0.12, 2) * (0.5 if bore else 1.0)
         yaw = rng.uniform(-0.12, 0.12)
@@ -205,7 +217,7 @@ class Operator:
             tip = surface[number] + self._tip_radius * normals[number]
             before = tip + approach * normals[number]
             jitter = rng.uniform(-0.05, 0.05, 3)
-            attitude = _attitude(normals[number], lean + jitter[:2], yaw + jitter[2], bore=bore)
+            attitude = attitude_at(normals[number], lean + jitter[:2], yaw + jitter[2], bore=bore)
             top = self._safe_z
             if place == contacts.place[number]:
                 top = np.nan
@@ -281,40 +293,6 @@ def _segment(start_s: float, duration_s: float, kind: int, begin: Float, end: Fl
     segment[kernels.P0 : kernels.P0 + 3] = begin
     segment[kernels.P1 : kernels.P1 + 3] = end
     return segment
-
-
-def _attitude(normal_world: Float, lean: Float, yaw: float, *, bore: bool) -> Float:
-    """Return how the probe is held, as a rotation vector (3,), rad.
-
-    The handle leans towards the outward normal, so that the stylus stays clear of the material,
-    but never so far that the LEDs turn away from the cameras; in a bore it stays near the axis.
-    """
-    if not bore:
-        level = float(np.hypot(normal_world[0], normal_world[1]))
-        angle = float(np.arctan2(level, normal_world[2]))
-        if level > 1e-9:
-            lean = lean + _LEAN_GAIN * angle * normal_world[:2] / level
-    lean = np.array([lean[0], min(lean[1], _MAX_BACKWARD)])
-    lean *= min(1.0, _MAX_TILT / max(float(np.linalg.norm(lean)), 1e-9))
-    rotation = rotation_from_vector(np.array([-lean[1], lean[0], 0.0])) @ rotation_from_vector(
-        np.array([0.0, 0.0, yaw])
-    )
-    return _rotation_vector(rotation)
-
-
-def _rotation_vector(rotation: Float) -> Float:
-    """Return the rotation vector (3,), rad, of a rotation (3, 3) by less than half a turn."""
-    axis = 0.5 * np.array(
-        [
-            rotation[2, 1] - rotation[1, 2],
-            rotation[0, 2] - rotation[2, 0],
-            rotation[1, 0] - rotation[0, 1],
-        ]
-    )
-    sine = float(np.linalg.norm(axis))
-    angle = float(np.arctan2(sine, 0.5 * (np.trace(rotation) - 1.0)))
-    vector: Float = axis * (angle / sine if sine > 1e-12 else 1.0)
-    return vector
 
 
 def _draw_tremor(rng: np.random.Generator) -> Float:

@@ -102,7 +102,7 @@ class VirtualRig:
     touches
         What the operator touches: names of features of the part and numbers of touches.
     seed
-        Of everything that is drawn; not negative.
+        Of everything that is drawn; 0 to 2^63 - 1.
     options
         Which imperfections there are.
     frame_rate_hz
@@ -119,9 +119,15 @@ class VirtualRig:
         options: WorldOptions | None = None,
         frame_rate_hz: int | None = None,
     ) -> None:
-        if seed < 0:
+        if not 0 <= seed < 2**63:
             raise InputError(
-                "simulation.seed", f"The seed is {seed}.", "Give a seed of zero or more."
+                "simulation.seed", f"The seed is {seed}.", "Give a seed from 0 to 2^63 - 1."
+            )
+        if frame_rate_hz is not None and not 1 <= frame_rate_hz <= 1_000_000:
+            raise InputError(
+                "simulation.frame_rate",
+                f"The frame rate of the virtual rig is {frame_rate_hz} Hz.",
+                "Give 1 to 1000000 frames a second.",
             )
         self.rig = rig
         self.body = body

@@ -127,14 +127,30 @@ def test_slots_are_shuffled_between_cameras_and_seeds(make_rig: MakeRig) -> None
     assert not np.array_equal(*make_rig(seed=0).truth.slots)
 
 
-def test_a_seed_below_zero_is_refused(make_rig: MakeRig) -> None:
-    with pytest.raises(InputError, match="seed is -1"):
-        make_rig(seed=-1)
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"seed": -1}, "seed is -1"),
+        ({"seed": 2**63}, "seed is 9223372036854775808"),
+        ({"frame_rate_hz": -5}, "frame rate of the virtual rig is -5 Hz"),
+        ({"frame_rate_hz": 0}, "frame rate of the virtual rig is 0 Hz"),
+        ({"touches": [("BED", 0)]}, "feature 'BED' is to be touched 0 times"),
+        ({"touches": [("BORE_X", 3)]}, "has no feature 'BORE_X'"),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused(
+    make_rig: MakeRig, arguments: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(InputError, match=sentence):
+        make_rig(**arguments)
 
 
-def test_a_feature_that_the_part_does_not_have_is_refused(make_rig: MakeRig) -> None:
-    with pytest.raises(InputError, match="has no feature 'BORE_X'"):
-        make_rig(touches=[("BORE_X", 3)])
+def test_a_ball_that_does_not_enter_the_bore_is_refused(
+    recommended: Rig, standard: ProbeBody, demo_part: Part
+) -> None:
+    body = replace(standard, tip_radius=11.0)
+    with pytest.raises(InputError, match=r"'BORE_A' of 20\.009 mm is too narrow"):
+        VirtualRig(recommended, body, demo_part, [("BORE_A", 3)], 1)
 
 
 def test_every_led_is_seen_wherever_the_part_is_touched(
