@@ -9,16 +9,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
-
-if TYPE_CHECKING:
-    from ocmm_core.station.station import MeasuringStation
+from ocmm_core.station.station import MeasuringStation
 
 LIVE_HZ = 30
 CLOSE_LIMIT_S = 1.5
@@ -50,22 +47,25 @@ class StationBridge(QObject):
     """Emits the `OcmmError` of a command."""
 
     # One signal each for the thread change; the public ones are emitted on the window's thread.
-    _changed_elsewhere = Signal()
+    _changed_elsewhere = Signal(object)
     _taken_elsewhere = Signal(object)
     _refused_elsewhere = Signal(object)
+    _failed_elsewhere = Signal(object)
 
     def __init__(self, station: MeasuringStation, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._station = station
         self._closed = False
-        self._job_is_stale = False
+        self._job = station.job()
         queued = Qt.ConnectionType.QueuedConnection
-        self._changed_elsewhere.connect(self._refresh_job, queued)
+        self._changed_elsewhere.connect(self._show_job, queued)
         self._taken_elsewhere.connect(self.point_taken, queued)
         self._refused_elsewhere.connect(self.point_refused, queued)
+        self._failed_elsewhere.connect(self.failed, queued)
         station.changed.connect(self._on_changed)
         station.point_taken.connect(self._on_taken)
         station.point_refused.connect(self._on_refused)
+        station.failed.connect(self._on_failed)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(1000 // LIVE_HZ)
@@ -81,7 +81,7 @@ class StationBridge(QObject):
         self._command(self._station.start)
         self._timer.start()
         self._pull_live()
-        self._refresh_job()
+        self._show_job(self._job)
 
     def close(self) -> bool:
         """Stop the station within `CLOSE_LIMIT_S` and say whether it stopped; idempotent."""
@@ -92,6 +92,7 @@ class StationBridge(QObject):
         self._station.changed.disconnect(self._on_changed)
         self._station.point_taken.disconnect(self._on_taken)
         self._station.point_refused.disconnect(self._on_refused)
+        self._station.failed.disconnect(self._on_failed)
         self._station.request_stop()
         stopped = self._station.join(CLOSE_LIMIT_S)
         if not stopped:
@@ -104,8 +105,8 @@ class StationBridge(QObject):
         return self._station.live()
 
     def job(self) -> JobView:
-        """Return the job as it stands."""
-        return self._station.job()
+        """Return the job as it was shown last."""
+        return self._job
 
     def take(self) -> None:
         """Take a point now."""
@@ -129,7 +130,7 @@ class StationBridge(QObject):
 
     def select_neighbour(self, step: int) -> None:
         """Make the feature ``step`` places after the active one the active one."""
-        job = self.job()
+        job = self._job
         names = [feature.name for feature in job.features]
         if job.active in names:
             self.select(names[min(max(names.index(job.active) + step, 0), len(names) - 1)])
@@ -155,19 +156,21 @@ class StationBridge(QObject):
     def _pull_live(self) -> None:
         self.live_changed.emit(self._station.live())
 
-    def _refresh_job(self) -> None:
-        self._job_is_stale = False
+    def _show_job(self, job: JobView) -> None:
+        self._job = job
         if not self._closed:
-            self.job_changed.emit(self._station.job())
+            self.job_changed.emit(job)
 
     def _on_changed(self) -> None:
-        # Many changes between two turns of the event loop need one refresh only.
-        if not self._job_is_stale:
-            self._job_is_stale = True
-            self._changed_elsewhere.emit()
+        # The station evaluates the job for whoever asks first; here that is the thread that took
+        # the point, so that fits and uncertainties cost the window nothing.
+        self._changed_elsewhere.emit(self._station.job())
 
     def _on_taken(self, point: MeasuredPoint) -> None:
         self._taken_elsewhere.emit(point)
 
     def _on_refused(self, refusal: Refusal) -> None:
         self._refused_elsewhere.emit(refusal)
+
+    def _on_failed(self, error: OcmmError) -> None:
+        self._failed_elsewhere.emit(error)

@@ -62,8 +62,8 @@ class MainWindow(QMainWindow):
         self._notices = notices
         self._sounds = sounds
         self._out = out
-        self._theme = THEMES[theme]
-        self._previous: JobView | None = None
+        self._job: JobView | None = None
+        self._live: LiveView | None = None
         self.close_seconds = 0.0
         guarded = bridge.station.plan.rule == "iso14253-1"
         self.actions_by_key = make_actions(self, self._calls())
@@ -93,17 +93,25 @@ class MainWindow(QMainWindow):
         bridge.job_changed.connect(self._on_job)
         bridge.point_taken.connect(self._on_taken)
         bridge.point_refused.connect(self._on_refused)
-        self._apply_theme()
+        self.use_theme(theme)
 
     def show_far(self, far: bool) -> None:
         """Show the far view or the desk view."""
         self._stack.setCurrentWidget(self.far if far else self.desk)
         text = "Desk view" if far else "Far view"
         self.actions_by_key["view"].setText(text)
-        if self._previous is not None:
-            self._show_job(self._previous)
-        self._on_live(self._bridge.live())
+        if self._job is not None:
+            self._show_job(self._job)
+        if self._live is not None:
+            self._on_live(self._live)
         (self.far if far else self.desk).setFocus()
+
+    def use_theme(self, name: str) -> None:
+        """Dress the application in a theme of the table."""
+        self._theme = THEMES[name]
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            apply_theme(app, self, self._theme)
 
     def is_far(self) -> bool:
         """Return whether the far view is shown."""
@@ -144,13 +152,14 @@ class MainWindow(QMainWindow):
         }
 
     def _on_live(self, live: LiveView) -> None:
+        self._live = live
         if self.is_far():
             self.far.show_live(live)
         else:
             self.desk.show_live(live)
 
     def _on_job(self, job: JobView) -> None:
-        previous, self._previous = self._previous, job
+        previous, self._job = self._job, job
         self._show_job(job)
         if previous is not None:
             self._announce(previous, job)
@@ -201,7 +210,6 @@ class MainWindow(QMainWindow):
         folder = self._out if self._out is not None else Path.home()
         path = folder / f"ocmm-log-{datetime.now().astimezone():%Y%m%d-%H%M%S}.txt"
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
             self._notices.save(path)
         except OcmmError as error:
             self._notices.error(error)
@@ -210,10 +218,4 @@ class MainWindow(QMainWindow):
 
     def _next_theme(self) -> None:
         names = list(THEMES)
-        self._theme = THEMES[names[(names.index(self._theme.name) + 1) % len(names)]]
-        self._apply_theme()
-
-    def _apply_theme(self) -> None:
-        app = QApplication.instance()
-        if isinstance(app, QApplication):
-            apply_theme(app, self, self._theme)
+        self.use_theme(names[(names.index(self._theme.name) + 1) % len(names)])

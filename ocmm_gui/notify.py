@@ -16,11 +16,10 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_gui.theme import Theme
 
 INFO_SECONDS = 12
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +56,13 @@ class NoticeCentre(QObject):
         self._notices: deque[Notice] = deque(maxlen=500)
 
     def post(self, notice: Notice) -> None:
-        """Log a notice and show it."""
+        """Keep a notice for the log and show it."""
         self._notices.append(notice)
-        _log.log(
-            logging.ERROR if notice.is_error else logging.INFO,
-            "%s %s %s", notice.what, notice.remedy, notice.detail,
-        )  # fmt: skip
         self.posted.emit(notice)
+
+    def keep(self, notice: Notice) -> None:
+        """Keep a notice for the log only."""
+        self._notices.append(notice)
 
     def inform(self, what: str) -> None:
         """Show good news."""
@@ -92,7 +91,7 @@ class NoticeCentre(QObject):
 
         Raises
         ------
-        OcmmError
+        StorageError
             The file cannot be written.
         """
         text = "\n".join(
@@ -100,13 +99,26 @@ class NoticeCentre(QObject):
             f"{n.detail}"
             for n in list(self._notices)
         )
-        write_atomic(path, (text or "Nothing was reported.\n").encode())
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_atomic(path, (text or "Nothing was reported.\n").encode())
+        except OSError as error:
+            raise StorageError(
+                "log.write",
+                f"The log cannot be written to {path} ({error.strerror}).",
+                "Start the window with --out and a folder that you may write to.",
+            ) from error
 
 
-class ErrorHooks:
-    """Feed what nobody caught to a `NoticeCentre` while the context is open."""
+class ErrorHooks(logging.Handler):
+    """Feed a `NoticeCentre` while the context is open.
+
+    What nobody caught is shown; what the core writes to its log from WARNING upwards is kept for
+    the saved log only.
+    """
 
     def __init__(self, centre: NoticeCentre) -> None:
+        super().__init__(logging.WARNING)
         self._centre = centre
         self._previous = (sys.excepthook, threading.excepthook)
 
@@ -114,10 +126,24 @@ class ErrorHooks:
         self._previous = (sys.excepthook, threading.excepthook)
         sys.excepthook = self._on_error
         threading.excepthook = self._on_thread_error
+        logging.getLogger().addHandler(self)
         return self
 
     def __exit__(self, *_: object) -> None:
         sys.excepthook, threading.excepthook = self._previous
+        logging.getLogger().removeHandler(self)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a record of the core's log."""
+        detail = "" if record.exc_info is None else self._traceback(record)
+        when = datetime.fromtimestamp(record.created).astimezone()
+        is_error = record.levelno >= logging.ERROR
+        self._centre.keep(Notice(is_error, record.getMessage(), "", detail, when))
+
+    @staticmethod
+    def _traceback(record: logging.LogRecord) -> str:
+        error = record.exc_info[1] if record.exc_info else None
+        return "" if error is None else "".join(traceback.format_exception(error))
 
     def _on_error(
         self, kind: type[BaseException], error: BaseException, where: TracebackType | None

@@ -20,6 +20,7 @@ class ExportPanel(QFrame):
         self.setProperty("role", "panel")
         self.setAccessibleName("Export")
         self._field = _PathField(str(proposal))
+        self._field.setObjectName("folder")
         self._field.setAccessibleName("Folder of the report")
         self._field.setMinimumWidth(300)
         write = QPushButton("Write")

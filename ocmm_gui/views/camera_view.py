@@ -71,7 +71,7 @@ class CameraPlot(QWidget):
         )
         self._fading: list[Any] = [pg.PlotCurveItem(connect="finite") for _ in range(_FADE_STEPS)]
         self._spots: Any = pg.ScatterPlotItem(size=11, symbol="+")
-        self._labels: list[Any] = [pg.TextItem(anchor=(0, 1)) for _ in range(MAX_SLOTS)]
+        self._labels: list[Any] = [pg.TextItem() for _ in range(MAX_SLOTS)]
         for item in (self._sensor, *self._fading, self._spots, *self._labels):
             self._plot.addItem(item, ignoreBounds=True)
         for label in self._labels:
@@ -91,13 +91,16 @@ class CameraPlot(QWidget):
         self._title.show_text(f"{self._camera.name}:  {int(seen.sum())} spots")
         self._trail.append(spots)
         self._spots.setData(spots[seen, 0], spots[seen, 1])
+        centre = float(spots[seen, 0].mean()) if seen.any() else 0.0
         for slot, label in enumerate(self._labels):
             label.setVisible(bool(seen[slot]))
             if seen[slot]:
                 led = f"L{leds[slot]}" if leds[slot] >= 0 else "?"
-                text = f"{led} ·s{slot}"
+                text = f" {led} ·s{slot} "
                 if label.toPlainText() != text:
                     label.setText(text)
+                # Words stand outwards of the spots, where they cover none of the others.
+                label.setAnchor((1.0, 0.5) if spots[slot, 0] < centre else (0.0, 0.5))
                 label.setPos(*spots[slot])
         self._draw_trail()
         if seen.any():
@@ -105,7 +108,7 @@ class CameraPlot(QWidget):
 
     def labels(self) -> tuple[str, ...]:
         """Return the words beside the visible spots."""
-        return tuple(label.toPlainText() for label in self._labels if label.isVisible())
+        return tuple(label.toPlainText().strip() for label in self._labels if label.isVisible())
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""

@@ -1,0 +1,130 @@
+"""Make the pictures of the window: one seeded run on the virtual rig, stopped where it is worth it.
+
+Run ``python docs/images/make.py [FOLDER]``; without a folder the pictures beside this file are
+made again.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from PySide6.QtWidgets import QApplication  # the platform must be chosen before
+
+from ocmm_core.cli.compose import StationRequest, build_station, script_of
+from ocmm_core.documents import resource
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.view import JobView, LiveView, StatusWord
+from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
+from ocmm_gui.app import make_application
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.main_window import MainWindow
+from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.words import active_feature
+
+SIZE = (1920, 1080)
+SMALL = (1280, 720)
+PATIENCE_S = 120.0
+SPEED = 3.0
+HIDDEN = (0, 1, 3, 4)
+"""LEDs that a hand covers for the picture of the lost probe."""
+
+State = Callable[[LiveView, JobView], bool]
+
+
+def main(folder: Path) -> None:
+    """Make all pictures in ``folder``."""
+    app = make_application()
+    with tempfile.TemporaryDirectory() as out:
+        built = build_station(_request(Path(out)))
+        bridge = StationBridge(built.station)
+        window = MainWindow(bridge, NoticeCentre(), out=Path(out))
+        window.resize(*SIZE)
+        window.show()
+        bridge.start()
+        try:
+            _wait(app, bridge, _is_measuring)
+            _grab(app, window, bridge, folder, "measuring", ("dark", "light"))
+            _grab(app, window, bridge, folder, "measuring_720p", ("light", "contrast"), size=SMALL)
+            _wait(app, bridge, _is_finished)
+            _grab(app, window, bridge, folder, "feature_finished", ("dark", "light"))
+            _grab(app, window, bridge, folder, "far", ("dark", "light", "contrast"), far=True)
+            _grab(app, window, bridge, folder, "far_720p", ("light",), size=SMALL, far=True)
+            _wait(app, bridge, _is_lost)
+            _grab(app, window, bridge, folder, "target_lost", ("dark", "light"))
+            _grab(app, window, bridge, folder, "far_lost", ("light",), far=True)
+        finally:
+            window.close()
+
+
+def _request(out: Path) -> StationRequest:
+    plain = StationRequest(plan=resource("plans", "demo.toml"), out=out, speed=SPEED, stay=True)
+    touches = script_of(plain, load_plan(plain.plan)).build().truth.touches
+    bore = [touch for touch in touches if touch.feature == "BORE_A"][5]
+    hidden = ScriptedOcclusion(1, HIDDEN, bore.first_frame - 8000, bore.last_frame)
+    return replace(plain, world=WorldOptions(occlusions=(hidden,)))
+
+
+def _is_measuring(live: LiveView, job: JobView) -> bool:
+    feature = active_feature(job)
+    return (
+        feature is not None
+        and feature.name == "SPHERE"
+        and len(feature.points) == 12
+        and live.status in (StatusWord.MEASURING, StatusWord.READY)
+    )
+
+
+def _is_finished(live: LiveView, job: JobView) -> bool:
+    return job.active == "BORE_B" and live.tip_world is not None
+
+
+def _is_lost(live: LiveView, job: JobView) -> bool:
+    return live.status is StatusWord.LOST
+
+
+def _wait(app: QApplication, bridge: StationBridge, state: State) -> None:
+    """Let the job go on until a state is there, then hold what the window shows."""
+    bridge.blockSignals(False)
+    until = time.monotonic() + PATIENCE_S
+    while not state(bridge.live(), bridge.job()):
+        if time.monotonic() > until:
+            raise SystemExit(f"{state.__name__} did not come within {PATIENCE_S:.0f} s.")
+        app.processEvents()
+        time.sleep(0.002)
+    # One more turn, so that the window shows what was seen here.
+    live = bridge.live()
+    bridge.live_changed.emit(live)
+    bridge.blockSignals(True)
+
+
+def _grab(
+    app: QApplication,
+    window: MainWindow,
+    bridge: StationBridge,
+    folder: Path,
+    name: str,
+    themes: Iterable[str],
+    *,
+    size: tuple[int, int] = SIZE,
+    far: bool = False,
+) -> None:
+    window.resize(*size)
+    window.show_far(far)
+    for theme in themes:
+        window.use_theme(theme)
+        app.processEvents()
+        path = folder / (f"{name}_{theme}.png" if far else f"window_{theme}_{name}.png")
+        window.grab().save(str(path))
+        sys.stdout.write(f"{path}\n")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent)

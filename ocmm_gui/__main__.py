@@ -1,0 +1,14 @@
+"""Start the window: ``python -m ocmm_gui``."""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+
+if __name__ == "__main__":
+    # A frozen program would start itself again and again without this.
+    multiprocessing.freeze_support()
+
+    from ocmm_gui.app import main
+
+    sys.exit(main())

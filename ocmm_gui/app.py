@@ -1,0 +1,251 @@
+"""The composition root of the window: arguments in, a running window out."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QApplication, QLabel
+
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, apply_theme, text_font
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.compose import StationRequest
+    from ocmm_gui.main_window import MainWindow
+
+EXIT_OK, EXIT_FAILED = 0, 2
+
+
+@dataclass(frozen=True, slots=True)
+class WindowOptions:
+    """How the window is opened and how it ends.
+
+    Attributes
+    ----------
+    theme
+        Name of the theme.
+    far
+        Begin with the far view.
+    size
+        Width and height, px; None opens it maximised.
+    export
+        Folder of the report; None asks in the window.
+    quit_after_s
+        Close after so many seconds; zero stays open.
+    screenshots
+        Files that get a picture of the window just before it closes.
+    sound
+        Play sounds.
+    """
+
+    theme: str = DEFAULT_THEME
+    far: bool = False
+    size: tuple[int, int] | None = None
+    export: Path | None = None
+    quit_after_s: float = 0.0
+    screenshots: tuple[Path, ...] = ()
+    sound: bool = True
+
+
+def make_application() -> QApplication:
+    """Return the application, dressed alike on every system.
+
+    Raises
+    ------
+    InputError
+        There is no screen to show a window on.
+    """
+    existing = QApplication.instance()
+    if isinstance(existing, QApplication):
+        return existing
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in screens):
+        # Qt would end the program with a message about its plugins.
+        raise InputError(
+            "window.no_display",
+            "There is no screen to show the window on.",
+            "Start OCMM on a desktop, or measure without a window: ocmm demo --headless.",
+        )
+    app = QApplication(["ocmm"])
+    app.setApplicationName("OCMM")
+    app.setStyle("Fusion")
+    app.setFont(text_font(14))
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the window and return the exit code: 0, or 2 if it could not be started."""
+    parsed = _parser().parse_args(arguments)
+    try:
+        return run(parsed, _window_options(parsed))
+    except OcmmError as error:
+        sys.stderr.write(f"{error.what}\n{error.remedy}\n")
+        return EXIT_FAILED
+
+
+def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
+    """Build the station, show the window and return when it has closed.
+
+    Raises
+    ------
+    OcmmError
+        The station cannot be built.
+    """
+    app = make_application()
+    # Numerical libraries take a second to load: something is on the screen before that.
+    splash = _splash(app, parsed.source, options)
+    try:
+        from ocmm_core.cli.compose import build_station
+        from ocmm_gui.bridge import StationBridge
+        from ocmm_gui.main_window import MainWindow
+        from ocmm_gui.notify import ErrorHooks, NoticeCentre
+        from ocmm_gui.sound import SoundPlayer
+
+        built = build_station(_request(parsed))
+    finally:
+        splash.close()
+        splash.deleteLater()
+    notices = NoticeCentre()
+    bridge = StationBridge(built.station)
+    code = EXIT_OK
+    try:
+        with ErrorHooks(notices):
+            window = MainWindow(
+                bridge,
+                notices,
+                sounds=SoundPlayer(enabled=options.sound),
+                theme=options.theme,
+                out=options.export,
+            )
+            _show(window, options)
+            bridge.start()
+            _end_on_signals(app)
+            if options.quit_after_s > 0.0:
+                QTimer.singleShot(round(1000.0 * options.quit_after_s), window.close)
+            app.exec()
+            if not _save_pictures(window, options.screenshots):
+                code = EXIT_FAILED
+    finally:
+        bridge.close()
+    return code
+
+
+def _request(parsed: argparse.Namespace) -> StationRequest:
+    from ocmm_core.cli.compose import StationRequest
+
+    return StationRequest(
+        plan=parsed.plan,
+        out=parsed.out or Path("ocmm-out"),
+        rig=parsed.rig,
+        probe=parsed.probe,
+        part=parsed.part,
+        source=parsed.source,
+        seed=parsed.seed,
+        speed=parsed.speed,
+        stay=True,
+        operator=parsed.operator,
+        serial=parsed.serial,
+        force=parsed.force,
+    )
+
+
+def _show(window: MainWindow, options: WindowOptions) -> None:
+    window.show_far(options.far)
+    if options.size is None:
+        window.showMaximized()
+    else:
+        window.resize(*options.size)
+        window.show()
+
+
+def _save_pictures(window: MainWindow, paths: Sequence[Path]) -> bool:
+    """Save what the window showed last, and say whether every file could be written."""
+    saved = True
+    for path in paths:
+        if not window.grab().save(str(path)):
+            sys.stderr.write(f"The picture {path} cannot be written.\n")
+            saved = False
+    return saved
+
+
+def _splash(app: QApplication, source: str, options: WindowOptions) -> QLabel:
+    label = QLabel(f"OCMM\n\nStarting: {source}", alignment=Qt.AlignmentFlag.AlignCenter)
+    label.setWindowTitle("OCMM")
+    label.setFont(text_font(20))
+    label.resize(520, 200)
+    apply_theme(app, label, THEMES[options.theme])
+    label.show()
+    app.processEvents()
+    return label
+
+
+def _end_on_signals(app: QApplication) -> None:
+    def end(number: int, frame: FrameType | None) -> None:
+        app.quit()
+
+    # The timer of the live values gives Python the turns in which signals are handled.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+
+
+def _window_options(parsed: argparse.Namespace) -> WindowOptions:
+    return WindowOptions(
+        theme=parsed.theme,
+        far=parsed.far,
+        size=parsed.size,
+        export=parsed.out,
+        quit_after_s=parsed.quit_after,
+        screenshots=tuple(parsed.screenshot),
+        sound=not parsed.silent,
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    return int(width), int(height)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="ocmm-window",
+        description="The window of OCMM: measure a part by a plan, from real or virtual cameras.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    add = parser.add_argument
+    add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")
+    add("--rig", type=Path, default=resource("rigs", "recommended.toml"), help="the cameras")
+    add("--probe", type=Path, default=resource("probes", "standard.toml"), help="the probe")
+    add(
+        "--part", type=Path, default=resource("parts", "demo.toml"),
+        help="the true part, for virtual rigs",
+    )  # fmt: skip
+    add(
+        "--source", default="simulated",
+        help="simulated, ethercat:virtual, ethercat:IFACE or replay:FILE",
+    )  # fmt: skip
+    add("--seed", type=int, default=1, help="seed of the virtual rig")
+    add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")
+    add("--operator", default="demo", help="who measures")
+    add("--serial", default="1", help="serial number of the part")
+    add("--out", type=Path, help="folder of the job file and the report; asked when exporting")
+    add("--force", action="store_true", help="use a network interface that the computer needs")
+    add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="looks; T changes it")
+    add("--far", action="store_true", help="begin with the far view; F11 changes it")
+    add("--size", type=_size, help="of the window, e.g. 1280x720; maximised without")
+    add("--silent", action="store_true", help="no sounds")
+    add("--quit-after", type=float, default=0.0, metavar="SECONDS", help="close by itself")
+    add(
+        "--screenshot", type=Path, nargs="+", default=[], metavar="FILE",
+        help="picture of the window when it closes by itself",
+    )  # fmt: skip
+    return parser

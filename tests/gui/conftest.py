@@ -1,0 +1,76 @@
+"""A window on the real station of a virtual rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("PySide6.QtWidgets", exc_type=ImportError)
+
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.simulation.world import WorldOptions
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.main_window import MainWindow
+from ocmm_gui.notify import NoticeCentre
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """A window and everything behind it."""
+
+    built: BuiltStation
+    bridge: StationBridge
+    notices: NoticeCentre
+    window: MainWindow
+
+
+OpenWindow = Callable[..., Bench]
+
+
+@pytest.fixture
+def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OpenWindow]:
+    """Return a function that opens a window on the short job; it is closed after the test."""
+    opened: list[Bench] = []
+    qapp.setStyle("Fusion")
+
+    def make(
+        *,
+        speed: float = 0.0,
+        stay: bool = False,
+        world: WorldOptions | None = None,
+        out: Path | None = None,
+        plan: str = "quick.toml",
+    ) -> Bench:
+        # A tenth of the frame rate: the same job for a tenth of the work.
+        built = build_station(
+            StationRequest(
+                plan=resource("plans", plan),
+                out=tmp_path / "job",
+                speed=speed,
+                stay=stay,
+                world=world or WorldOptions(),
+                frame_rate_hz=800,
+            )
+        )
+        notices = NoticeCentre()
+        bridge = StationBridge(built.station)
+        window = MainWindow(bridge, notices, out=out)
+        window.resize(1280, 720)
+        window.show()
+        bridge.start()
+        opened.append(Bench(built, bridge, notices, window))
+        return opened[-1]
+
+    yield make
+    for bench in opened:
+        bench.window.close()
+        bench.window.deleteLater()
+        bench.bridge.deleteLater()
+        bench.notices.deleteLater()

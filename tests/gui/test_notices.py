@@ -1,0 +1,119 @@
+"""Errors reach the banner in words and the log in full; sounds and keys behave."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+import wave
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.errors import InputError, StorageError
+from ocmm_gui.app import main
+from ocmm_gui.notify import Banner, ErrorHooks, NoticeCentre
+from ocmm_gui.operator.export_panel import ExportPanel
+from ocmm_gui.sound import RATE_HZ, Sound, SoundPlayer, tone_wav
+from ocmm_gui.triggers import DEBOUNCE_S, Debounced
+
+
+def test_an_error_is_shown_with_its_remedy(qtbot: QtBot) -> None:
+    centre, banner = NoticeCentre(), Banner()
+    qtbot.addWidget(banner)
+    centre.posted.connect(banner.show_notice)
+    centre.error(InputError("x", "The plan is empty.", "Add a feature."))
+    assert "The plan is empty. Add a feature." in banner.text()
+    centre.inform("Written.")
+    assert "The plan is empty." in banner.text(), "good news must not cover an error"
+
+
+def test_what_nobody_caught_is_shown_without_a_traceback_and_logged_with_it(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    centre, banner = NoticeCentre(), Banner()
+    qtbot.addWidget(banner)
+    centre.posted.connect(banner.show_notice)
+    before = (sys.excepthook, threading.excepthook)
+    with ErrorHooks(centre):
+        thread = threading.Thread(target=lambda: 1 / 0)
+        thread.start()
+        thread.join()
+        qtbot.waitUntil(lambda: "ZeroDivisionError" in banner.text())
+        logging.getLogger("ocmm_core.test").warning("A cycle was late.")
+    assert (sys.excepthook, threading.excepthook) == before
+    assert "Traceback" not in banner.text()
+    centre.save(tmp_path / "log.txt")
+    text = (tmp_path / "log.txt").read_text()
+    assert "Traceback" in text
+    assert "A cycle was late." in text
+
+
+def test_a_log_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StorageError, match=r"file/log\.txt"):
+        NoticeCentre().save(tmp_path / "file" / "log.txt")
+
+
+def test_a_path_with_a_blank_takes_no_point(qtbot: QtBot) -> None:
+    window = QWidget()
+    panel = ExportPanel(Path("/data"))
+    panel.setParent(window)
+    qtbot.addWidget(window)
+    taken: list[bool] = []
+    action = QAction("Take", window)
+    action.setShortcuts([QKeySequence("Space"), QKeySequence("Return")])
+    action.triggered.connect(taken.append)
+    window.addAction(action)
+    window.show()
+    panel.ask()
+    field = panel.findChild(QWidget, "folder")
+    assert field is not None
+    with qtbot.waitSignal(panel.folder_given) as given:
+        QTest.keyClicks(field, "/data/my report")
+        QTest.keyClick(field, Qt.Key.Key_Return)
+    assert given.args == [Path("/data/my report")]
+    assert not taken
+
+
+def test_a_bouncing_switch_gives_one_command() -> None:
+    times = iter([0.0, 0.02, 0.1, DEBOUNCE_S + 0.001, DEBOUNCE_S + 0.01])
+    given: list[int] = []
+    press = Debounced(lambda: given.append(1), clock=lambda: next(times))
+    for _ in range(5):
+        press()
+    assert len(given) == 2
+
+
+@pytest.mark.parametrize("sound", Sound)
+def test_tones_are_whole_wav_files(sound: Sound) -> None:
+    with wave.open(BytesIO(tone_wav(sound.value))) as file:
+        length = file.getnframes() / RATE_HZ
+    assert length == pytest.approx(sum(seconds for _, seconds in sound.value), abs=0.001)
+
+
+def test_a_sound_that_cannot_be_played_is_silent(
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", "")
+    player = SoundPlayer()
+    for sound in Sound:
+        player.play(sound)
+    player.close()
+    player.play(Sound.TAKEN)
+
+
+def test_a_missing_plan_ends_with_one_sentence_and_code_2(
+    qtbot: QtBot, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    code = main(["--plan", str(tmp_path / "none.toml"), "--out", str(tmp_path), "--silent"])
+    assert code == 2
+    shown = capsys.readouterr().err
+    assert "none.toml" in shown
+    assert "Traceback" not in shown

@@ -1,0 +1,161 @@
+"""The window on the real station: points arrive, keys command, values are those of the core."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.inspection.view import FeatureState, StatusWord
+from ocmm_core.measuring.point import RefusalCode
+from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
+from ocmm_gui.words import DASHES, main_characteristic, millimetres
+
+if TYPE_CHECKING:
+    from tests.gui.conftest import OpenWindow
+
+PATIENCE_MS = 40_000
+
+
+def test_points_arrive_and_the_panel_shows_the_values_of_the_job(
+    qtbot: QtBot, open_window: OpenWindow
+) -> None:
+    bench = open_window()
+    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    job = bench.built.station.job()
+    last = job.features[-1]
+    result = main_characteristic(job, last.name)
+    assert result is not None
+    assert result.measured is not None
+    panel = bench.window.desk.feature
+    assert last.fit is not None
+    expected = {
+        "Measured": f"{result.measured:.3f}",
+        "Nominal": f"{result.nominal:.3f}",
+        "Deviation": millimetres(result.deviation, signed=True),
+        "U (k=2)": millimetres(result.uncertainty),
+        "Form": f"{last.fit.form:.3f}",
+    }
+    assert {name: panel.value(name) for name in expected} == expected
+    assert panel.title().endswith(last.name)
+    assert panel.verdict() == result.verdict.value
+    rows = [bench.window.desk.plan.item(row).text() for row in range(len(job.features))]
+    for row, feature in zip(rows, job.features, strict=True):
+        assert row.startswith(feature.name)
+        assert f"{len(feature.points)} of {feature.needed} points" in row
+    assert "All features are measured" in bench.window.desk.guidance.step()
+
+
+def test_readout_shows_the_tip_and_the_strip_the_counters(
+    qtbot: QtBot, open_window: OpenWindow
+) -> None:
+    bench = open_window(speed=1.0, stay=True)
+    desk = bench.window.desk
+    qtbot.waitUntil(lambda: DASHES not in desk.readout.values(), timeout=PATIENCE_MS)
+    assert desk.strip.status() in {word.value for word in StatusWord}
+    assert desk.strip.counter("Cameras") == "2/2"
+    shown = np.array([float(value) for value in desk.readout.values()])
+    tip = bench.built.station.live().tip_world
+    assert tip is not None
+    # The probe moves at most 0.6 m/s between what is shown (12 Hz) and what is asked here.
+    assert np.abs(shown - tip).max() < 100.0
+    for plot in desk.cameras.plots():
+        assert len(plot.labels()) >= 3
+        assert all("·s" in label for label in plot.labels())
+
+
+def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: OpenWindow) -> None:
+    bench = open_window()
+    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    before = bench.built.station.job().features[-1]
+    QTest.keyClick(bench.window, Qt.Key.Key_Backspace)
+    qtbot.waitUntil(lambda: not bench.bridge.job().complete)
+    after = bench.built.station.job()
+    assert len(after.features[-1].points) == len(before.points) - 1
+    assert after.active == before.name
+    assert bench.window.desk.guidance.step() == f"Touch one more point on {before.name}."
+    qtbot.wait(200)  # longer than contacts bounce
+    QTest.keyClick(bench.window, Qt.Key.Key_F15)
+    qtbot.waitUntil(lambda: bench.bridge.job().complete)
+    assert bench.built.station.job().features[-1].state is FeatureState.DONE
+
+
+def test_space_takes_a_point_and_a_refusal_is_explained(
+    qtbot: QtBot, open_window: OpenWindow
+) -> None:
+    bench = open_window(speed=20.0, stay=True)
+    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    # All is measured and the probe rests in the air: a point now belongs to no feature.
+    QTest.keyClick(bench.window, Qt.Key.Key_Space)
+    qtbot.waitUntil(lambda: bench.bridge.job().refusal is not None, timeout=PATIENCE_MS)
+    refusal = bench.built.station.job().refusal
+    assert refusal is not None
+    assert refusal.code in (RefusalCode.NO_FEATURE, RefusalCode.NO_APPROACH)
+    assert refusal.what in bench.window.desk.guidance.trouble()
+    assert refusal.remedy in bench.window.desk.guidance.trouble()
+
+
+def test_a_lost_probe_shows_dashes_and_the_reason(qtbot: QtBot, open_window: OpenWindow) -> None:
+    hidden = ScriptedOcclusion(1, (0, 1, 2, 3, 4, 5, 6, 7), 400, 10**9)
+    bench = open_window(speed=1.0, stay=True, world=WorldOptions(occlusions=(hidden,)))
+    desk, far = bench.window.desk, bench.window.far
+    qtbot.waitUntil(lambda: desk.strip.status() == "LOST", timeout=PATIENCE_MS)
+    assert desk.readout.values() == (DASHES,) * 3
+    assert "LOST" in desk.guidance.trouble()
+    assert bench.built.station.live().reason in desk.guidance.trouble()
+    bench.window.show_far(True)
+    qtbot.waitUntil(lambda: far.readout().values() == (DASHES,) * 3)
+
+
+def test_the_far_view_can_be_read_at_three_metres(qtbot: QtBot, open_window: OpenWindow) -> None:
+    bench = open_window()
+    bench.window.resize(1920, 1080)
+    QTest.keyClick(bench.window, Qt.Key.Key_F11)
+    assert bench.window.is_far()
+    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    # 63 px of capital are 20 minutes of arc at 3 m on a 24-inch screen.
+    assert bench.window.far.readout().cap_height() >= 63.0
+    for name, pixels in bench.window.far.type_pixels().items():
+        assert 0.729 * pixels >= 63.0, name
+    QTest.keyClick(bench.window, Qt.Key.Key_V)
+    assert not bench.window.is_far()
+
+
+def test_export_writes_into_the_given_folder_and_names_the_files(
+    qtbot: QtBot, open_window: OpenWindow, tmp_path: Path
+) -> None:
+    bench = open_window(out=tmp_path / "report")
+    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    with qtbot.waitSignal(bench.bridge.exported) as written:
+        QTest.keyClick(bench.window, Qt.Key.Key_E)
+    paths: tuple[Path, ...] = written.args[0]
+    assert paths
+    assert all(path.is_file() and path.is_relative_to(tmp_path / "report") for path in paths)
+    qtbot.waitUntil(lambda: paths[0].name in bench.window.banner.text())
+
+
+def test_a_command_that_fails_is_explained_in_the_banner(
+    qtbot: QtBot, open_window: OpenWindow
+) -> None:
+    bench = open_window(speed=0.1, stay=True)
+    QTest.keyClick(bench.window, Qt.Key.Key_Return)
+    qtbot.waitUntil(bench.window.banner.isVisible)
+    assert "0 of the 3 points" in bench.window.banner.text()
+    QTest.keyClick(bench.window, Qt.Key.Key_Escape)
+    assert not bench.window.banner.isVisible()
+    assert bench.window.isVisible()
+
+
+def test_a_click_in_the_plan_selects_the_feature(qtbot: QtBot, open_window: OpenWindow) -> None:
+    bench = open_window(speed=0.1, stay=True)
+    plan = bench.window.desk.plan
+    qtbot.waitUntil(lambda: plan.count() == 3)
+    place = plan.visualItemRect(plan.item(2)).center()
+    QTest.mouseClick(plan.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    assert bench.built.station.job().active == "SPHERE"
+    QTest.keyClick(bench.window, Qt.Key.Key_PageUp)
+    qtbot.waitUntil(lambda: bench.bridge.job().active == "BLOCK_TOP")
