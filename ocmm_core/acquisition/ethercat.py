@@ -24,7 +24,7 @@ from ocmm_core.fieldbus.health import (
     first_frame,
     judge,
 )
-from ocmm_core.fieldbus.master import BusSettings, CameraBus, Exchange
+from ocmm_core.fieldbus.bus import BusSettings, CameraBus, Exchange
 
 _VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
 _ANSWER_SHARE = 0.7

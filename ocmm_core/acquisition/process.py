@@ -22,7 +22,7 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import OcmmError
-from ocmm_core.fieldbus.master import BusSettings
+from ocmm_core.fieldbus.bus import BusSettings
 
 _PRIORITY = 60
 _LOCK_CURRENT_AND_FUTURE = 3

@@ -1,9 +1,9 @@
-"""The EtherCAT master: brings the cameras to operation and exchanges process data with them.
+"""A fence around pysoem, the EtherCAT master, and the only module that imports it.
 
-This is the only module that imports pysoem, and it fences in what pysoem does not check (the
-reasons were measured): the interface name, the size of the process image, the length of outputs,
-the socket that a failed open leaves behind, and a wait for an answer that lasts 8 ms whatever
-was asked. One thread owns the bus from open to close.
+pysoem does not check the size of the process image, the length of outputs or the interface
+name, leaves a socket open after a failed open, and waits 8 ms for an answer whatever it is asked
+(measured). Everything that could go wrong that way is checked here or by the modules beside it.
+One thread owns a master from open to close.
 """
 
 from __future__ import annotations
@@ -23,39 +23,24 @@ from typing import Any
 import pysoem
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.camera_objects import CONFIGURATION, IDENTITY, IDENTITY_SERIAL
-from ocmm_core.fieldbus.camera_slave import (
-    COUNTER_MODULUS,
-    INPUT_DTYPE,
-    OUTPUT_STRUCT,
-    CameraConfig,
-    Control,
-    Header,
-)
-from ocmm_core.fieldbus.health import Answer, Schedule
-from ocmm_core.fieldbus.identity import CameraIdentity, FoundDevice, assign
-from ocmm_core.fieldbus.interface import check_interface
-from ocmm_core.fieldbus.mapping import check_mapping, check_room
+from ocmm_core.fieldbus.camera_objects import IDENTITY, IDENTITY_SERIAL
+from ocmm_core.fieldbus.camera_slave import INPUT_DTYPE, OUTPUT_STRUCT
+from ocmm_core.fieldbus.identity import FoundDevice
+from ocmm_core.fieldbus.mapping import check_room
 
+INIT: int = pysoem.INIT_STATE
+PREOP: int = pysoem.PREOP_STATE
+SAFEOP: int = pysoem.SAFEOP_STATE
+OP: int = pysoem.OP_STATE
+STATE_NAMES = {INIT: "INIT", PREOP: "PREOP", SAFEOP: "SAFEOP", OP: "OP"}
+
+_ETHERTYPE = 0x88A4
+_SDO_TIMEOUT_US = 300_000
 _STATE_TIMEOUT_S = 3.0
 _STATE_POLL_S = 0.002
-_STATE_CHECK_CYCLES = 16
-_SDO_TIMEOUT_US = 300_000
-_CLOCK_LIMIT_NS = 1000
-_CLOCK_READINGS = 20
-_CLOCK_TIMEOUT_S = 3.0
-_LEAD_NS = 60_000_000
-"""From programming the first exposure until it happens; the states change in this time."""
-_CYCLE_S = 0.001
-
+_SETTLE_US = 300
 _ALIAS_REGISTER = 0x0012
-_TIME_REGISTER = 0x0910
-_TIME_DIFFERENCE_REGISTER = 0x092C
-_SYNC_UNIT_REGISTER = 0x0980
-_SYNC_ACTIVATION_REGISTER = 0x0981
-_SYNC0_START_REGISTER = 0x0990
-_SYNC_CYCLES_REGISTER = 0x09A0
-_SYNC_BOTH = 0x07
+_TRIES = 3
 
 _CALL_ERRORS = (
     pysoem.WkcError,
@@ -67,215 +52,123 @@ _CALL_ERRORS = (
 
 
 @dataclass(frozen=True, slots=True)
-class BusSettings:
-    """Which cameras are expected where, and how fast they run.
+class DeviceState:
+    """AL state of a device, whether its error bit is set, and its status code."""
 
-    Attributes
-    ----------
-    interface
-        Network interface of the bus.
-    cameras
-        Cameras of the rig, in its order.
-    frame_period_ns, cycle_period_ns
-        Between two exposures, and between two bus cycles.
-    force
-        Use the interface although the computer uses it for its network.
-    """
-
-    interface: str
-    cameras: tuple[CameraIdentity, ...]
-    frame_period_ns: int
-    cycle_period_ns: int
-    force: bool = False
+    state: int
+    error: bool
+    code: int
 
 
-@dataclass(frozen=True, slots=True)
-class Exchange:
-    """What one cycle brought: the answer to be judged and the raw inputs, in rig order."""
-
-    answer: Answer
-    inputs: tuple[bytes, ...]
-
-
-class CameraBus:
-    """The bus with its cameras.
+class Master:
+    """One open EtherCAT master; devices are named by their position on the wire, 0 first.
 
     Parameters
     ----------
-    settings
-        What to open and what to find there.
+    interface
+        A network interface that `check_interface` accepted.
+
+    Raises
+    ------
+    BusError
+        It cannot be opened.
     """
 
-    def __init__(self, settings: BusSettings) -> None:
-        self._settings = settings
-        self._master: Any = None
-        self._cameras: list[Any] = []
-        self._socket: socket.socket | None = None
-        self._cycles = 0
-        self._operational = False
-        self._schedule: Schedule | None = None
-
-    @property
-    def schedule(self) -> Schedule:
-        """Return when the cameras expose; known once the bus is open."""
-        if self._schedule is None:
-            raise BusError("bus.closed", "The camera bus is not open.", "Open it first.")
-        return self._schedule
-
-    def open(self) -> None:
-        """Find, check, configure and synchronise the cameras and bring them to operation.
-
-        Raises
-        ------
-        BusError
-            With the camera, the state or the object at fault, and what to do.
-        """
-        check_interface(self._settings.interface, force=self._settings.force)
+    def __init__(self, interface: str) -> None:
+        self._interface = interface
+        self._devices: list[Any] = []
+        self._monitor: socket.socket | None = None
+        self._answers = 0
+        before = _packet_sockets()
+        self._master = pysoem.Master()
+        self._master.always_release_gil = True
+        self._master.sdo_read_timeout = self._master.sdo_write_timeout = _SDO_TIMEOUT_US
         try:
-            self._connect()
-            devices = self._scan()
-            order = assign([self._identify(device) for device in devices], self._settings.cameras)
-            self._cameras = [devices[place] for place in order]
-            crc = self._configure()
-            self._map()
-            self._schedule = Schedule(
-                self._start_clocks(), self._settings.frame_period_ns, crc
+            try:
+                self._master.open(interface)
+            except ConnectionError as error:
+                raise BusError(
+                    "bus.unusable",
+                    f"Interface '{interface}' cannot be opened for EtherCAT.",
+                    "Check the adapter, its driver and that no other master uses it.",
+                ) from error
+            opened = _packet_sockets() - before
+            if len(opened) != 1:
+                raise BusError(
+                    "bus.socket",
+                    "The socket of the EtherCAT master was not found.",
+                    "Install the version of pysoem that this program names.",
+                )
+            self._descriptor = opened.pop()
+            self._monitor = socket.socket(
+                socket.AF_PACKET,
+                socket.SOCK_RAW | socket.SOCK_NONBLOCK,
+                socket.htons(_ETHERTYPE),
             )
-            self._to_operation()
+            self._monitor.bind((interface, _ETHERTYPE))
         except BaseException:
             self.close()
             raise
 
-    def exchange(self, next_frames: Sequence[int], timeout_ns: int) -> Exchange:
-        """Send outputs, wait for the answer and return it unjudged.
+    @property
+    def clock_ns(self) -> int:
+        """Return the bus clock as of the last answer, ns."""
+        return int(self._master.dc_time)
 
-        Parameters
-        ----------
-        next_frames
-            For each camera, the exposure number of the first frame that is still wanted; all
-            before it are acknowledged.
-        timeout_ns
-            How long to wait for the answer.
+    @property
+    def expected_working_counter(self) -> int:
+        """Return the working counter of a cycle in which every device took part."""
+        return int(self._master.expected_wkc)
 
-        Raises
-        ------
-        BusError
-            A camera has left the state in which its identity is certain.
-        """
-        self._cycles += 1
-        for camera, frame in zip(self._cameras, next_frames, strict=True):
-            camera.output = OUTPUT_STRUCT.pack(
-                Control.STREAM, 0, (frame - 1) % COUNTER_MODULUS, self._cycles % COUNTER_MODULUS
-            )
-        working_counter = self._cycle(timeout_ns)
-        headers: tuple[Header, ...] = ()
-        inputs: tuple[bytes, ...] = ()
-        if working_counter > 0:
-            inputs = tuple(camera.input for camera in self._cameras)
-            headers = tuple(Header.decode(content) for content in inputs)
-            if self._cycles % _STATE_CHECK_CYCLES == 0 or not self._operational:
-                self._watch_states()
-        return Exchange(
-            Answer(
-                working_counter,
-                self._master.expected_wkc,
-                self._operational,
-                self._master.dc_time,
-                headers,
-            ),
-            inputs,
-        )
-
-    def close(self) -> None:
-        """Leave the cameras in INIT and give the interface back; may be called twice."""
-        master, self._master = self._master, None
-        self._cameras = []
-        self._operational = False
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-        if master is None:
-            return
-        with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
-            master.state = pysoem.INIT_STATE
-            master.write_state()
-        # Needed after a failed open as well: the socket stays open otherwise.
-        master.close()
-
-    def _connect(self) -> None:
-        before = _packet_sockets()
-        master = pysoem.Master()
-        master.always_release_gil = True
-        master.sdo_read_timeout = master.sdo_write_timeout = _SDO_TIMEOUT_US
-        self._master = master
-        try:
-            master.open(self._settings.interface)
-        except ConnectionError as error:
-            raise BusError(
-                "bus.unusable",
-                f"Interface '{self._settings.interface}' cannot be opened for EtherCAT.",
-                "Check the adapter, its driver and that no other master uses it.",
-            ) from error
-        opened = _packet_sockets() - before
-        if len(opened) != 1:
-            raise BusError(
-                "bus.socket",
-                "The socket of the EtherCAT master was not found.",
-                "Install the version of pysoem that this program names.",
-            )
-        self._socket = socket.socket(fileno=os.dup(opened.pop()))
-
-    def _scan(self) -> list[Any]:
+    def scan(self) -> list[FoundDevice]:
+        """Find the devices, bring them to PREOP and return what they say they are."""
         if self._master.config_init(False, release_gil=True) <= 0:
             raise BusError(
                 "bus.no_cameras",
-                f"No camera answers on interface '{self._settings.interface}'.",
+                f"No camera answers on interface '{self._interface}'.",
                 "Check the cable and that the cameras are switched on.",
             )
-        devices = list(self._master.slaves)
-        check_room(len(devices))
-        self._reach(pysoem.PREOP_STATE, "PREOP")
-        return devices
+        self._devices = list(self._master.slaves)
+        check_room(len(self._devices))
+        self.reach(PREOP)
+        return [self._identify(position) for position in range(len(self._devices))]
 
-    def _identify(self, device: Any) -> FoundDevice:  # noqa: ANN401 - pysoem has no types
-        serial: int | None = None
-        with contextlib.suppress(*_CALL_ERRORS):
-            serial = struct.unpack("<I", device.sdo_read(IDENTITY, IDENTITY_SERIAL))[0]
-        alias = int.from_bytes(self._register(device, _ALIAS_REGISTER, 2), "little")
-        return FoundDevice(device.man, device.id, device.rev, serial, alias)
+    def read_object(self, position: int, name: str, index: int, sub: int) -> bytes:
+        """Return a value of a device's object dictionary; ``name`` is for messages."""
+        device = self._devices[position]
+        return _call(lambda: bytes(device.sdo_read(index, sub)), name, f"object {index:#06x}")
 
-    def _configure(self) -> int:
-        """Check the mapping, set object 0x8000, read it back; return the check sum to expect."""
-        config = CameraConfig(frame_period_ns=self._settings.frame_period_ns)
-        values = (
-            (1, struct.pack("<I", config.frame_period_ns)),
-            (2, struct.pack("<I", config.exposure_ns)),
-            (3, struct.pack("<H", config.threshold)),
+    def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
+        """Change a value of a device's object dictionary; ``name`` is for messages."""
+        device = self._devices[position]
+
+        def write() -> bytes:
+            device.sdo_write(index, sub, value)
+            return b""
+
+        _call(write, name, f"object {index:#06x}")
+
+    def read_register(self, position: int, name: str, address: int, length: int) -> bytes:
+        """Return registers of a device's controller; ``name`` is for messages."""
+        device = self._devices[position]
+        return _call(
+            lambda: bytes(device._fprd(address, length)),  # noqa: SLF001 - pysoem has no other register access
+            name,
+            f"register {address:#06x}",
         )
-        for camera, identity in zip(self._cameras, self._settings.cameras, strict=True):
-            name = identity.name
 
-            def read(index: int, sub: int, camera: Any = camera, name: str = name) -> bytes:  # noqa: ANN401 - pysoem has no types
-                return _call(
-                    lambda: bytes(camera.sdo_read(index, sub)), name, f"object {index:#06x}"
-                )
+    def write_register(self, position: int, name: str, address: int, value: bytes) -> None:
+        """Change registers of a device's controller; ``name`` is for messages."""
+        device = self._devices[position]
 
-            check_mapping(name, read)
-            for sub, value in values:
+        def write() -> bytes:
+            device._fpwr(address, value)  # noqa: SLF001 - pysoem has no other register access
+            return b""
 
-                def write(camera: Any = camera, sub: int = sub, value: bytes = value) -> bytes:  # noqa: ANN401 - pysoem has no types
-                    camera.sdo_write(CONFIGURATION, sub, value)
-                    return bytes(camera.sdo_read(CONFIGURATION, sub))
+        _call(write, name, f"register {address:#06x}")
 
-                if _call(write, name, "its configuration") != value:
-                    raise BusError(
-                        "bus.configuration",
-                        f"Camera '{name}' did not keep its configuration.",
-                        "Switch the camera off and on and start again.",
-                    )
-        return config.crc()
-
-    def _map(self) -> None:
+    def map(self) -> None:
+        """Lay out the process data and measure the delays of the distributed clocks."""
         self._master.manual_state_change = 1
         try:
             self._master.config_map()
@@ -285,166 +178,169 @@ class CameraBus:
                 "The process data of the cameras could not be mapped.",
                 "Switch the cameras off and on and start again.",
             ) from error
-        sizes = {(len(camera.input), len(camera.output)) for camera in self._cameras}
+        sizes = {(len(device.input), len(device.output)) for device in self._devices}
         if sizes != {(INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)}:
             raise BusError(
                 "bus.map",
                 f"The process data of the cameras have other sizes than expected: {sizes}.",
                 "Install the firmware of the camera that belongs to this program.",
             )
-
-    def _start_clocks(self) -> int:
-        """Synchronise the clocks, program the same first exposure everywhere; return its time."""
         if not self._master.config_dc():
             raise BusError(
                 "bus.clock",
                 "The cameras have no distributed clock.",
                 "Check that all devices on the bus are cameras of this kind.",
             )
-        self._settle_clocks()
-        period, cycle = self._settings.frame_period_ns, self._settings.cycle_period_ns
-        now = struct.unpack("<Q", self._register(self._cameras[0], _TIME_REGISTER, 8))[0]
-        start: int = (now + _LEAD_NS) // cycle * cycle
-        for camera, identity in zip(self._cameras, self._settings.cameras, strict=True):
-            for register, content in (
-                (_SYNC_ACTIVATION_REGISTER, b"\x00"),
-                (_SYNC_UNIT_REGISTER, b"\x00"),
-                (_SYNC0_START_REGISTER, struct.pack("<Q", start)),
-                (_SYNC_CYCLES_REGISTER, struct.pack("<II", period, cycle - period)),
-                (_SYNC_ACTIVATION_REGISTER, bytes([_SYNC_BOTH])),
-            ):
-                self._set_register(camera, register, content)
-            programmed = self._register(camera, _SYNC0_START_REGISTER, 8)
-            if programmed != struct.pack("<Q", start):
-                raise BusError(
-                    "bus.clock",
-                    f"Camera '{identity.name}' did not take the time of the first exposure.",
-                    "Switch the camera off and on and start again.",
-                )
-        return start
 
-    def _settle_clocks(self) -> None:
-        """Pass the reference time on until every camera's clock follows it."""
-        deadline = time.monotonic() + _CLOCK_TIMEOUT_S
-        calm = 0
-        while calm < _CLOCK_READINGS:
-            self._master.send_processdata()
-            self._master.receive_processdata(2000)
-            worst_ns, worst = 0, ""
-            for camera, identity in zip(self._cameras, self._settings.cameras, strict=True):
-                raw = struct.unpack("<I", self._register(camera, _TIME_DIFFERENCE_REGISTER, 4))[0]
-                difference = raw & 0x7FFFFFFF
-                if difference > worst_ns:
-                    worst_ns, worst = difference, identity.name
-            calm = calm + 1 if worst_ns < _CLOCK_LIMIT_NS else 0
-            if time.monotonic() > deadline:
-                raise BusError(
-                    "bus.clock",
-                    f"The clock of camera '{worst}' does not follow the bus ({worst_ns} ns off).",
-                    "Check cables and devices between the cameras; use no ordinary switch.",
-                )
-            time.sleep(_CYCLE_S)
-
-    def _to_operation(self) -> None:
-        self._request(pysoem.SAFEOP_STATE)
-        self._reach(pysoem.SAFEOP_STATE, "SAFEOP")
-        if self._socket is not None:
-            # Only now: while it configures, pysoem relies on waiting longer than it says.
-            self._socket.setblocking(False)
-        for camera in self._cameras:
-            camera.output = OUTPUT_STRUCT.pack(0, 0, 0, 0)
-        self._cycle(2_000_000)
-        self._request(pysoem.OP_STATE)
-        self._reach(pysoem.OP_STATE, "OP", lambda: self._cycle(2_000_000))
-        self._operational = True
-
-    def _request(self, state: int) -> None:
+    def request(self, state: int) -> None:
+        """Ask all devices for a state."""
         self._master.state = state
         self._master.write_state()
 
-    def _reach(
-        self, state: int, name: str, meanwhile: Callable[[], object] = lambda: None
-    ) -> None:
-        """Wait until all devices are in ``state``; pysoem's own wait would hold the GIL."""
+    def reach(self, state: int, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """Wait until all devices are in a state; pysoem's own wait would hold the GIL."""
         deadline = time.monotonic() + _STATE_TIMEOUT_S
         while self._master.read_state() != state:
             meanwhile()
             if time.monotonic() > deadline:
-                raise BusError("bus.state", self._stuck(state, name), "Switch the cameras off "
-                               "and on; if that does not help, the sentence above is for service.")
+                raise BusError(
+                    "bus.state",
+                    self._stuck(state),
+                    "Switch the cameras off and on; if that does not help, call the service.",
+                )
             time.sleep(_STATE_POLL_S)
 
-    def _stuck(self, state: int, name: str) -> str:
-        for position, device in enumerate(self._master.slaves, start=1):
+    def states(self) -> list[DeviceState]:
+        """Return the state of every device; takes one datagram while all are well."""
+        self._master.read_state()
+        return [
+            DeviceState(device.state & 0x0F, bool(device.state & 0x10), device.al_status)
+            for device in self._devices
+        ]
+
+    def lift(self, position: int, now: DeviceState) -> None:
+        """Bring a device that fell back to SAFEOP one step nearer to OP."""
+        device = self._devices[position]
+        device.state = SAFEOP + pysoem.STATE_ACK if now.error else OP
+        device.write_state()
+
+    def first_cycle(self) -> None:
+        """Exchange process data once, patiently, and from then on wait exactly as told.
+
+        While it configures, pysoem relies on waiting longer than it says; after that its socket
+        must not block.
+        """
+        self._drain()
+        self._master.send_processdata()
+        self._master.receive_processdata(10_000)
+        self._answers = max(1, self._drain())
+        os.set_blocking(self._descriptor, False)
+
+    def pump_clock(self) -> None:
+        """Pass the reference time on once, without a look at what comes back."""
+        self._master.send_processdata()
+        self._master.receive_processdata(2000)
+
+    def set_output(self, position: int, content: bytes) -> None:
+        """Set what a device gets in the next cycle."""
+        if len(content) != OUTPUT_STRUCT.size:
+            raise BusError(
+                "bus.output",
+                f"Outputs of {len(content)} bytes do not fit.",
+                "Report this as a fault of the program.",
+            )
+        self._devices[position].output = content
+
+    def inputs(self, positions: Sequence[int]) -> tuple[bytes, ...]:
+        """Return what the devices sent in the last cycle."""
+        return tuple(self._devices[position].input for position in positions)
+
+    def cycle(self, timeout_ns: int) -> int:
+        """Exchange process data; return the working counter, or less than 1 without an answer.
+
+        A cycle of several Ethernet frames is waited for on a socket of our own that sees the same
+        answers: pysoem would spin for the second one and take the processor from the others.
+        """
+        deadline = time.monotonic_ns() + timeout_ns
+        self._drain()
+        if self._master.send_processdata() <= 0 or self._monitor is None:
+            return 0
+        missing = self._answers
+        while missing > 0:
+            rest = deadline - time.monotonic_ns()
+            ready, _, _ = select.select([self._monitor], [], [], max(0.0, rest * 1e-9))
+            if not ready:
+                break
+            missing -= self._drain()
+        # Also without an answer, because pysoem frees its buffers here.
+        counter: int = self._master.receive_processdata(_SETTLE_US if missing <= 0 else 0)
+        return counter
+
+    def close(self) -> None:
+        """Leave the devices in INIT and give the interface back; may be called twice."""
+        if self._monitor is not None:
+            self._monitor.close()
+            self._monitor = None
+        with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
+            if self._devices:
+                self.request(INIT)
+        self._devices = []
+        # Needed after a failed open as well: the socket stays open otherwise.
+        self._master.close()
+
+    def _identify(self, position: int) -> FoundDevice:
+        device = self._devices[position]
+        serial: int | None = None
+        with contextlib.suppress(*_CALL_ERRORS):
+            serial = struct.unpack("<I", device.sdo_read(IDENTITY, IDENTITY_SERIAL))[0]
+        alias = self.read_register(position, f"at position {position + 1}", _ALIAS_REGISTER, 2)
+        return FoundDevice(
+            device.man, device.id, device.rev, serial, int.from_bytes(alias, "little")
+        )
+
+    def _stuck(self, state: int) -> str:
+        for position, device in enumerate(self._devices, start=1):
             if device.state != state:
                 why = pysoem.al_status_code_to_string(device.al_status)
                 return (
                     f"The camera at position {position} of the bus does not reach the state "
-                    f"{name} (state {device.state:#04x}, {device.al_status:#06x}: {why})."
+                    f"{STATE_NAMES[state]} (AL status {device.al_status:#06x}: {why})."
                 )
-        return f"The cameras do not reach the state {name}."
+        return f"The cameras do not reach the state {STATE_NAMES[state]}."
 
-    def _cycle(self, timeout_ns: int) -> int:
-        """Send and receive process data once; return the working counter, or less than 1."""
-        deadline = time.monotonic_ns() + timeout_ns
-        if self._master.send_processdata() <= 0 or self._socket is None:
-            return 0
-        ready, _, _ = select.select([self._socket], [], [], timeout_ns * 1e-9)
-        rest_us = (deadline - time.monotonic_ns()) // 1000
-        # Also after a timeout, because pysoem frees its buffers here.
-        counter: int = self._master.receive_processdata(max(1, rest_us) if ready else 0)
-        return counter
-
-    def _watch_states(self) -> None:
-        """Look at the states and bring cameras that only fell back to SAFEOP into OP again."""
-        state = self._master.read_state()
-        self._operational = state == pysoem.OP_STATE
-        if self._operational:
-            return
-        for camera, identity in zip(self._cameras, self._settings.cameras, strict=True):
-            base = camera.state & 0x0F
-            if base in (pysoem.INIT_STATE, pysoem.PREOP_STATE):
-                raise BusError(
-                    "bus.restarted",
-                    f"Camera '{identity.name}' was restarted while it was measuring.",
-                    "Start the acquisition again, so that all cameras are checked anew.",
-                )
-            if base == pysoem.SAFEOP_STATE:
-                camera.state = (
-                    pysoem.SAFEOP_STATE + pysoem.STATE_ACK
-                    if camera.state & pysoem.STATE_ERROR
-                    else pysoem.OP_STATE
-                )
-                camera.write_state()
-
-    def _register(self, device: Any, address: int, length: int) -> bytes:  # noqa: ANN401 - pysoem has no types
-        return _call(
-            lambda: bytes(device._fprd(address, length)),  # noqa: SLF001 - pysoem has no other register access
-            "on the bus",
-            f"register {address:#06x}",
-        )
-
-    def _set_register(self, device: Any, address: int, content: bytes) -> None:  # noqa: ANN401 - pysoem has no types
-        def write() -> bytes:
-            device._fpwr(address, content)  # noqa: SLF001 - pysoem has no other register access
-            return b""
-
-        _call(write, "on the bus", f"register {address:#06x}")
+    def _drain(self) -> int:
+        """Take all answers from our own socket and return how many they were."""
+        count = 0
+        while self._monitor is not None:
+            try:
+                self._monitor.recv(16)
+            except OSError:
+                # Nothing more, or the link is down.
+                break
+            count += 1
+        return count
 
 
 def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:
-    """Try twice what a lost frame may have spoiled; then say which camera did not answer."""
-    try:
-        return action()
-    except _CALL_ERRORS:
+    """Try again what a lost frame may have spoiled; then say which camera did not answer."""
+    for attempt in range(_TRIES):
         try:
             return action()
-        except _CALL_ERRORS as error:
+        except pysoem.SdoError as error:
             raise BusError(
-                "bus.no_answer",
-                f"The camera {name} does not answer as it should ({what}: {error}).",
-                "Check its cable; switch the camera off and on.",
+                "bus.refused",
+                f"Camera {name} refuses {what} (abort code {error.abort_code:#010x}: "
+                f"{error.desc}).",
+                "Install the firmware of the camera that belongs to this program.",
             ) from error
+        except _CALL_ERRORS as error:
+            if attempt == _TRIES - 1:
+                raise BusError(
+                    "bus.no_answer",
+                    f"Camera {name} does not answer as it should ({what}).",
+                    "Check its cable; switch the camera off and on.",
+                ) from error
+    raise AssertionError("the last try returns or raises")
 
 
 def _packet_sockets() -> set[int]:
