@@ -181,8 +181,7 @@ class Recording:
         while offset < len(self._map):
             head = self._chunk_head(offset)
             if head is None or offset + _CHUNK.size + head[1] > len(self._map):
-                self._cut(offset)
-                return
+                break
             sequence, length, _ = head
             if sequence != len(self._offsets) or length % self._dtype.itemsize:
                 raise self._damaged(offset, f"block {len(self._offsets)}")
@@ -190,9 +189,11 @@ class Recording:
             self._starts.append(self._starts[-1] + length // self._dtype.itemsize)
             offset += _CHUNK.size + length
         # The size of a file can reach the disk before its content.
-        if self._offsets and self._payload(len(self._offsets) - 1) is None:
+        while self._offsets and self._payload(len(self._offsets) - 1) is None:
             self._starts.pop()
-            self._cut(self._offsets.pop())
+            offset = self._offsets.pop()
+        if offset < len(self._map):
+            self._cut(offset)
 
     def _cut(self, offset: int) -> None:
         follower = self._map.find(_MAGIC, offset + 1)

@@ -6,7 +6,9 @@ falls behind by more than the capacity loses the oldest frames, and the ring cou
 sources that are not live the writer asks `free` first.
 
 The head holds int64 words (aligned, written whole): positions count frames since the start and
-never wrap. A frame is published by advancing ``WRITTEN`` after its bytes are in place.
+never wrap. A frame is published by advancing ``WRITTEN`` after its bytes are in place; before the
+first byte the writer advances ``RESERVED``, so that a reader knows which old frames may be half
+overwritten.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock, frame_dtype, from_records, to_records
+from ocmm_core.camera.rig import MAX_CAMERAS
 from ocmm_core.errors import AcquisitionError
 
 _MAGIC = 0x4F434D4D52494E47
@@ -56,6 +59,7 @@ class Word(IntEnum):
     HEARTBEAT = 17
     TEXT_LENGTH = 18
     FRAME_PERIOD_NS = 19
+    RESERVED = 20
 
 
 class FrameRing:
@@ -72,16 +76,22 @@ class FrameRing:
     def __init__(self, path: Path, *, owner: bool) -> None:
         self.path = path
         self._owner = owner
-        with path.open("r+b") as stream:
-            self._map = mmap.mmap(stream.fileno(), 0)
-        self._words = np.frombuffer(self._map, dtype="<i8", count=_HEAD_WORDS)
-        if self.word(Word.MAGIC) != _MAGIC or self.word(Word.LAYOUT) != _LAYOUT:
-            self.close()
+        try:
+            with path.open("r+b") as stream:
+                if os.fstat(stream.fileno()).st_size < _DATA_OFFSET:
+                    raise _no_ring(path)
+                self._map = mmap.mmap(stream.fileno(), 0)
+        except OSError as error:
             raise AcquisitionError(
-                "ring.layout",
-                f"{path}: this is not a frame ring of this version.",
+                "ring.missing",
+                f"{path}: the frame ring cannot be opened ({error.strerror}).",
                 "Start the acquisition again.",
-            )
+            ) from error
+        self._words = np.frombuffer(self._map, dtype="<i8", count=_HEAD_WORDS)
+        if not self._has_this_layout():
+            self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
+            self._map.close()
+            raise _no_ring(path)
         self.n_cameras = self.word(Word.N_CAMERAS)
         self.capacity = self.word(Word.CAPACITY)
         self._frames: NDArray[np.void] = np.frombuffer(
@@ -140,9 +150,23 @@ class FrameRing:
         return self.capacity - (self.word(Word.WRITTEN) - self.word(Word.READ))
 
     def write(self, block: FrameBlock) -> None:
-        """Publish the frames of ``block``, at most `capacity` of them."""
+        """Publish the frames of ``block``.
+
+        Raises
+        ------
+        AcquisitionError
+            The block has more frames than the ring, or another number of cameras.
+        """
+        if len(block) > self.capacity or block.valid.shape[1] != self.n_cameras:
+            raise AcquisitionError(
+                "ring.block",
+                f"A block of {len(block)} frames of {block.valid.shape[1]} cameras does not fit "
+                f"into a ring of {self.capacity} frames of {self.n_cameras} cameras.",
+                "Start the acquisition again with the rig that the source was made for.",
+            )
         records = to_records(block)
         written = self.word(Word.WRITTEN)
+        self._words[Word.RESERVED] = written + len(records)
         start = written % self.capacity
         first = min(len(records), self.capacity - start)
         self._frames[start : start + first] = records[:first]
@@ -155,12 +179,15 @@ class FrameRing:
         Frames that the writer overwrote while or before they were read are counted in
         ``OVERRUN`` and not returned.
         """
+        # Taken before WRITTEN, so that a write in between can only make it too small: then the
+        # second look below finds out.
+        reserved = self.word(Word.RESERVED)
         written = self.word(Word.WRITTEN)
         read = self.word(Word.READ)
-        if written - read > self.capacity:
-            self._skip(written - self.capacity - read)
-            read = written - self.capacity
-        count = min(limit, written - read)
+        if reserved - read > self.capacity:
+            self._skip(reserved - self.capacity - read)
+            read = reserved - self.capacity
+        count = min(limit, self.capacity, written - read)
         if count <= 0:
             return None
         start = read % self.capacity
@@ -168,7 +195,7 @@ class FrameRing:
         records = np.concatenate(
             [self._frames[start : start + first], self._frames[: count - first]]
         )
-        overtaken = self.word(Word.WRITTEN) - self.capacity - read
+        overtaken = self.word(Word.RESERVED) - self.capacity - read
         self._words[Word.READ] = read + count
         if overtaken > 0:
             lost = min(overtaken, count)
@@ -187,6 +214,22 @@ class FrameRing:
         if self._owner:
             self.path.unlink(missing_ok=True)
 
+    def _has_this_layout(self) -> bool:
+        if self.word(Word.MAGIC) != _MAGIC or self.word(Word.LAYOUT) != _LAYOUT:
+            return False
+        n_cameras, capacity = self.word(Word.N_CAMERAS), self.word(Word.CAPACITY)
+        if not (1 <= n_cameras <= MAX_CAMERAS and capacity >= 1):
+            return False
+        return len(self._map) == _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
+
     def _skip(self, count: int) -> None:
         self._words[Word.READ] += count
         self._words[Word.OVERRUN] += count
+
+
+def _no_ring(path: Path) -> AcquisitionError:
+    return AcquisitionError(
+        "ring.layout",
+        f"{path}: this is not a frame ring of this version.",
+        "Start the acquisition again.",
+    )

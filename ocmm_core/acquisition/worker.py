@@ -154,9 +154,11 @@ class AcquisitionWorker:
             self._ring.set_text(f"The acquisition stopped on an internal error: {error!r}.")
             raise
         finally:
-            self._source.close()
-            self._ring.set_word(Word.STOP_REASON, reason)
-            self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
+            try:
+                self._source.close()
+            finally:
+                self._ring.set_word(Word.STOP_REASON, reason)
+                self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
         return reason
 
     def _read_until_end(self) -> StopReason:
@@ -165,7 +167,9 @@ class AcquisitionWorker:
             self._account(cycle)
             if cycle.frames is not None:
                 if not self._source.description.live:
-                    while self._ring.free() < len(cycle.frames):
+                    # A block that never fits is not waited for: the ring refuses it.
+                    needed = min(len(cycle.frames), self._ring.capacity)
+                    while self._ring.free() < needed:
                         if self._stopping():
                             return StopReason.REQUESTED
                         time.sleep(_WAIT_S)
