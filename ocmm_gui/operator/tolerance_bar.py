@@ -28,6 +28,8 @@ class BarScale:
         The limits.
     guard
         Width of the zone inside each limit in which conformity is not proven (ISO 14253-1).
+    one_sided
+        The lower limit is a bound that no value can pass, such as zero for a form deviation.
     """
 
     low: float
@@ -35,6 +37,12 @@ class BarScale:
     lower: float
     upper: float
     guard: float
+    one_sided: bool
+
+    @property
+    def proven(self) -> tuple[float, float]:
+        """Return the ends of the zone where conformity is proven; crossed if there is none."""
+        return self.lower + (0.0 if self.one_sided else self.guard), self.upper - self.guard
 
     def place(self, deviation: float) -> float:
         """Return where a deviation stands, 0 (left end) to 1; beyond the ends it stays there."""
@@ -49,12 +57,14 @@ def make_scale(result: CharacteristicResult, *, guarded: bool) -> BarScale:
     """
     width = max(result.upper - result.lower, 1e-6)
     guard = result.uncertainty if guarded and result.uncertainty is not None else 0.0
+    one_sided = result.kind == "form" and result.lower <= 0.0
     return BarScale(
-        low=result.lower - _MARGIN_SHARE * width,
+        low=result.lower - (0.0 if one_sided else _MARGIN_SHARE * width),
         high=result.upper + _MARGIN_SHARE * width,
         lower=result.lower,
         upper=result.upper,
-        guard=min(guard, 0.5 * width),
+        guard=guard,
+        one_sided=one_sided,
     )
 
 
@@ -119,13 +129,14 @@ class ToleranceBar(QWidget):
 
     def _paint_fields(self, painter: QPainter, bar: QRectF, scale: BarScale) -> None:
         theme = self._theme
-        inner = (scale.lower + scale.guard, scale.upper - scale.guard)
         painter.setPen(Qt.PenStyle.NoPen)
         for low, high, colour in (
             (scale.low, scale.high, theme.zone_bad),
             (scale.lower, scale.upper, theme.zone_warn),
-            (*inner, theme.zone_good),
+            (*scale.proven, theme.zone_good),
         ):
+            if high <= low:
+                continue
             left, right = (bar.left() + bar.width() * scale.place(v) for v in (low, high))
             painter.setBrush(QColor(colour))
             painter.drawRect(QRectF(left, bar.top(), right - left, bar.height()))

@@ -53,19 +53,22 @@ class CameraPlot(QWidget):
         self._side = _SIDES_PX[-1]
         self._title = FitText(f"Camera {camera.name}", limit=14)
         self._title.setFixedHeight(20)
-        self._plot: Any = pg.PlotWidget()
+        # View box and axes alone: a PlotItem brings menus and buttons that nobody may use here.
+        self._plot: Any = pg.GraphicsLayoutWidget()
         self._plot.setAccessibleName(f"Image of camera {camera.name}")
         self._plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._plot.setMouseEnabled(x=False, y=False)
-        self._plot.hideButtons()
-        self._plot.setMenuEnabled(False)
-        self._plot.invertY(True)
-        self._plot.setAspectLocked(True)
-        box = self._plot.getViewBox()
-        box.disableAutoRange()
-        for side in ("left", "bottom"):
-            axis = self._plot.getAxis(side)
+        self._plot.ci.layout.setContentsMargins(0, 0, 0, 0)
+        self._plot.ci.layout.setSpacing(0)
+        self._box: Any = pg.ViewBox(
+            lockAspect=True, enableMouse=False, enableMenu=False, invertY=True
+        )
+        self._box.disableAutoRange()
+        self._plot.addItem(self._box, row=0, col=1)
+        self._axes: list[Any] = [pg.AxisItem("left"), pg.AxisItem("bottom")]
+        for axis, (row, column) in zip(self._axes, ((0, 0), (1, 1)), strict=True):
+            axis.linkToView(self._box)
             axis.setStyle(tickFont=text_font(11), tickLength=-5)
+            self._plot.addItem(axis, row=row, col=column)
         self._sensor: Any = pg.PlotCurveItem(
             [0, camera.width, camera.width, 0, 0], [0, 0, camera.height, camera.height, 0]
         )
@@ -73,7 +76,7 @@ class CameraPlot(QWidget):
         self._spots: Any = pg.ScatterPlotItem(size=11, symbol="+")
         self._labels: list[Any] = [pg.TextItem() for _ in range(MAX_SLOTS)]
         for item in (self._sensor, *self._fading, self._spots, *self._labels):
-            self._plot.addItem(item, ignoreBounds=True)
+            self._box.addItem(item, ignoreBounds=True)
         for label in self._labels:
             label.setFont(text_font(12, bold=True))
             label.hide()
@@ -126,7 +129,7 @@ class CameraPlot(QWidget):
 
     def _keep_in_sight(self, spots: Float) -> None:
         low, high = spots.min(axis=0), spots.max(axis=0)
-        aspect = self._plot.width() / max(self._plot.height(), 1)
+        aspect = self._box.width() / max(self._box.height(), 1.0)
         shape = np.array([max(aspect, 1.0), 1.0])
         spread = float(((high - low) / shape).max())
         wanted = next((s for s in _SIDES_PX if spread < _FILL * s), _SIDES_PX[-1])
@@ -139,13 +142,12 @@ class CameraPlot(QWidget):
     def _move(self) -> None:
         half = 0.5 * self._side
         (x, y) = self._middle
-        self._plot.setRange(xRange=(x - half, x + half), yRange=(y - half, y + half), padding=0)
+        self._box.setRange(xRange=(x - half, x + half), yRange=(y - half, y + half), padding=0)
 
     def _paint(self) -> None:
         theme = self._theme
         self._plot.setBackground(QColor(theme.panel))
-        for side in ("left", "bottom"):
-            axis = self._plot.getAxis(side)
+        for axis in self._axes:
             axis.setPen(QColor(theme.border))
             axis.setTextPen(QColor(theme.muted))
         self._sensor.setPen(pg.mkPen(QColor(theme.border), width=2))

@@ -63,7 +63,10 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         bridge = StationBridge(built.station)
         window = MainWindow(bridge, notices, out=out)
         window.resize(1280, 720)
-        window.show()
+        # Keys go to the active window only.
+        with qtbot.waitActive(window):
+            window.show()
+            window.activateWindow()
         bridge.start()
         opened.append(Bench(built, bridge, notices, window))
         return opened[-1]

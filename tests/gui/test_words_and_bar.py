@@ -27,12 +27,15 @@ def test_lengths_are_written_with_three_decimals(
 
 
 def _result(
-    deviation: float | None, uncertainty: float | None, lower: float = -0.05
+    deviation: float | None,
+    uncertainty: float | None,
+    lower: float = -0.05,
+    kind: str = "diameter",
 ) -> CharacteristicResult:
     measured = None if deviation is None else 20.0 + deviation
     return CharacteristicResult(
         name="D",
-        kind="diameter",
+        kind=kind,
         features=("A",),
         nominal=20.0,
         lower=lower,
@@ -60,9 +63,16 @@ def test_the_guard_band_is_u_and_only_where_the_plan_has_one() -> None:
 
 def test_a_guard_band_wider_than_the_tolerance_leaves_no_green() -> None:
     scale = make_scale(_result(0.0, 0.2), guarded=True)
-    assert scale.lower + scale.guard >= scale.upper - scale.guard
+    low, high = scale.proven
+    assert low >= high
 
 
 def test_a_tolerance_of_zero_width_has_a_scale() -> None:
     scale = make_scale(_result(0.05, 0.01, lower=0.05), guarded=True)
     assert 0.0 < scale.place(0.05) < 1.0
+
+
+def test_a_form_deviation_has_no_lower_limit() -> None:
+    scale = make_scale(_result(0.01, 0.02, lower=0.0, kind="form"), guarded=True)
+    assert scale.place(0.0) == 0.0
+    assert scale.proven == pytest.approx((0.0, 0.03))
