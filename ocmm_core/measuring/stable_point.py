@@ -25,7 +25,7 @@ class PointOptions:
     window_s
         Frames of this much time are averaged, from the trigger on.
     still_mm
-        The ball may wander no more than this during the window.
+        The ball may wander no more than this during the window, beyond what noise explains.
     min_share
         Share of the window's frames that must be there and good.
     approach_mm
@@ -104,13 +104,15 @@ def average(
     if np.count_nonzero(good) < options.min_share * expected:
         return explain(window, rig, time_s)
     used = good & (_most_common(window.seen[good]) == window.seen).all(axis=1)
+    if np.count_nonzero(used) < 0.5 * options.min_share * expected:
+        return _disagreeing(np.count_nonzero(used), expected, time_s)
     tips = window.tip_world[used]
     centre = np.median(tips, axis=0)
     inverse = np.linalg.inv(window.tip_covariance[used])
     apart = np.sqrt(np.einsum("ni,nij,nj->n", tips - centre, inverse, tips - centre))
     # The centre of a moving window lies away from most frames: judge movement before outliers.
     wander = _wander(tips)
-    if wander > options.still_mm:
+    if wander > max(options.still_mm, _wander_of_noise(window.tip_covariance[used])):
         return Refusal(
             RefusalCode.MOVING,
             f"The ball moved {wander:.3f} mm while it was measured.",
@@ -119,12 +121,7 @@ def average(
         )
     keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
     if len(keep) < 0.5 * options.min_share * expected:
-        return Refusal(
-            RefusalCode.DOUBTFUL,
-            f"Only {len(keep)} of {expected} frames agree with each other.",
-            "Keep hands and cables out of the view of the cameras, then touch again.",
-            time_s,
-        )
+        return _disagreeing(len(keep), expected, time_s)
     return StablePoint(
         time_s=time_s,
         first_frame=int(window.counter[keep[0]]),
@@ -135,6 +132,15 @@ def average(
         rotation_world_from_probe=_mean_rotation(window.rotation_world_from_probe[keep]),
         spots=window.uv[keep].mean(axis=0),
         chi2_per_dof=float(np.mean(window.chi2[keep] / window.dof[keep])),
+    )
+
+
+def _disagreeing(count: int, expected: int, time_s: float) -> Refusal:
+    return Refusal(
+        RefusalCode.DOUBTFUL,
+        f"Only {count} of {expected} frames agree with each other.",
+        "Keep hands and cables out of the view of the cameras, then touch again.",
+        time_s,
     )
 
 
@@ -154,13 +160,23 @@ def _wander(tips: Float) -> float:
     return 2.0 * float(np.linalg.norm(means - means.mean(axis=0), axis=1).max())
 
 
+def _wander_of_noise(covariances: Float) -> float:
+    """Return the wander, mm, that spot noise alone hardly ever exceeds."""
+    variance = float(np.linalg.eigvalsh(covariances.mean(axis=0))[-1])
+    return 2.0 * _OUTLIER_SIGMAS * float(np.sqrt(variance * _BATCHES / len(covariances)))
+
+
 def _covariance_of_mean(tips: Float, covariances: Float) -> Float:
     predicted = covariances.mean(axis=0) / len(tips)
     means = _batch_means(tips)
     scatter = np.cov(means.T) / _BATCHES
-    # Compare in units of the prediction, so that a weak direction does not hide a strong one.
-    inflation = float(np.trace(np.linalg.solve(predicted, scatter))) / 3.0
-    covariance: Float = predicted * max(1.0, inflation)
+    # Compare in units of the prediction, direction by direction: a hand trembles along the surface
+    # where the cameras see well, and that must not drown in the noise of the depth.
+    factor = np.linalg.cholesky(predicted)
+    whitened = np.linalg.solve(factor, np.linalg.solve(factor, scatter).T)
+    values, vectors = np.linalg.eigh(0.5 * (whitened + whitened.T))
+    spread = factor @ vectors
+    covariance: Float = (spread * np.maximum(values, 1.0)) @ spread.T
     return covariance
 
 

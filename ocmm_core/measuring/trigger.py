@@ -15,11 +15,15 @@ from ocmm_core.geometry import Float
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.tracking.result import FrameStatus, TrackBlock, cut, join
 
+MIN_FRAMES = 25
+"""A window has at least this many frames, so that its scatter can be judged."""
+
 _TRAIL_EVERY_S = 0.002
 _TRAIL_STEP_MM = 0.5
 """The trail remembers a place only this far from the last one, so that however long the ball
 rests on the part, the way it came is still there."""
 _TRAIL_LENGTH = 200
+_TRAIL_REACH = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,7 @@ class TouchCollector:
     """
 
     def __init__(self, frame_period_s: float, options: PointOptions) -> None:
-        self._expected = max(round(options.window_s / frame_period_s), 10)
+        self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
         self._stride = max(round(_TRAIL_EVERY_S / frame_period_s), 1)
         self._trail: deque[Float] = deque(maxlen=_TRAIL_LENGTH)
         self._pieces: list[TrackBlock] = []
@@ -73,8 +77,8 @@ class TouchCollector:
         return self._end >= 0
 
     def arm(self) -> None:
-        """Ask for a point with the next frame."""
-        self._armed = True
+        """Ask for a point with the next frame; ignored while a window is open."""
+        self._armed = not self.collecting
 
     def feed(self, block: TrackBlock) -> list[Touch]:
         """Take in tracked frames and return the touches that were completed."""
@@ -136,11 +140,15 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
         (3,), mm.
     distance
         The ball must have been this far away, mm: the latest such place counts, so that the path
-        before the final approach does not matter.
+        before the final approach does not matter. If that place is more than three times as far
+        away, the ball was not followed on its last way, and the direction is unknown.
     """
     away = trail_world - contact_world
     far = np.flatnonzero(np.linalg.norm(away, axis=1) >= distance)
     if len(far) == 0:
         return None
-    direction: Float = away[far[-1]] / np.linalg.norm(away[far[-1]])
+    length = float(np.linalg.norm(away[far[-1]]))
+    if length > _TRAIL_REACH * distance:
+        return None
+    direction: Float = away[far[-1]] / length
     return direction

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.camera.rig import MAX_SLOTS, Vector3
 from ocmm_core.documents import Document, digest, load_document
@@ -18,6 +19,9 @@ SCHEMA = "ocmm.probe/1"
 MIN_LEDS = 3
 AMBIGUITY_LIMIT_MM = 1.0
 """A wrong labelling must leave at least this rigid residual (RMS), or the labels are in doubt."""
+
+MIN_WIDTH_MM = 5.0
+"""LEDs nearer to one line than this (RMS) leave the turn about it open."""
 
 
 class LedEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -121,8 +125,8 @@ def load_probe(path: Path | str) -> ProbeBody:
     Raises
     ------
     InputError
-        The document is malformed, has too few or too many LEDs, LEDs in one place, a tip
-        diameter that is not positive, or labels that can be confused.
+        The document is malformed, has too few or too many LEDs, LEDs in one place or on one line,
+        a tip diameter that is not positive, or labels that can be confused.
     """
     document = load_document(path, ProbeDocument, SCHEMA)
     _check(Path(path), document)
@@ -170,9 +174,12 @@ def rigid_fit(reference: Float, measured: Float) -> tuple[Float, Float]:
     return rotation, b - rotation @ a
 
 
-def satisfies_rules(body: ProbeBody, rotation_world_from_probe: Float) -> bool:
-    """Return whether an attitude (3, 3) keeps every orientation rule of the body."""
-    return all(float(world @ rotation_world_from_probe @ axis) > 0.0 for axis, world in body.rules)
+def satisfies_rules(body: ProbeBody, rotations_world_from_probe: Float) -> NDArray[np.bool_]:
+    """Return which attitudes (..., 3, 3) keep every orientation rule of the body, (...)."""
+    kept = np.ones(rotations_world_from_probe.shape[:-2], dtype=np.bool_)
+    for axis, world in body.rules:
+        kept &= (rotations_world_from_probe @ axis) @ world > 0.0
+    return kept
 
 
 def nearest_ambiguity(body: ProbeBody) -> Ambiguity | None:
@@ -226,6 +233,14 @@ def _check(path: Path, document: ProbeDocument) -> None:
             f"{path}: leds[{min(first, second)}] and leds[{max(first, second)}] are "
             f"{distances.min():.2f} mm apart.",
             "Place LEDs at least 5 mm apart, so that each gives its own spot.",
+        )
+    # RMS distance of the LEDs from the line that fits them best.
+    width = float(np.linalg.norm(np.linalg.svd(leds - leds.mean(axis=0))[1][1:])) / np.sqrt(count)
+    if width < MIN_WIDTH_MM:
+        raise InputError(
+            "probe.leds",
+            f"{path}: the LEDs stand within {width:.2f} mm (RMS) of one line.",
+            f"Place them at least {MIN_WIDTH_MM:g} mm from it, or the turn about it stays unknown.",
         )
     if float(np.linalg.norm(leds - np.array(document.tip), axis=1).max()) > 1000.0:
         raise InputError(

@@ -1,9 +1,10 @@
 """Which slot of which camera follows which LED.
 
-Unlabelled spots are paired across cameras by how well they meet in space, the meeting points are
-matched to the body by their mutual distances (a depth-first search over all labellings), and every
-complete labelling is judged by the reprojection residuals of its pose. The answer is given only
-if one labelling explains the spots and no other explains as many: when in doubt, no label.
+For every pair of cameras, unlabelled spots are paired by how well they meet in space, and the
+meeting points are matched to the body by their mutual distances (a depth-first search over all
+labellings). Each labelling is then completed with the spots of all cameras and judged by the
+reprojection residuals of its pose. The answer is given only if one labelling explains the spots
+and no other explains as many: when in doubt, no label.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ from ocmm_core.tracking.pose import PoseBatch, solve, triangulate
 CHI2_SIGMAS = 5.0
 """Normal quantile of the chi-square gates: one false alarm in three million."""
 
-MAX_LABELLINGS = 400
-"""Labellings judged before the scene counts as too confused to name anything."""
+MAX_LABELLINGS = 600
+"""Labellings of one pair of cameras beyond which the scene counts as too confused to name anything;
+eight LEDs without a ghost have 219, counting those that leave some out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,25 +81,31 @@ def identify(rig: Rig, body: ProbeBody, spots: Float, options: IdentifyOptions) 
     options
         Tolerances.
     """
-    meetings = _meetings(rig, spots, options)
-    if len(meetings) < 3:
-        return Identification(None, "fewer than three targets are seen by two cameras")
-    best: dict[bytes, Int] = {}
-    best_count = 0
-    for labels in _labellings(body, meetings, options):
-        slot_of_led = _complete(rig, body, spots, meetings, labels, options)
-        if slot_of_led is None:
+    found: dict[bytes, Int] = {}
+    met = False
+    for pair in combinations(range(len(rig.cameras)), 2):
+        meetings = _meetings(rig, spots, pair, options)
+        if len(meetings) < 3:
             continue
-        count = int(np.count_nonzero(slot_of_led >= 0))
-        if count > best_count:
-            best, best_count = {}, count
-        if count == best_count:
-            best[slot_of_led.tobytes()] = slot_of_led
+        met = True
+        labellings = _labellings(body, meetings, options)
+        if len(labellings) >= MAX_LABELLINGS:
+            return Identification(None, "too many spots could be LEDs")
+        for labels in labellings:
+            if any(_contains(known, meetings, labels) for known in found.values()):
+                continue
+            slot_of_led = _complete(rig, body, spots, meetings, labels, options)
+            if slot_of_led is not None:
+                found[slot_of_led.tobytes()] = slot_of_led
+    if not met:
+        return Identification(None, "fewer than three targets are seen by two cameras")
+    counts = [int(np.count_nonzero(known >= 0)) for known in found.values()]
+    best = [known for known, n in zip(found.values(), counts, strict=True) if n == max(counts)]
     if not best:
         return Identification(None, "the spots do not fit the probe body")
     if len(best) > 1:
         return Identification(None, "more than one labelling of the LEDs fits the spots")
-    return Identification(next(iter(best.values())))
+    return Identification(best[0])
 
 
 def nearest_slots(
@@ -141,36 +149,46 @@ def chi2_limit(dof: Int) -> Float:
     return limit
 
 
-def _meetings(rig: Rig, spots: Float, options: IdentifyOptions) -> list[_Meeting]:
+def _meetings(
+    rig: Rig, spots: Float, pair: tuple[int, int], options: IdentifyOptions
+) -> list[_Meeting]:
+    first, second = pair
     low, high = rig.volume_world
     # The probe body stands outside the volume in which its ball measures.
     reach = 400.0
-    meetings = []
-    for first, second in combinations(range(len(rig.cameras)), 2):
-        pairs = [
-            (a, b)
-            for a in range(MAX_SLOTS)
-            for b in range(MAX_SLOTS)
-            if np.isfinite(spots[first, a]).all() and np.isfinite(spots[second, b]).all()
-        ]
-        if not pairs:
-            continue
-        paired = np.full((len(rig.cameras), len(pairs), 2), np.nan)
-        paired[first] = [spots[first, a] for a, _ in pairs]
-        paired[second] = [spots[second, b] for _, b in pairs]
-        positions = triangulate(rig, paired)
-        miss = np.maximum(
-            np.linalg.norm(project(rig.cameras[first], positions) - paired[first], axis=1),
-            np.linalg.norm(project(rig.cameras[second], positions) - paired[second], axis=1),
-        )
-        inside = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
-        with np.errstate(invalid="ignore"):
-            good = inside & (miss < options.gate_px)
-        meetings += [
-            _Meeting(positions[i], ((first, pairs[i][0]), (second, pairs[i][1])))
-            for i in np.flatnonzero(good)
-        ]
-    return meetings
+    there = np.isfinite(spots).all(axis=2)
+    pairs = [
+        (a, b)
+        for a in range(MAX_SLOTS)
+        for b in range(MAX_SLOTS)
+        if there[first, a] and there[second, b]
+    ]
+    if not pairs:
+        return []
+    paired = np.full((len(rig.cameras), len(pairs), 2), np.nan)
+    paired[first] = [spots[first, a] for a, _ in pairs]
+    paired[second] = [spots[second, b] for _, b in pairs]
+    positions = triangulate(rig, paired)
+    miss = np.maximum(
+        np.linalg.norm(project(rig.cameras[first], positions) - paired[first], axis=1),
+        np.linalg.norm(project(rig.cameras[second], positions) - paired[second], axis=1),
+    )
+    inside = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
+    with np.errstate(invalid="ignore"):
+        good = inside & (miss < options.gate_px)
+    return [
+        _Meeting(positions[i], ((first, pairs[i][0]), (second, pairs[i][1])))
+        for i in np.flatnonzero(good)
+    ]
+
+
+def _contains(known: Int, meetings: list[_Meeting], labels: dict[int, int]) -> bool:
+    """Return whether a complete labelling says all that a partial one says."""
+    return all(
+        known[camera, led] == slot
+        for led, index in labels.items()
+        for camera, slot in meetings[index].slots
+    )
 
 
 def _labellings(
@@ -203,8 +221,6 @@ def _labellings(
         extend(led + 1, labels)
 
     extend(0, {})
-    if len(found) >= MAX_LABELLINGS:
-        return []
     return sorted(found, key=len, reverse=True)
 
 

@@ -36,6 +36,9 @@ Bool: TypeAlias = NDArray[np.bool_]
 OK, LOST = 0, 1
 """Values of the status output; the same as `tracking.result.FrameStatus`."""
 
+MAX_TIP_SIGMA = 1.0
+"""mm; where spot noise alone moves the tip further, targets near one line leave the pose open."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _undistort(
@@ -271,6 +274,24 @@ def solve_frames(
                 else:
                     # To first order the last step takes this much off the sum of squares.
                     squares = max(squares - reduction, 0.0)
+        if solved:
+            qx = rotation[0, 0] * tip[0] + rotation[0, 1] * tip[1] + rotation[0, 2] * tip[2]
+            qy = rotation[1, 0] * tip[0] + rotation[1, 1] * tip[1] + rotation[1, 2] * tip[2]
+            qz = rotation[2, 0] * tip[0] + rotation[2, 1] * tip[1] + rotation[2, 2] * tip[2]
+            # d(tip)/d(pose) = [-skew(q), I]; its rows through the factor give the covariance.
+            for i in range(3):
+                for k in range(6):
+                    column[i, k] = 0.0
+                column[i, 3 + i] = 1.0
+            column[0, 1], column[0, 2] = qz, -qy
+            column[1, 0], column[1, 2] = -qz, qx
+            column[2, 0], column[2, 1] = qy, -qx
+            total = 0.0
+            for i in range(3):
+                forward(h, column[i])
+                for k in range(6):
+                    total += column[i, k] * column[i, k]
+            solved = sigma * sigma * total <= MAX_TIP_SIGMA * MAX_TIP_SIGMA
         if not solved:
             status[frame] = LOST
             tips[frame] = np.nan
@@ -287,21 +308,8 @@ def solve_frames(
             origins[frame, i] = origin[i]
             for j in range(3):
                 rotations[frame, i, j] = rotation[i, j]
-        qx = rotation[0, 0] * tip[0] + rotation[0, 1] * tip[1] + rotation[0, 2] * tip[2]
-        qy = rotation[1, 0] * tip[0] + rotation[1, 1] * tip[1] + rotation[1, 2] * tip[2]
-        qz = rotation[2, 0] * tip[0] + rotation[2, 1] * tip[1] + rotation[2, 2] * tip[2]
         tips[frame, 0], tips[frame, 1] = qx + origin[0], qy + origin[1]
         tips[frame, 2] = qz + origin[2]
-        # d(tip)/d(pose) = [-skew(q), I]; its rows through the factor give the covariance.
-        for i in range(3):
-            for k in range(6):
-                column[i, k] = 0.0
-            column[i, 3 + i] = 1.0
-        column[0, 1], column[0, 2] = qz, -qy
-        column[1, 0], column[1, 2] = -qz, qx
-        column[2, 0], column[2, 1] = qy, -qx
-        for i in range(3):
-            forward(h, column[i])
         for i in range(3):
             for j in range(i + 1):
                 value = 0.0

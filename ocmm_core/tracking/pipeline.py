@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.body import ProbeBody, satisfies_rules
 from ocmm_core.tracking.identify import (
     IdentifyOptions,
     chi2_limit,
@@ -122,10 +122,12 @@ class TrackingPipeline:
         uv = ordered_spots(block.uv[start:stop], labels)
         batch = solve(uv, self.rig, self.body, self.sigma_px, self.options.method)
         status = batch.status.copy()
+        # Labels exchanged while nobody looked (lost frames) may fit a symmetric body: rules tell.
         with np.errstate(invalid="ignore"):
-            status[(status == FrameStatus.OK) & (batch.chi2 > chi2_limit(batch.dof))] = (
-                FrameStatus.DOUBTFUL
+            wrong = (batch.chi2 > chi2_limit(batch.dof)) | ~satisfies_rules(
+                self.body, batch.rotation_world_from_probe
             )
+        status[(status == FrameStatus.OK) & wrong] = FrameStatus.DOUBTFUL
         seen = np.asarray(np.isfinite(uv).all(axis=3))
         # A slot that lost its LED may come back on another one: labels live while any is followed.
         dark = np.flatnonzero(~seen.reshape(len(seen), -1).any(axis=1))

@@ -16,7 +16,7 @@ from ocmm_core.camera.model import distortion_jacobian, ideal_from_pixels
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Int, rotation_from_vector, skew
 from ocmm_core.tracking.body import ProbeBody, rigid_fit
-from ocmm_core.tracking.kernel import LOST, OK, allocate, solve_frames
+from ocmm_core.tracking.kernel import LOST, MAX_TIP_SIGMA, OK, allocate, solve_frames
 
 Method = Literal["gauss-newton", "thesis"]
 
@@ -28,7 +28,8 @@ class PoseBatch:
     Attributes
     ----------
     status
-        (n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras).
+        (n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, or LEDs so near to
+        one line that spot noise alone moves the tip by `kernel.MAX_TIP_SIGMA`).
     tip_world
         (n, 3), mm.
     tip_covariance
@@ -159,7 +160,7 @@ def _solve_frame(
     residuals, rows = reprojection(rig, body, spots, rotation, origin)
     information = rows.T @ rows
     squares = float(residuals @ residuals)
-    # A body seen edge-on or LEDs on one line leave a pose undetermined.
+    # LEDs on one line leave a pose undetermined.
     if np.linalg.matrix_rank(information) < 6:
         return
     covariance = np.linalg.inv(information)
@@ -170,9 +171,12 @@ def _solve_frame(
         rotation = rotation_from_vector(step[:3]) @ rotation
         origin = origin + step[3:]
     to_tip = tip_jacobian(rotation, body)
+    tip_covariance = sigma_px**2 * to_tip @ covariance @ to_tip.T
+    if not np.trace(tip_covariance) <= MAX_TIP_SIGMA**2:
+        return
     out.status[frame] = OK
     out.tip_world[frame] = rotation @ body.tip_probe + origin
-    out.tip_covariance[frame] = sigma_px**2 * to_tip @ covariance @ to_tip.T
+    out.tip_covariance[frame] = tip_covariance
     out.rotation_world_from_probe[frame] = rotation
     out.origin_world[frame] = origin
     out.chi2[frame] = max(squares, 0.0) / sigma_px**2

@@ -16,16 +16,16 @@ class FrameStatus(IntEnum):
 
     OK = 0
     LOST = 1
-    """Fewer than three targets were seen by two cameras."""
+    """Fewer than three targets were seen by two cameras, or they stand nearly in one line."""
     UNIDENTIFIED = 2
     """Targets are seen, but which is which is in doubt."""
     DOUBTFUL = 3
-    """The spots do not fit the probe body (chi-square)."""
+    """The spots do not fit the probe body (chi-square), or its orientation rules."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrackBlock:
-    """Tracked frames; every number of a frame whose status is not OK is NaN.
+    """Tracked frames; tip and pose of a frame whose status is not OK are NaN.
 
     Attributes
     ----------
