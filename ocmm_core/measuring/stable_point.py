@@ -105,7 +105,7 @@ def average(
         return explain(window, rig, time_s)
     used = good & (_most_common(window.seen[good]) == window.seen).all(axis=1)
     if np.count_nonzero(used) < 0.5 * options.min_share * expected:
-        return _disagreeing(np.count_nonzero(used), expected, time_s)
+        return _disagreeing(int(np.count_nonzero(used)), expected, time_s)
     tips = window.tip_world[used]
     centre = np.median(tips, axis=0)
     inverse = np.linalg.inv(window.tip_covariance[used])

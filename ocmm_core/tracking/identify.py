@@ -156,7 +156,7 @@ def _meetings(
     low, high = rig.volume_world
     # The probe body stands outside the volume in which its ball measures.
     reach = 400.0
-    there = np.isfinite(spots).all(axis=2)
+    there = np.asarray(np.isfinite(spots).all(axis=2))
     pairs = [
         (a, b)
         for a in range(MAX_SLOTS)
