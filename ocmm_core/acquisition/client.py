@@ -71,6 +71,7 @@ class ChildProcess:
             raise AcquisitionError(
                 "acquisition.started", "The acquisition was started already.", "Make a new one."
             )
+        self._ring.set_word(Word.STATE, AcquisitionState.OPENING)
         try:
             self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
                 self._command,

@@ -22,7 +22,7 @@ from ocmm_core.fieldbus.interface import check_interface
 from ocmm_core.fieldbus.mapping import check_mapping
 from ocmm_core.fieldbus.master import INIT, OP, PREOP, SAFEOP, Master
 
-_STATE_CHECK_CYCLES = 16
+_STATE_CHECK_CYCLES = 32
 _START_TIMEOUT_NS = 2_000_000
 _CLOCK_LIMIT_NS = 1000
 _CLOCK_READINGS = 20

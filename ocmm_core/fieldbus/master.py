@@ -15,7 +15,7 @@ import socket
 import stat
 import struct
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -77,6 +77,7 @@ class Master:
     def __init__(self, interface: str) -> None:
         self._interface = interface
         self._devices: list[Any] = []
+        self._own: socket.socket | None = None
         self._monitor: socket.socket | None = None
         self._answers = 0
         before = _packet_sockets()
@@ -99,7 +100,7 @@ class Master:
                     "The socket of the EtherCAT master was not found.",
                     "Install the version of pysoem that this program names.",
                 )
-            self._descriptor = opened.pop()
+            self._own = socket.socket(fileno=os.dup(opened.pop()))
             self._monitor = socket.socket(
                 socket.AF_PACKET,
                 socket.SOCK_RAW | socket.SOCK_NONBLOCK,
@@ -211,8 +212,9 @@ class Master:
             time.sleep(_STATE_POLL_S)
 
     def states(self) -> list[DeviceState]:
-        """Return the state of every device; takes one datagram while all are well."""
-        self._master.read_state()
+        """Return the state of every device, 0 where it did not answer."""
+        with self._patience():
+            self._master.read_state()
         return [
             DeviceState(device.state & 0x0F, bool(device.state & 0x10), device.al_status)
             for device in self._devices
@@ -222,7 +224,8 @@ class Master:
         """Bring a device that fell back to SAFEOP one step nearer to OP."""
         device = self._devices[position]
         device.state = SAFEOP + pysoem.STATE_ACK if now.error else OP
-        device.write_state()
+        with self._patience():
+            device.write_state()
 
     def first_cycle(self) -> None:
         """Exchange process data once, patiently, and from then on wait exactly as told.
@@ -230,11 +233,11 @@ class Master:
         While it configures, pysoem relies on waiting longer than it says; after that its socket
         must not block.
         """
-        self._drain()
+        _drain(self._monitor)
         self._master.send_processdata()
         self._master.receive_processdata(10_000)
-        self._answers = max(1, self._drain())
-        os.set_blocking(self._descriptor, False)
+        self._answers = max(1, _drain(self._monitor))
+        self._set_blocking(blocking=False)
 
     def pump_clock(self) -> None:
         """Pass the reference time on once, without a look at what comes back."""
@@ -256,13 +259,14 @@ class Master:
         return tuple(self._devices[position].input for position in positions)
 
     def cycle(self, timeout_ns: int) -> int:
-        """Exchange process data; return the working counter, or less than 1 without an answer.
+        """Exchange process data; return the working counter, or less than 1 where answers miss.
 
         A cycle of several Ethernet frames is waited for on a socket of our own that sees the same
         answers: pysoem would spin for the second one and take the processor from the others.
         """
         deadline = time.monotonic_ns() + timeout_ns
-        self._drain()
+        _drain(self._monitor)
+        _drain(self._own)
         if self._master.send_processdata() <= 0 or self._monitor is None:
             return 0
         missing = self._answers
@@ -271,22 +275,43 @@ class Master:
             ready, _, _ = select.select([self._monitor], [], [], max(0.0, rest * 1e-9))
             if not ready:
                 break
-            missing -= self._drain()
+            missing -= _drain(self._monitor)
         # Also without an answer, because pysoem frees its buffers here.
         counter: int = self._master.receive_processdata(_SETTLE_US if missing <= 0 else 0)
-        return counter
+        return counter if missing <= 0 else 0
 
     def close(self) -> None:
         """Leave the devices in INIT and give the interface back; may be called twice."""
-        if self._monitor is not None:
-            self._monitor.close()
-            self._monitor = None
+        for channel in (self._own, self._monitor):
+            if channel is not None:
+                channel.close()
+        self._own = self._monitor = None
         with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
             if self._devices:
                 self.request(INIT)
         self._devices = []
         # Needed after a failed open as well: the socket stays open otherwise.
         self._master.close()
+
+    @contextlib.contextmanager
+    def _patience(self) -> Iterator[None]:
+        """Let pysoem sleep while it waits.
+
+        On a socket that does not block it spins; a bus process with real-time priority then keeps
+        the processor from whoever should answer.
+        """
+        # pysoem tells answers apart by 16 numbers only; one that came late must not be taken.
+        _drain(self._own)
+        self._set_blocking(blocking=True)
+        try:
+            yield
+        finally:
+            self._set_blocking(blocking=False)
+
+    def _set_blocking(self, *, blocking: bool) -> None:
+        if self._own is not None:
+            # Only the flag of the open file, which pysoem's own descriptor shares.
+            os.set_blocking(self._own.fileno(), blocking)
 
     def _identify(self, position: int) -> FoundDevice:
         device = self._devices[position]
@@ -308,17 +333,18 @@ class Master:
                 )
         return f"The cameras do not reach the state {STATE_NAMES[state]}."
 
-    def _drain(self) -> int:
-        """Take all answers from our own socket and return how many they were."""
-        count = 0
-        while self._monitor is not None:
-            try:
-                self._monitor.recv(16)
-            except OSError:
-                # Nothing more, or the link is down.
-                break
-            count += 1
-        return count
+
+def _drain(channel: socket.socket | None) -> int:
+    """Throw away what waits on a socket; return how many answers it was."""
+    count = 0
+    while channel is not None:
+        try:
+            channel.recv(16, socket.MSG_DONTWAIT)
+        except OSError:
+            # Nothing more, or the link is down.
+            break
+        count += 1
+    return count
 
 
 def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:

@@ -68,18 +68,9 @@ class Wire:
             ) from error
         self._socket.setblocking(False)
 
-    def run(self, stopping: Callable[[], bool], wake: Sequence[int] = ()) -> None:
-        """Answer until ``stopping`` says so.
-
-        Parameters
-        ----------
-        stopping
-            Asked every few milliseconds, and whenever one of ``wake`` is readable.
-        wake
-            File descriptors that end the wait, e.g. the pipe from the parent.
-        """
+    def run(self, stopping: Callable[[], bool]) -> None:
+        """Answer until ``stopping``, asked every few milliseconds, says so."""
         housekeeping = 0
-        descriptors = [self._socket.fileno(), *wake]
         while True:
             answered = self._answer_all()
             now = time.monotonic_ns()
@@ -93,9 +84,8 @@ class Wire:
                 continue
             # One camera at a time, so that an answer never waits for more than one chunk.
             busy = any(camera.generate(now) for camera in self.cameras)
-            ready, _, _ = select.select(descriptors, [], [], 0.0 if busy else _IDLE_S)
-            if any(descriptor in ready for descriptor in wake) and stopping():
-                return
+            if not busy:
+                select.select([self._socket], [], [], _IDLE_S)
 
     def close(self) -> None:
         """Give the interface back."""

@@ -1,0 +1,137 @@
+"""The software cameras as a program: one segment of cameras that answers on an interface.
+
+It reads its configuration as one line of JSON, from standard input (then it ends when standard
+input ends) or from a file (then it ends on SIGTERM), and says ``ready`` once it answers.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.simulation.pattern import CameraFrames, TestPattern
+from ocmm_core.simulation.software_camera import CHUNK_FRAMES, SoftwareCamera
+from ocmm_core.simulation.wire import Faults, Wire
+
+READY = "ready"
+
+
+class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which software cameras stand on one wire.
+
+    Attributes
+    ----------
+    interface
+        Network interface that they answer on.
+    cameras
+        In the order in which a frame passes them.
+    provider
+        What they see, as JSON: ``{"pattern": "test"}`` or a script of the virtual rig.
+    sees
+        For each of them, the number of the camera of the rig whose picture it shows; empty:
+        in the same order.
+    drop
+        Part of the answers that get lost, 0 to 1.
+    seed
+        Which answers get lost.
+    """
+
+    interface: str
+    cameras: tuple[CameraIdentity, ...]
+    provider: msgspec.Raw
+    sees: tuple[int, ...] = ()
+    drop: float = 0.0
+    seed: int = 0
+
+    def to_json(self) -> bytes:
+        """Return the configuration as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+class _Pattern(msgspec.Struct, forbid_unknown_fields=True):
+    pattern: Literal["test"]
+
+
+def input_ended() -> bool:
+    """Return whether standard input has ended, which means that the parent process has."""
+    source = sys.stdin.fileno()
+    while select.select([source], [], [], 0.0)[0]:
+        if not os.read(source, 4096):
+            return True
+    return False
+
+
+def make_provider(text: bytes) -> CameraFrames:
+    """Return what ``text`` describes: the test pattern, or the virtual rig of a script."""
+    try:
+        msgspec.json.decode(text, type=_Pattern)
+    except msgspec.DecodeError:
+        # The physics needs a compiler; the test pattern must not pay for that.
+        from ocmm_core.simulation.rig import provider_from_json
+
+        return provider_from_json(text.decode("utf-8"))
+    return TestPattern()
+
+
+def make_wire(config: SegmentConfig) -> Wire:
+    """Return the segment of ``config``, ready to run and warmed up."""
+    if not config.cameras:
+        raise InputError(
+            "simulation.segment", "Field 'cameras' names no software camera.", "Name one at least."
+        )
+    provider = make_provider(bytes(config.provider))
+    sees = config.sees or tuple(range(len(config.cameras)))
+    for camera in sees:
+        # The first call may compile code, which takes longer than a master waits.
+        provider.camera_frames(camera, 0, CHUNK_FRAMES)
+    cameras = [
+        SoftwareCamera(camera, identity.serial, identity.alias, provider)
+        for camera, identity in zip(sees, config.cameras, strict=True)
+    ]
+    return Wire(config.interface, cameras, Faults(config.drop, config.seed))
+
+
+def main() -> None:
+    """Run the software cameras: ``python -m ocmm_core.simulation.camera_process [CONFIG.json]``."""
+    try:
+        _run(sys.argv[1:])
+    except OcmmError as error:
+        sys.stderr.write(f"{error}\n")
+        sys.exit(2)
+
+
+def _run(arguments: list[str]) -> None:
+    from_parent = not arguments
+    content = sys.stdin.buffer.readline() if from_parent else read_bytes(Path(arguments[0]))
+    try:
+        config = msgspec.json.decode(content, type=SegmentConfig)
+    except msgspec.DecodeError as error:
+        raise InputError(
+            "simulation.segment",
+            f"The configuration of the software cameras is not valid: {error}.",
+            "Start them through the program.",
+        ) from error
+    ended = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda _number, _frame: ended.set())
+    wire = make_wire(config)
+    try:
+        sys.stdout.write(f"{READY}\n")
+        sys.stdout.flush()
+        wire.run(lambda: ended.is_set() or (from_parent and input_ended()))
+    finally:
+        wire.close()
+
+
+if __name__ == "__main__":
+    main()

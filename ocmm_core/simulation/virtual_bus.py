@@ -1,0 +1,138 @@
+"""The whole wire without hardware and without root.
+
+A private user and network namespace holds a virtual cable with software cameras on one end and
+the bus process on the other. Nothing of it can be seen from, or reach, the network of this
+computer, and all of it ends with the process that started it: the kernel removes the namespace
+and the cable with the last process inside.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import msgspec
+
+from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.client import ChildProcess
+from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.errors import BusError, OcmmError
+from ocmm_core.simulation.camera_process import SegmentConfig, input_ended, make_wire
+from ocmm_core.simulation.network import make_link, run, tool
+
+HOST_INTERFACE = "ocmm-host"
+CAMERA_INTERFACE = "ocmm-cameras"
+_STOP_S = 2.0
+_ALTERNATIVE = (
+    "Allow them (Debian, Ubuntu: sysctl kernel.unprivileged_userns_clone=1 and "
+    "kernel.apparmor_restrict_unprivileged_userns=0), or run 'ocmm rig up' as root and give "
+    "--source ethercat:ocmm0, or use --source simulated."
+)
+
+
+class VirtualBusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Both ends of the virtual cable; their interfaces are named by `VirtualBus`."""
+
+    bus: BusConfig
+    segment: SegmentConfig
+
+
+class VirtualBus(ChildProcess):
+    """Software cameras and bus process in a private namespace, as an `Acquisition`.
+
+    Parameters
+    ----------
+    bus
+        What the bus process does; its interface is filled in.
+    segment
+        The software cameras; their interface is filled in.
+    ring
+        The ring named in ``bus``.
+    """
+
+    def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
+        config = VirtualBusConfig(
+            bus=msgspec.structs.replace(bus, interface=HOST_INTERFACE),
+            segment=msgspec.structs.replace(segment, interface=CAMERA_INTERFACE),
+        )
+        super().__init__(
+            [sys.executable, "-m", "ocmm_core.simulation.virtual_bus"],
+            msgspec.json.encode(config) + b"\n",
+            ring,
+        )
+
+    def start(self) -> None:
+        """Start both ends.
+
+        Raises
+        ------
+        BusError
+            This system does not allow private namespaces, or lacks a tool.
+        """
+        tool("ip")
+        self._command = [*namespace_command(), *self._command]
+        super().start()
+
+
+def namespace_command() -> list[str]:
+    """Return the command prefix that runs a program in a private network namespace.
+
+    Raises
+    ------
+    BusError
+        This system does not allow that.
+    """
+    unshare = tool("unshare")
+    # Root keeps its right to a real-time priority outside of a user namespace.
+    ways = [["-n"]] if os.geteuid() == 0 else []
+    ways.append(["-r", "-n"])
+    complaint: str | None = None
+    for way in ways:
+        complaint = run([unshare, *way, "true"])
+        if complaint is None:
+            return [unshare, *way]
+    raise BusError(
+        "bus.namespace",
+        f"This system does not allow private network namespaces ({complaint}).",
+        _ALTERNATIVE,
+    )
+
+
+def main() -> None:
+    """Run inside the namespace: make the cable, start the bus process, be the cameras."""
+    try:
+        sys.exit(_run(sys.stdin.buffer.readline()))
+    except OcmmError as error:
+        sys.stderr.write(f"{error}\n")
+        sys.exit(2)
+
+
+def _run(content: bytes) -> int:
+    config = msgspec.json.decode(content, type=VirtualBusConfig)
+    make_link(config.bus.interface, config.segment.interface)
+    wire = make_wire(config.segment)
+    # Its complaints go where those of this process go.
+    bus = subprocess.Popen(  # noqa: S603 - our own interpreter and module, no shell
+        [sys.executable, "-m", "ocmm_core.acquisition.process"], stdin=subprocess.PIPE
+    )
+    if bus.stdin is None:
+        return 2
+    try:
+        bus.stdin.write(config.bus.to_json())
+        bus.stdin.flush()
+        wire.run(lambda: bus.poll() is not None or input_ended())
+    finally:
+        wire.close()
+        # The end of its input asks the bus process to stop.
+        bus.stdin.close()
+        try:
+            code = bus.wait(_STOP_S)
+        except subprocess.TimeoutExpired:
+            bus.kill()
+            code = bus.wait()
+    return code
+
+
+if __name__ == "__main__":
+    main()
