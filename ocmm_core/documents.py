@@ -63,7 +63,7 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
             f"{path}: byte {error.start} is not UTF-8 text.",
             "Save the file as UTF-8, or restore it from a good copy.",
         ) from error
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(
             "document.syntax",
             f"{path}: the file is not complete TOML: {error}.",
@@ -144,7 +144,7 @@ def resource(*parts: str) -> Path:
     return Path(__file__).resolve().parent.parent.joinpath("resources", *parts)
 
 
-def _refuse_non_finite(path: Path, value: Any, field: str) -> None:  # noqa: ANN401 - TOML values are of any type
+def _refuse_non_finite(path: Path, value: Any, field: str) -> None:
     if isinstance(value, dict):
         for key, item in value.items():
             _refuse_non_finite(path, item, f"{field}.{key}" if field else key)

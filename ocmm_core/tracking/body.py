@@ -224,6 +224,17 @@ def _check(path: Path, document: ProbeDocument) -> None:
             f"{path}: field 'tip_diameter' is {document.tip_diameter} mm.",
             "Give the calibrated ball diameter in millimetres.",
         )
+    directions = [(f"leds[{i}].direction", led.direction) for i, led in enumerate(document.leds)]
+    for index, rule in enumerate(document.orientation_rules):
+        directions.append((f"orientation_rules[{index}].probe_axis", rule.probe_axis))
+        directions.append((f"orientation_rules[{index}].world_direction", rule.world_direction))
+    for field, direction in directions:
+        if np.linalg.norm(direction) < 1e-9:
+            raise InputError(
+                "probe.direction",
+                f"{path}: field '{field}' is a zero vector, which has no direction.",
+                "Give the direction; its length does not matter.",
+            )
     leds = np.array([led.position for led in document.leds])
     distances = np.linalg.norm(leds[:, None] - leds[None], axis=2) + 1e9 * np.eye(count)
     if distances.min() < 5.0:
