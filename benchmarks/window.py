@@ -31,8 +31,7 @@ from ocmm_gui.notify import NoticeCentre
 SECONDS = 20.0
 WARM_UP_S = 5.0
 POST_EVERY_S = 0.005
-MIN_FRAMES_PER_S = 29.0
-"""30 Hz by a timer of 33 ms, less the resolution of counting whole frames."""
+MIN_FRAMES_PER_S = 30.0
 MAX_LATENCY_S = 0.050
 MAX_CLOSE_S = 2.0
 

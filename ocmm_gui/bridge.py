@@ -17,7 +17,9 @@ from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.station.station import MeasuringStation
 
-LIVE_HZ = 30
+LIVE_MS = 31
+"""Between two pulls of the live values: a little less than a thirtieth of a second."""
+
 CLOSE_LIMIT_S = 1.5
 """How long the station may take to stop; the window closes within two seconds in any case."""
 
@@ -34,7 +36,7 @@ class StationBridge(QObject):
     """
 
     live_changed = Signal(object)
-    """Emits a `LiveView`, `LIVE_HZ` times a second."""
+    """Emits a `LiveView` every `LIVE_MS`."""
     job_changed = Signal(object)
     """Emits a `JobView` after every change of the job."""
     point_taken = Signal(object)
@@ -68,7 +70,7 @@ class StationBridge(QObject):
         station.failed.connect(self._on_failed)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(1000 // LIVE_HZ)
+        self._timer.setInterval(LIVE_MS)
         self._timer.timeout.connect(self._pull_live)
 
     @property

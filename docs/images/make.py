@@ -83,7 +83,7 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
 
 
 def _is_finished(live: LiveView, job: JobView) -> bool:
-    return job.active == "BORE_B" and live.tip_world is not None
+    return job.active == "PLATE_TOP" and live.tip_world is not None
 
 
 def _is_lost(live: LiveView, job: JobView) -> bool:

@@ -67,6 +67,30 @@ Item = Lines | Dots | Face | Tag
 
 
 @dataclass(frozen=True, slots=True)
+class Projection:
+    """World to picture: ``(points - target) @ matrix + middle``.
+
+    Attributes
+    ----------
+    target
+        (3,), mm, world.
+    matrix
+        (3, 3): px/mm for x and y of the picture; the third column is the height towards the eye.
+    middle
+        (3,), px.
+    """
+
+    target: Float
+    matrix: Float
+    middle: Float
+
+    def apply(self, points: Float) -> Float:
+        """Return (..., 3): x and y in px from the upper left corner, and height over the target."""
+        projected: Float = (points - self.target) @ self.matrix + self.middle
+        return projected
+
+
+@dataclass(frozen=True, slots=True)
 class Orbit:
     """Where the eye is.
 
@@ -100,14 +124,18 @@ class Orbit:
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(outward, right), outward])
 
+    def projection(self, width: float, height: float) -> Projection:
+        """Return how world points come into a picture of that size, px."""
+        scale = 0.5 * min(width, height) / self.radius
+        return Projection(
+            self.target,
+            self.axes().T * np.array([scale, -scale, 1.0]),
+            np.array([0.5 * width, 0.5 * height, 0.0]),
+        )
+
     def project(self, points: Float, width: float, height: float) -> Float:
         """Return (..., 3): x and y in px from the upper left corner, and height over the target."""
-        seen = (points - self.target) @ self.axes().T
-        scale = 0.5 * min(width, height) / self.radius
-        projected: Float = seen * np.array([scale, -scale, 1.0])
-        projected[..., 0] += 0.5 * width
-        projected[..., 1] += 0.5 * height
-        return projected
+        return self.projection(width, height).apply(points)
 
     def turned(self, azimuth: float, elevation: float) -> Orbit:
         """Return the view after a turn, rad."""
@@ -145,8 +173,8 @@ def paint_scene(
     painter.setClipRect(box)
     painter.translate(box.topLeft())
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    size = (box.width(), box.height())
-    faces = [(item, orbit.project(item.corners, *size)) for item in items if isinstance(item, Face)]
+    picture = orbit.projection(box.width(), box.height())
+    faces = [(item, picture.apply(item.corners)) for item in items if isinstance(item, Face)]
     for face, corners in sorted(faces, key=lambda pair: float(pair[1][:, 2].mean())):
         colour = QColor(face.colour)
         colour.setAlpha(face.alpha)
@@ -155,17 +183,17 @@ def paint_scene(
         painter.drawPolygon(QPolygonF([QPointF(x, y) for x, y, _ in corners.tolist()]))
     for item in items:
         if isinstance(item, Lines) and len(item.segments):
-            ends = orbit.project(item.segments, *size)[..., :2].reshape(-1, 4)
+            ends = picture.apply(item.segments)[..., :2].reshape(-1, 4)
             painter.setPen(QPen(QColor(item.colour), item.width, c=Qt.PenCapStyle.RoundCap))
             painter.drawLines([QLineF(*end) for end in ends.tolist()])
     for item in items:
         if isinstance(item, Dots) and len(item.points):
-            _paint_dots(painter, item, orbit.project(item.points, *size))
+            _paint_dots(painter, item, picture.apply(item.points))
     painter.setFont(font)
     taken: list[QRectF] = []
     for item in items:
         if isinstance(item, Tag):
-            x, y, _ = orbit.project(item.point, *size).tolist()
+            x, y, _ = picture.apply(item.point).tolist()
             _paint_tag(painter, item, QPointF(x, y), halo, taken)
     painter.restore()
 
