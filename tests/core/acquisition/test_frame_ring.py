@@ -162,28 +162,35 @@ def test_a_ring_of_the_wrong_size_is_refused(tmp_path: Path, ring: FrameRing) ->
         FrameRing.attach(path)
 
 
-def _write_frames(path: str, make_block: MakeBlock, total: int) -> None:
+_BLOCK = 1024
+_CAPACITY = 2 * _BLOCK
+
+
+def _write_frames(path: str, make_block: MakeBlock, n_blocks: int) -> None:
     ring = FrameRing.attach(path)
-    for start in range(0, total, 16):
-        ring.write(make_block(start, 16))
-        if start % 1024 == 0:
-            time.sleep(0.0005)
+    # Made before: then the writer does nothing but write, and laps the reader all the time.
+    blocks = [make_block(index * _BLOCK, _BLOCK) for index in range(n_blocks)]
+    for block in blocks:
+        ring.write(block)
     ring.close()
 
 
 def test_a_reader_in_another_process_gets_only_whole_frames(make_block: MakeBlock) -> None:
-    """The writer laps a reader that is far too slow: frames may be lost, never mixed."""
-    total = 64_000
-    ring = FrameRing.create(2, 64)
+    """The writer laps a reader that is too slow: frames may be lost, never mixed.
+
+    The blocks are large against the ring, so that most reads meet a write in progress.
+    """
+    n_blocks = 400
+    ring = FrameRing.create(2, _CAPACITY)
     context = multiprocessing.get_context("fork")
-    writer = context.Process(target=_write_frames, args=(ring.path, make_block, total))
+    writer = context.Process(target=_write_frames, args=(ring.path, make_block, n_blocks))
     try:
         writer.start()
-        got = 0
-        newest = -1
+        got, newest = 0, -1
+        last = n_blocks * _BLOCK - 1
         until = time.monotonic() + 30.0
-        while newest < total - 1 and time.monotonic() < until:
-            block = ring.read(48)
+        while newest < last and time.monotonic() < until:
+            block = ring.read(2 * _CAPACITY)
             if block is None:
                 continue
             assert block.counter[0] > newest
@@ -191,9 +198,9 @@ def test_a_reader_in_another_process_gets_only_whole_frames(make_block: MakeBloc
             newest = int(block.counter[-1])
             got += len(block)
         writer.join(10.0)
-        assert newest == total - 1
-        assert got + ring.word(Word.OVERRUN) == total
-        assert got > 0
+        assert newest == last
+        assert got + ring.word(Word.OVERRUN) == last + 1
+        assert ring.word(Word.OVERRUN) > 0
     finally:
         writer.join(10.0)
         writer.close()

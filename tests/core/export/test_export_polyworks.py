@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import io
 import locale
 import os
+import shutil
+import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -192,23 +196,35 @@ def test_other_programs_read_the_files(tmp_path: Path) -> None:
         assert {len(row) for row in rows} == {len(rows[0])}
 
 
-def test_a_comma_locale_changes_nothing(tmp_path: Path) -> None:
+@pytest.fixture
+def comma_locale(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Run the test in a locale with a decimal comma, made for it where none is installed."""
     before = locale.setlocale(locale.LC_ALL)
-    try:
-        for name in ("de_DE.UTF-8", "de_DE", "fr_FR.UTF-8", "German_Germany.1252"):
-            try:
+    names = ["de_DE.UTF-8", "fr_FR.UTF-8", "German_Germany.1252"]
+    with pytest.MonkeyPatch.context() as patch:
+        if shutil.which("localedef"):
+            folder = tmp_path_factory.mktemp("locales")
+            made = folder / "ocmm_comma.UTF-8"
+            command = ["localedef", "--no-archive", "-i", "de_DE", "-f", "UTF-8", str(made)]
+            if subprocess.run(command, capture_output=True, check=False).returncode == 0:
+                patch.setenv("LOCPATH", str(folder))
+                names.insert(0, made.name)
+        for name in names:
+            with contextlib.suppress(locale.Error):
                 locale.setlocale(locale.LC_ALL, name)
                 break
-            except locale.Error:
-                continue
         else:
-            pytest.skip("no locale with a decimal comma is installed (apt install locales-all)")
-        assert locale.format_string("%.1f", 0.5) == "0,5"
-        paths = export_polyworks(
-            sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD
-        )
-    finally:
-        locale.setlocale(locale.LC_ALL, before)
+            pytest.skip("no locale with a decimal comma (apt install locales or locales-all)")
+        try:
+            yield
+        finally:
+            locale.setlocale(locale.LC_ALL, before)
+
+
+@pytest.mark.usefixtures("comma_locale")
+def test_a_comma_locale_changes_nothing(tmp_path: Path) -> None:
+    assert locale.format_string("%.1f", 0.5) == "0,5"
+    paths = export_polyworks(sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD)
     assert [path.read_bytes() for path in paths] == [POINTS_PART, FEATURES_PART, REPORT]
 
 

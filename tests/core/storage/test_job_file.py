@@ -408,3 +408,17 @@ def test_a_changed_observation_is_not_given_out(
         pytest.raises(StorageError, match="point 2 is not as it was stored"),
     ):
         job.points()
+
+
+def test_a_commit_is_synced_and_the_file_is_held_alone(tmp_path: Path, head: JobHead) -> None:
+    path = tmp_path / "a.ocmm"
+    with JobFile.create(path, head) as job:
+        job.close()
+    with JobFile.open(path) as job:
+        db = job._db  # noqa: SLF001 - whether a commit waits for the disk cannot be seen from outside
+        assert db is not None
+        found = [
+            db.execute(f"PRAGMA {name}").fetchone()[0]
+            for name in ("journal_mode", "synchronous", "locking_mode", "foreign_keys")
+        ]
+    assert found == ["wal", 2, "exclusive", 1]
