@@ -41,6 +41,7 @@ _STATE_POLL_S = 0.002
 _SETTLE_US = 300
 _ALIAS_REGISTER = 0x0012
 _TRIES = 3
+_OBJECT_BYTES = 512
 
 _CALL_ERRORS = (
     pysoem.WkcError,
@@ -134,10 +135,24 @@ class Master:
         self.reach(PREOP)
         return [self._identify(position) for position in range(len(self._devices))]
 
-    def read_object(self, position: int, name: str, index: int, sub: int) -> bytes:
-        """Return a value of a device's object dictionary; ``name`` is for messages."""
+    def read_object(
+        self, position: int, name: str, index: int, sub: int, room: int = _OBJECT_BYTES
+    ) -> bytes:
+        """Return a value of a device's object dictionary.
+
+        Parameters
+        ----------
+        position, name
+            Which device, and what to call it in messages.
+        index, sub
+            Which value.
+        room
+            How many bytes it has at most.
+        """
         device = self._devices[position]
-        return _call(lambda: bytes(device.sdo_read(index, sub)), name, f"object {index:#06x}")
+        return _call(
+            lambda: bytes(device.sdo_read(index, sub, room)), name, f"object {index:#06x}"
+        )
 
     def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
         """Change a value of a device's object dictionary; ``name`` is for messages."""
@@ -183,8 +198,8 @@ class Master:
         if sizes != {(INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)}:
             raise BusError(
                 "bus.map",
-                f"The process data of the cameras have other sizes than expected: {sizes}.",
-                "Install the firmware of the camera that belongs to this program.",
+                f"The process data of the cameras could not be mapped completely: {sizes}.",
+                "Check the cables of the cameras and start again.",
             )
         if not self._master.config_dc():
             raise BusError(

@@ -41,7 +41,7 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         For each of them, the number of the camera of the rig whose picture it shows; empty:
         in the same order.
     drop
-        Part of the answers that get lost, 0 to 1.
+        Part of the answers that get lost while the cameras are in operation, 0 to 1.
     seed
         Which answers get lost.
     """

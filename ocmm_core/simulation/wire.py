@@ -6,11 +6,12 @@ import select
 import socket
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from ocmm_core.errors import BusError
+from ocmm_core.simulation.esc import OP
 from ocmm_core.simulation.segment import ETHERTYPE, Segment
 from ocmm_core.simulation.software_camera import SoftwareCamera
 
@@ -19,21 +20,20 @@ _IDLE_S = 0.002
 _HOUSEKEEPING_NS = 5_000_000
 
 
-@dataclass
+@dataclass(frozen=True, slots=True)
 class Faults:
     """What goes wrong on the wire, on purpose and the same every time.
 
     Attributes
     ----------
     drop
-        Part of the answers that get lost, 0 to 1.
+        Part of the answers that get lost while the cameras are in operation, 0 to 1.
     seed
         Which ones.
     """
 
     drop: float = 0.0
     seed: int = 0
-    dropped: int = field(default=0, init=False)
 
 
 class Wire:
@@ -53,9 +53,9 @@ class Wire:
         self, interface: str, cameras: Sequence[SoftwareCamera], faults: Faults | None = None
     ) -> None:
         self.cameras = tuple(cameras)
-        self.faults = faults or Faults()
+        self._faults = faults or Faults()
         self._segment = Segment([camera.esc for camera in self.cameras])
-        self._random = np.random.default_rng(self.faults.seed)
+        self._random = np.random.default_rng(self._faults.seed)
         self._socket = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE))
         try:
             self._socket.bind((interface, ETHERTYPE))
@@ -108,10 +108,14 @@ class Wire:
             frame = bytearray(content)
             if not self._segment.process(frame, time.monotonic_ns()):
                 continue
-            if self.faults.drop and self._random.random() < self.faults.drop:
-                self.faults.dropped += 1
+            if self._lose():
                 continue
             try:
                 self._socket.send(frame)
             except OSError:
                 time.sleep(_IDLE_S)
+
+    def _lose(self) -> bool:
+        if not self._faults.drop or any(camera.esc.state != OP for camera in self.cameras):
+            return False
+        return bool(self._random.random() < self._faults.drop)

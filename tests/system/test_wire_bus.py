@@ -1,0 +1,145 @@
+"""The wire between master and software cameras, in a private network namespace.
+
+Timing is not judged here: a busy machine makes cycles late or loses answers, and that must be
+counted and cost no frame. What is judged is that nothing is lost without being counted, nothing
+doubtful is passed on, and what is passed on is exactly what the cameras showed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+_SCENARIOS = Path(__file__).with_name("wire_scenarios.py")
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+def play(name: str) -> dict[str, Any]:
+    """Play a scenario in a namespace of its own and return what it printed."""
+    if shutil.which("unshare") is None or subprocess.run(
+        ["unshare", "-r", "-n", "true"], capture_output=True, check=False
+    ).returncode:
+        pytest.skip("private network namespaces are not allowed on this system")
+    done = subprocess.run(
+        ["unshare", "-r", "-n", sys.executable, "-W", "error", str(_SCENARIOS), name],
+        capture_output=True,
+        text=True,
+        timeout=50,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(_ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def check_accounts(seen: dict[str, Any]) -> None:
+    """Every cycle and every exposure is in exactly one account."""
+    assert sum(seen["verdicts"].values()) == seen["elapsed"]
+    # The first and the last cycle are cut by the clock of the test; the rest is machine noise
+    # between the last read and the reading of the clock.
+    assert seen["elapsed"] == pytest.approx(seen["passed"], abs=25)
+    assert seen["frames"] + seen["frames_lost"] == seen["last"] + 1
+    assert seen["in_order"]
+    assert seen["wrong"] == 0
+
+
+def test_three_seconds_at_8_khz_lose_and_mix_nothing() -> None:
+    seen = play("run")
+    check_accounts(seen)
+    assert seen["verdicts"]["good"] > 0.5 * seen["elapsed"]
+    # Exposures start 60 ms after they were programmed; the rest of 3 s is at 8 kHz.
+    assert seen["frames"] + seen["frames_lost"] > 23_000
+    # The cameras keep 128 ms; only a longer stall of this machine may lose frames.
+    assert seen["frames_lost"] < 0.02 * seen["frames"]
+
+
+def test_lost_answers_cost_no_frame() -> None:
+    seen = play("drop")
+    check_accounts(seen)
+    assert seen["verdicts"]["lost"] + seen["verdicts"]["bad"] > 20
+    assert seen["frames_lost"] < 0.02 * seen["frames"]
+
+
+def test_cameras_that_are_not_those_of_the_rig_are_refused_by_name() -> None:
+    seen = play("refusals")
+    codes = {name: answer[0] for name, answer in seen.items()}
+    assert codes == {
+        "serial": "bus.cameras",
+        "missing": "bus.cameras",
+        "extra": "bus.cameras",
+        "duplicate": "bus.duplicate",
+        "swapped": "bus.alias",
+        "mapping": "bus.mapping",
+        "none": "bus.no_cameras",
+        "too many": "bus.too_many",
+    }
+    assert "'right' (serial 1002)" in seen["serial"][1]
+    assert "4711" in seen["serial"][1]
+    assert "'third' (serial 1003)" in seen["missing"][1]
+    assert "serial 1003 at position 3" in seen["extra"][1]
+    assert "alias of 'right'" in seen["swapped"][1]
+    assert "0x1c13:03" in seen["mapping"][1]
+    # A refused bus leaves no socket open.
+    assert {answer[2] for answer in seen.values()} == {"0"}
+
+
+def test_interfaces_that_cannot_be_the_bus_are_refused() -> None:
+    seen = play("interfaces")
+    assert {name[:8]: answer[0] for name, answer in seen.items()} == {
+        "nope0": "bus.no_interface",
+        "xxxxxxxx": "bus.interface_name",
+        "../eth0": "bus.interface_name",
+        "": "bus.interface_name",
+        "wire1": "bus.in_use",
+        "dark0": "bus.down",
+        "lo": "bus.loopback",
+        "wire0": "accepted",
+    }
+    assert "10.11.12.13" in seen["wire1"][1]
+
+
+def test_objects_are_read_written_and_refused() -> None:
+    seen = play("objects")
+    assert (seen["serial"], seen["alias"], seen["name"]) == (1001, 1, "OCMM smart camera")
+    assert seen["segmented"] is True
+    assert "0x06010002" in seen["read only"]
+    assert "0x06020000" in seen["no object"]
+    assert "0x06090011" in seen["no entry"]
+    assert "0x06070010" in seen["length"]
+
+
+def test_killed_cameras_are_lost_and_then_an_error() -> None:
+    seen = play("killed")
+    assert seen["before"]["verdicts"]["good"] > 0
+    assert seen["after"]["verdicts"].get("good", 0) == 0
+    assert seen["after"]["frames"] == 0
+    assert seen["error"] == "bus.silent"
+
+
+def test_a_camera_that_repeats_itself_is_not_believed() -> None:
+    seen = play("frozen")
+    assert seen["after"]["verdicts"].get("good", 0) == 0
+    assert seen["after"]["frames"] == 0
+    assert any("repeated old data" in reason for reason in seen["after"]["reasons"])
+
+
+def test_a_camera_that_was_restarted_ends_the_acquisition() -> None:
+    seen = play("restarted")
+    assert seen["error"] == "bus.restarted"
+    assert seen["after"]["frames"] == 0
+
+
+def test_after_a_long_stall_the_bus_recovers_and_counts_the_loss() -> None:
+    seen = play("stalled")
+    check_accounts(seen)
+    assert seen["verdicts"]["late"] >= 390
+    # 400 ms at 8 kHz, less what the cameras kept (128 ms).
+    assert seen["frames_lost"] > 1900
+    assert seen["verdicts"]["good"] > 900

@@ -1,0 +1,222 @@
+"""The whole wire as the application uses it: `VirtualBus`, and a master that nobody here wrote."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.client import BusProcess
+from ocmm_core.acquisition.frames import SUBPIXEL
+from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.simulation.camera_process import SegmentConfig
+from ocmm_core.simulation.pattern import TestPattern
+from ocmm_core.simulation.virtual_bus import VirtualBus, namespace_command
+
+_ROOT = Path(__file__).resolve().parents[2]
+CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
+PATTERN = msgspec.Raw(b'{"pattern":"test"}')
+
+
+@pytest.fixture
+def namespace() -> list[str]:
+    """Return the command prefix for a private namespace, or skip."""
+    try:
+        return namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+
+
+def wait_for(ring: FrameRing, state: AcquisitionState, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while read_status(ring).state != state:
+        assert time.monotonic() < end, read_status(ring)
+        time.sleep(0.005)
+
+
+@pytest.mark.usefixtures("namespace")
+def test_virtual_bus_delivers_what_its_cameras_show_and_leaves_nothing() -> None:
+    ring = FrameRing.create(2)
+    try:
+        bus = VirtualBus(
+            BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS),
+            SegmentConfig(interface="", cameras=CAMERAS, provider=PATTERN),
+            ring,
+        )
+        bus.start()
+        wait_for(ring, AcquisitionState.RUNNING, 20.0)
+        time.sleep(0.5)
+        begin = time.monotonic()
+        bus.request_stop()
+        assert bus.join(5.0)
+        assert time.monotonic() - begin < 2.0
+        status = read_status(ring)
+        assert status.state is AcquisitionState.STOPPED
+        assert status.stop_reason is StopReason.REQUESTED
+        assert status.good + status.late + status.lost + status.bad == status.elapsed
+        block = ring.read(ring.capacity)
+        assert block is not None
+        assert len(block) == status.frames > 1000
+        for camera in range(2):
+            _valid, _flags, uv = TestPattern().camera_frames(camera, 0, int(block.counter[-1]) + 1)
+            # Half a step of the wire's fixed point.
+            np.testing.assert_allclose(
+                block.uv[:, camera], uv[block.counter], rtol=0, atol=0.5 * SUBPIXEL + 1e-12
+            )
+        assert bus.pid is not None
+        assert not Path(f"/proc/{bus.pid}").exists()
+    finally:
+        ring.close()
+
+
+@pytest.mark.usefixtures("namespace")
+def test_virtual_bus_says_why_it_failed() -> None:
+    ring = FrameRing.create(2)
+    try:
+        strangers = (CAMERAS[0], CameraIdentity("right", 4711, 2))
+        bus = VirtualBus(
+            BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS),
+            SegmentConfig(interface="", cameras=strangers, provider=PATTERN),
+            ring,
+        )
+        bus.start()
+        wait_for(ring, AcquisitionState.STOPPED, 20.0)
+        assert bus.join(5.0)
+        status = read_status(ring)
+        assert status.stop_reason is StopReason.FAILED
+        assert "'right' (serial 1002)" in status.message
+    finally:
+        ring.close()
+
+
+@pytest.mark.usefixtures("namespace")
+def test_virtual_bus_ends_with_the_program_that_started_it() -> None:
+    """The starting process is killed; its namespace, bus process and cameras must follow."""
+    program = (
+        "import sys,time,msgspec\n"
+        "from ocmm_core.acquisition.ring import FrameRing\n"
+        "import test_wire_virtual as t\n"
+        "ring = FrameRing.attach(sys.argv[1])\n"
+        "bus = t.VirtualBus(\n"
+        "    t.BusConfig(interface='', ring_path=sys.argv[1], cameras=t.CAMERAS),\n"
+        "    t.SegmentConfig(interface='', cameras=t.CAMERAS, provider=t.PATTERN), ring)\n"
+        "bus.start(); print(bus.pid, flush=True); time.sleep(60)\n"
+    )
+    ring = FrameRing.create(2)
+    path = os.pathsep.join([str(_ROOT), str(Path(__file__).parent)])
+    parent = subprocess.Popen(
+        [sys.executable, "-c", program, str(ring.path)],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+    try:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        wait_for(ring, AcquisitionState.RUNNING, 20.0)
+        parent.kill()
+        wait_for(ring, AcquisitionState.STOPPED, 5.0)
+        # The orphan is ours now (this process adopts grandchildren); it must end by itself.
+        end = time.monotonic() + 5.0
+        while os.waitpid(child, os.WNOHANG) == (0, 0):
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    finally:
+        parent.kill()
+        parent.wait()
+        if parent.stdout is not None:
+            parent.stdout.close()
+        ring.close()
+
+
+def test_missing_tools_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(shutil, "which", lambda *_args, **_kwargs: None)
+    with pytest.raises(BusError, match="util-linux.*--source simulated"):
+        namespace_command()
+
+
+def test_bus_process_reports_an_interface_that_does_not_exist() -> None:
+    ring = FrameRing.create(2)
+    try:
+        bus = BusProcess(
+            BusConfig(interface="nope0", ring_path=str(ring.path), cameras=CAMERAS), ring
+        )
+        bus.start()
+        wait_for(ring, AcquisitionState.STOPPED, 10.0)
+        assert bus.join(5.0)
+        status = read_status(ring)
+        assert status.stop_reason is StopReason.FAILED
+        assert "nope0" in status.message
+        assert "Traceback" not in status.message
+    finally:
+        ring.close()
+
+
+_SECOND_MASTER = """
+import sys, time, kickcat
+from datetime import timedelta
+bus = kickcat.Bus(kickcat.create_link(sys.argv[1], ""))
+bus.init(timedelta(milliseconds=200))
+slaves = bus.slaves()
+serials = [
+    int.from_bytes(
+        bus.read_sdo(s, 0x1018, 4, kickcat.Access.PARTIAL, 4, timedelta(seconds=2)), "little"
+    )
+    for s in slaves
+]
+bus.create_mapping()
+bus.request_state(kickcat.State.SAFE_OP)
+bus.wait_for_state(kickcat.State.SAFE_OP, timedelta(seconds=2))
+for s in slaves:
+    s.set_output_bytes(bytes(s.output_size))
+bus.process_data()
+bus.request_state(kickcat.State.OPERATIONAL)
+bus.wait_for_state(kickcat.State.OPERATIONAL, timedelta(seconds=2), bus.process_data)
+for _ in range(5):
+    bus.process_data()
+    time.sleep(0.002)
+print(serials, [s.input_size for s in slaves], [bus.get_state(s).name for s in slaves])
+"""
+
+
+def test_a_second_master_brings_the_cameras_to_operation(tmp_path: Path) -> None:
+    pytest.importorskip("kickcat", reason="the second master (development group) is missing")
+    try:
+        unshare = namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+    segment = SegmentConfig(interface="k1", cameras=CAMERAS, provider=PATTERN)
+    program = (
+        "import subprocess, sys\n"
+        "from ocmm_core.simulation.network import make_link\n"
+        "make_link('k0', 'k1')\n"
+        "cameras = subprocess.Popen([sys.executable, '-m',"
+        " 'ocmm_core.simulation.camera_process'],"
+        " stdin=subprocess.PIPE, stdout=subprocess.PIPE)\n"
+        f"cameras.stdin.write({segment.to_json()!r}); cameras.stdin.flush()\n"
+        "assert cameras.stdout.readline() == b'ready\\n'\n"
+        "code = subprocess.call([sys.executable, sys.argv[1], 'k0'])\n"
+        "cameras.stdin.close(); cameras.wait(5); sys.exit(code)\n"
+    )
+    script = tmp_path / "second_master.py"
+    script.write_text(_SECOND_MASTER, encoding="utf-8")
+    done = subprocess.run(
+        [*unshare, sys.executable, "-c", program, str(script)],
+        capture_output=True,
+        text=True,
+        timeout=50,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(_ROOT)},
+    )
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "[1001, 1002] [840, 840] ['OPERATIONAL', 'OPERATIONAL']" in done.stdout

@@ -1,0 +1,290 @@
+"""What the wire tests do inside a private network namespace; run as a program, not collected.
+
+``python wire_scenarios.py NAME`` makes a virtual cable, starts software cameras in a process of
+their own, plays one scenario and prints what happened as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ocmm_core.acquisition.ethercat import EthercatSource
+from ocmm_core.acquisition.frames import Cycle, quantise
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.bus import BusSettings, CameraBus
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.fieldbus.interface import check_interface
+from ocmm_core.fieldbus.master import Master
+from ocmm_core.simulation import esc
+from ocmm_core.simulation.network import make_link
+from ocmm_core.simulation.pattern import TestPattern
+from ocmm_core.simulation.software_camera import SoftwareCamera
+from ocmm_core.simulation.wire import Faults, Wire
+
+LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
+HOST, FAR = "wire0", "wire1"
+FRAME_NS, CYCLE_NS = 125_000, 1_000_000
+Cameras = list[SoftwareCamera]
+
+
+def cameras(*identities: CameraIdentity) -> Cameras:
+    """Return software cameras that show the test pattern."""
+    pattern = TestPattern()
+    return [
+        SoftwareCamera(index, identity.serial, identity.alias, pattern)
+        for index, identity in enumerate(identities)
+    ]
+
+
+def serve(made: Cameras, faults: Faults | None = None) -> int:
+    """Let cameras answer in a forked process; SIGUSR1 freezes the last, SIGUSR2 resets it."""
+    parent = os.getpid()
+    ready, tell = os.pipe()
+    child = os.fork()
+    if child:
+        os.close(tell)
+        os.read(ready, 1)
+        os.close(ready)
+        return child
+    wire = Wire(FAR, made, faults)
+    signal.signal(signal.SIGUSR1, lambda *_: setattr(made[-1], "frozen", True))
+    signal.signal(signal.SIGUSR2, lambda *_: made[-1].esc.fall_back(esc.INIT, 0))
+    os.write(tell, b"r")
+    wire.run(lambda: os.getppid() != parent)
+    os._exit(0)
+
+
+def settings(*expected: CameraIdentity, interface: str = HOST) -> BusSettings:
+    """Return what the master is told."""
+    return BusSettings(interface, expected, FRAME_NS, CYCLE_NS)
+
+
+def read_for(source: EthercatSource, seconds: float) -> tuple[list[Cycle], float]:
+    """Read cycles and return them with the time that passed, in cycles."""
+    cycles = []
+    begin = time.monotonic()
+    while time.monotonic() - begin < seconds:
+        cycles.append(source.read())
+    return cycles, (time.monotonic() - begin) * 1e9 / CYCLE_NS
+
+
+def summary(read: list[Cycle], passed: float) -> dict[str, Any]:
+    """Count verdicts and compare every frame with what the pattern says."""
+    pattern = TestPattern()
+    wrong = frames = 0
+    last = -1
+    in_order = True
+    for cycle in read:
+        block = cycle.frames
+        if block is None:
+            continue
+        frames += len(block)
+        in_order &= bool(block.counter[0] > last and np.all(np.diff(block.counter) > 0))
+        last = int(block.counter[-1])
+        first, count = int(block.counter[0]), last - int(block.counter[0]) + 1
+        chosen = block.counter - first
+        for camera in range(block.valid.shape[1]):
+            valid, flags, uv = pattern.camera_frames(camera, first, count)
+            same = (
+                (block.valid[:, camera] == valid[chosen])
+                & (block.flags & 1 == flags[chosen])
+                & np.all(
+                    (block.uv[:, camera] == quantise(uv)[chosen])
+                    | np.isnan(block.uv[:, camera]) & np.isnan(uv[chosen]),
+                    axis=(1, 2),
+                )
+            )
+            wrong += int(np.count_nonzero(~same))
+    verdicts = Counter(cycle.verdict.value for cycle in read)
+    elapsed = sum(cycle.elapsed for cycle in read)
+    verdicts["late"] += elapsed - len(read)
+    return {
+        "verdicts": verdicts,
+        "elapsed": elapsed,
+        "passed": passed,
+        "frames": frames,
+        "frames_lost": sum(cycle.frames_lost for cycle in read),
+        "last": last,
+        "in_order": in_order,
+        "wrong": wrong,
+        "reasons": Counter(cycle.reason for cycle in read if cycle.reason),
+    }
+
+
+def run() -> dict[str, Any]:
+    """Measure for three seconds; the cameras stand on the wire in the other order."""
+    return _measured(cameras(LEFT, RIGHT)[::-1], Faults(), 3.0)
+
+
+def drop() -> dict[str, Any]:
+    """Measure while three answers in a hundred get lost, once the cameras are in operation."""
+    return _measured(cameras(LEFT, RIGHT), Faults(drop=0.03, seed=1), 2.0)
+
+
+def _measured(made: Cameras, faults: Faults, seconds: float) -> dict[str, Any]:
+    serve(made, faults)
+    source = EthercatSource(settings(LEFT, RIGHT))
+    try:
+        source.open()
+        return summary(*read_for(source, seconds))
+    finally:
+        source.close()
+
+
+def refusals() -> dict[str, Any]:
+    """Try to open buses that must be refused."""
+    third = CameraIdentity("third", 1003, 3)
+    cases: dict[str, tuple[Cameras, tuple[CameraIdentity, ...]]] = {
+        "serial": (cameras(LEFT, CameraIdentity("other", 4711, 2)), (LEFT, RIGHT)),
+        "missing": (cameras(LEFT, RIGHT), (LEFT, RIGHT, third)),
+        "extra": (cameras(LEFT, RIGHT, third), (LEFT, RIGHT)),
+        "duplicate": (cameras(LEFT, CameraIdentity("twin", 1001, 2)), (LEFT, RIGHT)),
+        "swapped": (
+            cameras(CameraIdentity("left", 1001, 2), CameraIdentity("right", 1002, 1)),
+            (LEFT, RIGHT),
+        ),
+        "mapping": (cameras(LEFT, RIGHT), (LEFT, RIGHT)),
+        "none": ([], (LEFT, RIGHT)),
+        "too many": (cameras(*(CameraIdentity("x", n, n) for n in range(1, 6))), (LEFT, RIGHT)),
+    }
+    cases["mapping"][0][1].remap(3, 0x1A1F)
+    return {name: _refusal(*case) for name, case in cases.items()}
+
+
+def _refusal(made: Cameras, expected: tuple[CameraIdentity, ...]) -> list[str]:
+    child = serve(made) if made else None
+    before = len(os.listdir("/proc/self/fd"))
+    bus = CameraBus(settings(*expected))
+    try:
+        bus.open()
+    except BusError as error:
+        return [error.code, error.what, str(len(os.listdir("/proc/self/fd")) - before)]
+    finally:
+        bus.close()
+        if child is not None:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+    return ["accepted"]
+
+
+def interfaces() -> dict[str, Any]:
+    """Ask for interfaces that must be refused."""
+    subprocess.run(["ip", "address", "add", "10.11.12.13/24", "dev", FAR], check=True)
+    subprocess.run(["ip", "link", "add", "dark0", "type", "veth", "peer", "dark1"], check=True)
+    found = {}
+    for name in ("nope0", "x" * 200, "../eth0", "", FAR, "dark0", "lo", HOST):
+        try:
+            check_interface(name)
+            found[name] = ["accepted"]
+        except BusError as error:
+            found[name] = [error.code, error.what]
+    check_interface(FAR, force=True)
+    return found
+
+
+def objects() -> dict[str, Any]:
+    """Read and write objects of a camera."""
+    serve(cameras(LEFT))
+    master = Master(HOST)
+    try:
+        device = master.scan()[0]
+        blob = bytes(range(256)) * 4 + bytes(176)
+        master.write_object(0, "'left'", 0x8010, 0, blob)
+        found: dict[str, Any] = {
+            "serial": device.serial,
+            "alias": device.alias,
+            "name": master.read_object(0, "'left'", 0x1008, 0).decode(),
+            "segmented": master.read_object(0, "'left'", 0x8010, 0, 2000) == blob,
+        }
+        for key, index, sub, value in (
+            ("read only", 0x1008, 0, b"x" * 17),
+            ("no object", 0x5555, 0, b"\x00"),
+            ("no entry", 0x8000, 9, b"\x00"),
+            ("length", 0x8000, 1, b"\x00"),
+        ):
+            try:
+                master.write_object(0, "'left'", index, sub, value)
+                found[key] = "accepted"
+            except BusError as error:
+                found[key] = error.what
+        return found
+    finally:
+        master.close()
+
+
+def killed() -> dict[str, Any]:
+    """Kill the cameras while they are measuring."""
+    return _disturbed(signal.SIGKILL, 6.0)
+
+
+def frozen() -> dict[str, Any]:
+    """Let one camera repeat its last process data for ever."""
+    return _disturbed(signal.SIGUSR1, 1.0)
+
+
+def restarted() -> dict[str, Any]:
+    """Let one camera lose its state."""
+    return _disturbed(signal.SIGUSR2, 1.0)
+
+
+def _disturbed(number: signal.Signals, seconds: float) -> dict[str, Any]:
+    child = serve(cameras(LEFT, RIGHT))
+    source = EthercatSource(settings(LEFT, RIGHT))
+    after: list[Cycle] = []
+    try:
+        source.open()
+        before, passed = read_for(source, 0.5)
+        os.kill(child, number)
+        error = ""
+        begin = time.monotonic()
+        try:
+            # What was under way may still arrive.
+            read_for(source, 0.05)
+            while time.monotonic() - begin < seconds:
+                after.append(source.read())
+        except BusError as caught:
+            error = caught.code
+        return {
+            "before": summary(before, passed),
+            "after": summary(after, 0.0),
+            "error": error,
+            "error_after_s": time.monotonic() - begin,
+        }
+    finally:
+        source.close()
+
+
+def stalled() -> dict[str, Any]:
+    """Let the master sleep for longer than the watchdog, then go on."""
+    serve(cameras(LEFT, RIGHT))
+    source = EthercatSource(settings(LEFT, RIGHT))
+    try:
+        source.open()
+        before, passed = read_for(source, 0.4)
+        time.sleep(0.4)
+        after, more = read_for(source, 1.0)
+        return summary(before + after, passed + more + 400.0)
+    finally:
+        source.close()
+
+
+SCENARIOS: dict[str, Callable[[], dict[str, Any]]] = {
+    scenario.__name__: scenario
+    for scenario in (run, drop, refusals, interfaces, objects, killed, frozen, restarted, stalled)
+}
+
+
+if __name__ == "__main__":
+    make_link(HOST, FAR)
+    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    print(json.dumps(SCENARIOS[sys.argv[1]]()))
