@@ -1,1 +1,1 @@
-
+"""Part frames from measured features."""

@@ -1,1 +1,1 @@
-
+"""Shapes, their fits, and features as nominal and as measured."""

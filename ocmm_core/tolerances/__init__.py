@@ -1,1 +1,1 @@
-
+"""Characteristics: their values, uncertainties and verdicts."""

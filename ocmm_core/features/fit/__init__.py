@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ocmm_core.features.fit.circle import fit_circle, fit_circle_projected
 from ocmm_core.features.fit.cylinder import fit_cylinder
-from ocmm_core.features.fit.distances import residual_jacobian
+from ocmm_core.features.fit.distances import distance_derivatives
 from ocmm_core.features.fit.line import fit_line
 from ocmm_core.features.fit.plane import fit_plane
 from ocmm_core.features.fit.point import fit_point
@@ -13,6 +13,7 @@ from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 __all__ = [
+    "distance_derivatives",
     "fit_circle",
     "fit_circle_projected",
     "fit_cylinder",
@@ -21,7 +22,6 @@ __all__ = [
     "fit_point",
     "fit_shape",
     "fit_sphere",
-    "residual_jacobian",
 ]
 
 

@@ -1,25 +1,29 @@
-"""How the residuals of a fit move with the points: the base of every statement on form."""
+"""How the residuals of a fit move: the base of every statement on form."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 
-def residual_jacobian(fit: Fit, points: Points3, jacobian: Float) -> Float:
-    """Return d(residuals) / d(coordinates), (n, m), first order in the residuals.
+def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
+    """Return how the signed distance of every point from the element moves, to first order.
 
     Parameters
     ----------
     fit
-        Fit of ``points``.
+        Any fit.
     points
-        (n, 3), mm.
-    jacobian
-        (7, m): d(geometry of the fit) / d(coordinates); the first 3 n coordinates are those of
-        ``points``, row by row.
+        (n, 3), mm; the points that were fitted, as the side of a line comes from their residuals.
+
+    Returns
+    -------
+    by_geometry
+        (n, 7): d(distance) / d(geometry).
+    by_point
+        (n, 3): d(distance) / d(the point itself): the normal of the element towards the point.
     """
     arms = points - fit.point
     along = np.zeros(len(points))
@@ -33,12 +37,9 @@ def residual_jacobian(fit: Fit, points: Points3, jacobian: Float) -> Float:
         sides = np.where(fit.residuals < 0.0, -1.0, 1.0) if fit.shape is Shape.LINE else 1.0
         # On a line itself the distance has no derivative; zero leaves such a point out.
         normals = across * (sides / np.maximum(distances, 1e-12))[:, None]
-    moved: Float = -normals @ jacobian[0:3] - jacobian[6]
-    if fit.shape is Shape.PLANE:
-        moved += arms @ jacobian[3:6]
-    else:
-        moved -= along[:, None] * (normals @ jacobian[3:6])
-    rows = np.arange(len(points))
-    for axis in range(3):
-        moved[rows, 3 * rows + axis] += normals[:, axis]
-    return moved
+    by_geometry = np.empty((len(points), GEOMETRY_SIZE))
+    by_geometry[:, 0:3] = -normals
+    by_geometry[:, 3:6] = arms if fit.shape is Shape.PLANE else -along[:, None] * normals
+    has_radius = fit.shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
+    by_geometry[:, 6] = -1.0 if has_radius else 0.0
+    return by_geometry, normals

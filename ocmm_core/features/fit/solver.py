@@ -98,8 +98,8 @@ def _step(jacobian: Float, residuals: Float, curvature: Float, damping: float) -
     # The smallest eigenvalue decides: Newton where the cost is convex, else Gauss-Newton.
     if float(np.linalg.eigvalsh(hessian)[0]) > 1e-3 * float(np.linalg.eigvalsh(normal)[0]):
         normal = hessian
-    step: Float = -np.linalg.lstsq(normal + ridge, gradient, rcond=None)[0]
-    return step
+    solution: Float = np.linalg.lstsq(normal + ridge, gradient, rcond=None)[0].astype(np.float64)
+    return -solution
 
 
 def sensitivity(jacobian: Float) -> tuple[Float, float]:
@@ -110,8 +110,9 @@ def sensitivity(jacobian: Float) -> tuple[Float, float]:
     """
     scale = np.linalg.norm(jacobian, axis=0)
     scale = np.where(scale > 0.0, scale, 1.0)
+    inverse: Float
     u, s, vt = np.linalg.svd(jacobian / scale, full_matrices=False)
     condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
     inverse_s = np.where(s > 1e-300, 1.0 / np.maximum(s, 1e-300), 0.0)
-    inverse: Float = (vt.T * inverse_s) @ u.T / scale[:, None]
+    inverse = (vt.T * inverse_s) @ u.T / scale[:, None]
     return inverse, condition

@@ -1,0 +1,257 @@
+"""Measured features: fits through ball centres, compensated for the ball as a whole.
+
+Every touch leaves the ball's centre one radius away from the surface, along the surface's own
+normal there. The ball centres of a sphere, cylinder or bore therefore lie on an element with the
+same centre or axis whose radius differs by that of the ball, and those of a plane on one shifted by
+it. Compensating the element, not every point along its approach, keeps the error of a slanting
+approach out of the result; the approach only says on which side the material is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.fit import distance_derivatives, fit_circle_projected, fit_shape
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.shapes import GEOMETRY_SIZE, MINIMUM_POINTS, Fit, Shape, make_fit
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.point import MeasuredPoint
+
+SAME_RADIUS = 1e-9
+"""mm: tip radii that differ by more belong to different balls."""
+
+ALONG = 0.1
+"""Part of the approach square to a line below which it does not say where the material is."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActualFeature:
+    """One feature of the part as measured.
+
+    Attributes
+    ----------
+    nominal
+        What the plan says about it.
+    fit
+        Compensated geometry, world frame; its jacobian is by the feature's own points, its
+        residuals are those of the ball centres.
+    numbers
+        Of the points that it rests on.
+    jacobian
+        (7, 3 N + 1): d(geometry) / d(ball centres of all N points of the job, tip radius).
+    residual_jacobian
+        (n, 3 N + 1): d(residuals) / d(the same).
+    """
+
+    nominal: NominalFeature
+    fit: Fit
+    numbers: tuple[int, ...]
+    jacobian: Float
+    residual_jacobian: Float
+
+
+def actual_features(
+    nominals: Sequence[NominalFeature], points: Sequence[MeasuredPoint]
+) -> dict[str, ActualFeature | FitError]:
+    """Return every feature by its name, or why there is none.
+
+    Parameters
+    ----------
+    nominals
+        Features of the plan.
+    points
+        All N points of the job; their order is that of the columns of the jacobians.
+    """
+    found: dict[str, ActualFeature | FitError] = {}
+    # Planes come first: circles may be projected along their normals.
+    for nominal in sorted(nominals, key=lambda item: item.projection != ""):
+        try:
+            found[nominal.name] = _actual(nominal, points, found)
+        except FitError as error:
+            what = error.what if nominal.name in error.what else f"{nominal.name}: {error.what}"
+            found[nominal.name] = FitError(error.code, what, error.remedy)
+    return {nominal.name: found[nominal.name] for nominal in nominals}
+
+
+@dataclass(frozen=True, slots=True)
+class _Touches:
+    """The touches of one feature: numbers, places in the job, ball centres, sides, one radius."""
+
+    numbers: tuple[int, ...]
+    places: tuple[int, ...]
+    tips: Float
+    directions: Float
+    tip_radius: float
+
+
+def _actual(
+    nominal: NominalFeature,
+    points: Sequence[MeasuredPoint],
+    found: Mapping[str, ActualFeature | FitError],
+) -> ActualFeature:
+    touches = _touches(nominal, points)
+    sign = 1.0 if nominal.side == "outer" else -1.0
+    coordinates = 3 * len(points) + 1
+    if nominal.projection:
+        plane = _projection_plane(nominal, found)
+        raw, by_normal = fit_circle_projected(touches.tips, plane.fit.direction)
+        by_all = _spread(raw.jacobian, touches.places, coordinates)
+        by_all += by_normal @ plane.jacobian[3:6]
+    else:
+        raw = fit_shape(
+            nominal.shape,
+            touches.tips,
+            direction_hint=_sense(nominal, touches),
+            radius_hint=0.5 * nominal.diameter + sign * touches.tip_radius,
+        )
+        by_all = _spread(raw.jacobian, touches.places, coordinates)
+
+    by_geometry, normals = distance_derivatives(raw, touches.tips)
+    by_residual = by_geometry @ by_all
+    for row, place in enumerate(touches.places):
+        by_residual[row, 3 * place : 3 * place + 3] += normals[row]
+
+    change = _compensation(nominal, raw, touches, normals, sign)
+    jacobian = change.by_raw @ by_all
+    jacobian[:, -1] += change.by_radius
+    fit = make_fit(nominal.shape, change.geometry, change.by_raw @ raw.jacobian, raw.residuals)
+    return ActualFeature(nominal, fit, touches.numbers, jacobian, by_residual)
+
+
+def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> _Touches:
+    places = [i for i, point in enumerate(points) if point.feature == nominal.name]
+    own = [points[i] for i in places]
+    minimum = MINIMUM_POINTS[nominal.shape]
+    if len(own) < minimum:
+        raise FitError(
+            "feature.too_few_points",
+            f"{nominal.name} has {len(own)} of at least {minimum} points.",
+            "Take the missing points.",
+        )
+    radii = np.array([point.tip_radius for point in own])
+    if np.ptp(radii) > SAME_RADIUS:
+        raise FitError(
+            "feature.mixed_tips",
+            f"The points of {nominal.name} were taken with balls of different size.",
+            "Take all points of one feature with one stylus.",
+        )
+    return _Touches(
+        numbers=tuple(point.number for point in own),
+        places=tuple(places),
+        tips=np.array([point.tip_world for point in own], dtype=np.float64),
+        directions=np.array([point.direction for point in own], dtype=np.float64),
+        tip_radius=float(radii[0]),
+    )
+
+
+def _sense(nominal: NominalFeature, touches: _Touches) -> Float | None:
+    """Return where the normal of a plane points to: away from the material, as the probe came."""
+    return touches.directions.mean(axis=0) if nominal.shape is Shape.PLANE else None
+
+
+def _projection_plane(
+    nominal: NominalFeature, found: Mapping[str, ActualFeature | FitError]
+) -> ActualFeature:
+    plane = found.get(nominal.projection)
+    if isinstance(plane, ActualFeature) and plane.fit.shape is Shape.PLANE:
+        return plane
+    raise FitError(
+        "feature.no_projection_plane",
+        f"{nominal.name} is projected onto {nominal.projection}, which is not measured yet.",
+        f"Measure the plane {nominal.projection}.",
+    )
+
+
+def _spread(by_own: Float, places: Sequence[int], coordinates: int) -> Float:
+    """Return ``by_own`` (k, 3 n) with its columns at their places among all coordinates."""
+    columns = (3 * np.asarray(places)[:, None] + np.arange(3)).ravel()
+    spread = np.zeros((len(by_own), coordinates))
+    spread[:, columns] = by_own
+    return spread
+
+
+@dataclass(frozen=True, slots=True)
+class _Compensation:
+    """Compensated geometry (7,), and its derivatives by the raw one (7, 7) and the ball (7,)."""
+
+    geometry: Float
+    by_raw: Float
+    by_radius: Float
+
+
+def _compensation(
+    nominal: NominalFeature, raw: Fit, touches: _Touches, normals: Float, sign: float
+) -> _Compensation:
+    geometry = raw.geometry.copy()
+    by_raw = np.eye(GEOMETRY_SIZE)
+    by_radius = np.zeros(GEOMETRY_SIZE)
+    radius = touches.tip_radius
+    match nominal.shape:
+        case Shape.POINT:
+            by_radius[0:3] = -touches.directions.mean(axis=0)
+        case Shape.PLANE:
+            _check_sides(nominal, touches, touches.directions @ raw.direction)
+            by_radius[0:3] = -raw.direction
+            by_raw[0:3, 3:6] = -radius * np.eye(3)
+        case Shape.LINE:
+            towards, by_direction = _beside_line(nominal, raw, touches)
+            _check_sides(nominal, touches, touches.directions @ towards)
+            by_radius[0:3] = -towards
+            by_raw[0:3, 3:6] = -radius * by_direction
+        case Shape.CIRCLE | Shape.SPHERE | Shape.CYLINDER:
+            approach = np.sum(touches.directions * normals, axis=1)
+            _check_sides(nominal, touches, sign * approach)
+            by_radius[6] = -sign
+    geometry += radius * by_radius
+    if nominal.diameter > 0.0 and geometry[6] <= 0.0:
+        raise FitError(
+            "feature.smaller_than_ball",
+            f"{nominal.name} would have a diameter of {2.0 * geometry[6]:.3f} mm once the ball "
+            "is taken off.",
+            "Check the side in the plan and the stylus in use.",
+        )
+    return _Compensation(geometry, by_raw, by_radius)
+
+
+def _beside_line(nominal: NominalFeature, raw: Fit, touches: _Touches) -> tuple[Float, Float]:
+    """Return the unit vector (3,) from the edge's face to the probe, square to the line.
+
+    Also its derivative (3, 3) by the direction of the line.
+    """
+    mean = touches.directions.mean(axis=0)
+    along = float(mean @ raw.direction)
+    beside = mean - along * raw.direction
+    length = float(np.linalg.norm(beside))
+    if length < ALONG:
+        raise FitError(
+            "feature.no_side",
+            f"The points of {nominal.name} were approached along the line, or from all sides.",
+            "Approach a line from one side, square to it.",
+        )
+    towards = beside / length
+    turned = -along * np.eye(3) - np.outer(raw.direction, mean)
+    by_direction: Float = (np.eye(3) - np.outer(towards, towards)) @ turned / length
+    return towards, by_direction
+
+
+def _check_sides(nominal: NominalFeature, touches: _Touches, approach: Float) -> None:
+    """Raise FitError if a point was not approached from where the probe must have stood."""
+    wrong = np.flatnonzero(~(approach > 0.0))
+    if not wrong.size:
+        return
+    listed = ", ".join(str(touches.numbers[i]) for i in wrong[:5])
+    listed += " and more" if wrong.size > 5 else ""
+    where = {
+        Shape.PLANE: "the other points were taken on the other face",
+        Shape.LINE: "the other points were taken on the other face",
+    }.get(nominal.shape, f"the plan says {nominal.side!r}")
+    raise FitError(
+        "feature.wrong_side",
+        f"Point{'s' if wrong.size > 1 else ''} {listed} of {nominal.name} "
+        f"{'were' if wrong.size > 1 else 'was'} approached from the wrong side: {where}.",
+        "Flip the arrow of that point or take it again; a wrong side is wrong by the whole ball.",
+    )

@@ -1,0 +1,115 @@
+"""From a value and its uncertainty to a verdict.
+
+The rule of ISO 14253-1 in its general form: a characteristic conforms where the probability that
+the true value lies inside the limits is at least 95 %, does not where the probability that it lies
+outside is, and is not proven otherwise. For an uncertainty that is small against the tolerance
+that is a guard band of 1.65 u at each limit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+
+Rule = Literal["iso14253-1", "simple"]
+
+PROBABILITY = 0.95
+"""Default conformance probability limit of ISO 14253-1:2017."""
+
+COVERAGE_FACTOR = 2.0
+"""k of the expanded uncertainty U = k u that goes with every value."""
+
+
+def conformance_probability(
+    value: float, standard_uncertainty: float, low: float, high: float
+) -> float:
+    """Return the probability that the true value lies between ``low`` and ``high``, mm."""
+    return _normal((high - value) / standard_uncertainty) - _normal(
+        (low - value) / standard_uncertainty
+    )
+
+
+def decide(
+    value: float,
+    standard_uncertainty: float,
+    nominal: float,
+    lower: float,
+    upper: float,
+    rule: Rule,
+    *,
+    one_sided: bool = False,
+) -> Verdict:
+    """Return the verdict on a value.
+
+    Parameters
+    ----------
+    value, standard_uncertainty
+        mm.
+    nominal, lower, upper
+        Nominal value and the limits of the deviation from it, mm.
+    rule
+        ``"iso14253-1"``, or ``"simple"`` acceptance, which leaves the uncertainty out.
+    one_sided
+        The value cannot be below its lower limit (form): only the upper one counts.
+    """
+    low = -math.inf if one_sided else nominal + lower
+    high = nominal + upper
+    if rule == "simple" or standard_uncertainty <= 0.0:
+        return Verdict.CONFORM if low <= value <= high else Verdict.NOT_CONFORM
+    probability = conformance_probability(value, standard_uncertainty, low, high)
+    if probability >= PROBABILITY:
+        return Verdict.CONFORM
+    if 1.0 - probability >= PROBABILITY:
+        return Verdict.NOT_CONFORM
+    return Verdict.NOT_PROVEN
+
+
+def make_result(
+    characteristic: Characteristic, value: float, standard_uncertainty: float, rule: Rule, note: str
+) -> CharacteristicResult:
+    """Return the result of a characteristic that was measured."""
+    return CharacteristicResult(
+        name=characteristic.name,
+        kind=characteristic.kind,
+        features=tuple(characteristic.features),
+        nominal=characteristic.nominal,
+        lower=characteristic.lower,
+        upper=characteristic.upper,
+        measured=value,
+        deviation=value - characteristic.nominal,
+        uncertainty=COVERAGE_FACTOR * standard_uncertainty,
+        verdict=decide(
+            value,
+            standard_uncertainty,
+            characteristic.nominal,
+            characteristic.lower,
+            characteristic.upper,
+            rule,
+            one_sided=characteristic.kind == "form",
+        ),
+        note=note,
+    )
+
+
+def not_measured(characteristic: Characteristic, note: str) -> CharacteristicResult:
+    """Return the result of a characteristic without a trustworthy value, and why."""
+    return CharacteristicResult(
+        name=characteristic.name,
+        kind=characteristic.kind,
+        features=tuple(characteristic.features),
+        nominal=characteristic.nominal,
+        lower=characteristic.lower,
+        upper=characteristic.upper,
+        measured=None,
+        deviation=None,
+        uncertainty=None,
+        verdict=Verdict.NOT_MEASURED,
+        note=note,
+    )
+
+
+def _normal(x: float) -> float:
+    return 0.5 * (1.0 + math.erf(x / math.sqrt(2.0)))
