@@ -47,6 +47,7 @@ ACTIONS = (
     ActionInfo("view", "Far view", "Change between far view and desk view", ("F11", "V")),
     ActionInfo("cameras", "Cameras", "Show or hide the live camera images", ("C",)),
     ActionInfo("fit", "Fit view", "Show the whole work in the 3-D view", ("F",)),
+    ActionInfo("closeup", "Close-up", "Show the feature being measured in the 3-D view", ("G",)),
     ActionInfo("theme", "Theme", "Change between dark, light and high contrast", ("T",)),
     ActionInfo("export", "Export", "Write the report files", ("E",)),
     ActionInfo("log", "Save log", "Save everything that was reported, for support", ("L",)),

@@ -28,7 +28,7 @@ from ocmm_gui.theme import text_font
 from ocmm_gui.views.camera_view import CameraViews
 from ocmm_gui.views.point_view import PointView
 
-_TOOLS = ("flip", "cameras", "fit", "theme", "log", "export", "view")
+_TOOLS = ("flip", "cameras", "fit", "closeup", "theme", "log", "export", "view")
 _SIDE_PX = 250
 _PANEL_PX = 370
 

@@ -146,6 +146,7 @@ class MainWindow(QMainWindow):
             "view": lambda: self.show_far(not self.is_far()),
             "cameras": lambda: self.desk.toggle_cameras(),
             "fit": lambda: self.desk.points.fit(),
+            "closeup": lambda: self.desk.points.close_up(),
             "theme": self._next_theme,
             "export": self._export,
             "log": self._save_log,
@@ -176,24 +177,24 @@ class MainWindow(QMainWindow):
             if feature.state is FeatureState.DONE and before[feature.name] is not feature.state:
                 bad = feature.verdict is Verdict.NOT_CONFORM
                 self._play(Sound.OUT_OF_TOLERANCE if bad else Sound.FEATURE_COMPLETE)
-                self._flash(self._theme.bad if bad else self._theme.good)
+                self._flash(good=not bad)
         if job.complete and not previous.complete:
             self._notices.inform(next_step(job))
 
     def _on_taken(self, point: MeasuredPoint) -> None:
         self._play(Sound.TAKEN)
-        self._flash(self._theme.good)
+        self._flash(good=True)
 
     def _on_refused(self, refusal: Refusal) -> None:
         self._play(Sound.REFUSED)
-        self._flash(self._theme.bad)
+        self._flash(good=False)
 
     def _play(self, sound: Sound) -> None:
         if self._sounds is not None:
             self._sounds.play(sound)
 
-    def _flash(self, colour: str) -> None:
-        (self.far.readout() if self.is_far() else self.desk.readout).flash(colour)
+    def _flash(self, *, good: bool) -> None:
+        (self.far.readout() if self.is_far() else self.desk.readout).flash(good=good)
 
     def _export(self) -> None:
         if self._out is not None:

@@ -19,6 +19,11 @@ def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3)
     return f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}"
 
 
+def led_name(number: int) -> str:
+    """Return what an LED is called on the screen; like the core's sentences it counts from one."""
+    return f"L{number + 1}"
+
+
 def seen_cameras(live: LiveView) -> int:
     """Return how many cameras see at least one spot."""
     return int(np.count_nonzero(_seen(live).any(axis=1)))

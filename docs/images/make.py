@@ -57,6 +57,7 @@ def main(folder: Path) -> None:
             _grab(app, window, bridge, folder, "feature_finished", ("dark", "light"))
             _grab(app, window, bridge, folder, "far", ("dark", "light", "contrast"), far=True)
             _grab(app, window, bridge, folder, "far_720p", ("light",), size=SMALL, far=True)
+            window.show_far(False)
             _wait(app, bridge, _is_lost)
             _grab(app, window, bridge, folder, "target_lost", ("dark", "light"))
             _grab(app, window, bridge, folder, "far_lost", ("light",), far=True)

@@ -7,7 +7,7 @@ A capital must be at least 63 px high on a 1920 x 1080 screen of 24 inches to be
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QFont, QResizeEvent
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from ocmm_core.inspection.view import JobView, LiveView
@@ -151,8 +151,6 @@ class FarView(QWidget):
         height = max(60, self.height() // 9)
         for button in self._buttons:
             button.setFixedHeight(height)
-            font = QFont(button.font())
-            font.setPixelSize(int(0.5 * height))
-            font.setBold(True)
-            button.setFont(font)
+            # A font set directly is lost when the application changes its style sheet.
+            button.setStyleSheet(f"font-size: {height // 2}px; font-weight: bold;")
         super().resizeEvent(event)

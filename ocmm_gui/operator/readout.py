@@ -28,7 +28,7 @@ class Readout(QWidget):
         self._values = (DASHES, DASHES, DASHES)
         self._caption = ""
         self._shown_at = 0.0
-        self._flash: str | None = None
+        self._flash: bool | None = None
         self._theme = THEMES[DEFAULT_THEME]
         self._end_of_flash = QTimer(self)
         self._end_of_flash.setSingleShot(True)
@@ -55,9 +55,9 @@ class Readout(QWidget):
         """Return what the three rows show."""
         return self._values
 
-    def flash(self, colour: str) -> None:
-        """Light the border up for a moment."""
-        self._flash = colour
+    def flash(self, *, good: bool) -> None:
+        """Light the border up for a moment, in the colour of good or bad news."""
+        self._flash = good
         self._end_of_flash.start()
         self.update()
 
@@ -107,7 +107,8 @@ class Readout(QWidget):
         painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, self._caption)
         if self._flash is not None:
             thick = max(6.0, 0.02 * self.height())
-            painter.setPen(QPen(QColor(self._flash), thick))
+            news = self._theme.good if self._flash else self._theme.bad
+            painter.setPen(QPen(QColor(news), thick))
             painter.setBrush(Qt.BrushStyle.NoBrush)
             half = 0.5 * thick
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)

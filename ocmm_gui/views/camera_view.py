@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from typing import Any
 
@@ -17,9 +18,13 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.view import LiveView
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.words import led_name
 
 TRAIL = 60
 """Snapshots in the trail: two seconds."""
+
+_GAP_S = 0.3
+"""After a longer pause, e.g. in the far view, the trail begins anew."""
 
 _FADE_STEPS = 4
 _SIDES_PX = tuple(280.0 * 2.0 ** (step / 2.0) for step in range(7))
@@ -49,6 +54,7 @@ class CameraPlot(QWidget):
         self._camera = camera
         self._theme = THEMES[DEFAULT_THEME]
         self._trail: deque[Float] = deque(maxlen=TRAIL)
+        self._shown_at = 0.0
         self._middle = np.array([0.5 * camera.width, 0.5 * camera.height])
         self._side = _SIDES_PX[-1]
         self._title = FitText(f"Camera {camera.name}", limit=14)
@@ -92,13 +98,17 @@ class CameraPlot(QWidget):
         """Show the spots (8, 2), px, of the slots and the LED that each follows (8,)."""
         seen = np.asarray(np.isfinite(spots).all(axis=1))
         self._title.show_text(f"{self._camera.name}:  {int(seen.sum())} spots")
+        now = time.monotonic()
+        if now - self._shown_at > _GAP_S:
+            self._trail.clear()
+        self._shown_at = now
         self._trail.append(spots)
         self._spots.setData(spots[seen, 0], spots[seen, 1])
         centre = float(spots[seen, 0].mean()) if seen.any() else 0.0
         for slot, label in enumerate(self._labels):
             label.setVisible(bool(seen[slot]))
             if seen[slot]:
-                led = f"L{leds[slot]}" if leds[slot] >= 0 else "?"
+                led = led_name(int(leds[slot])) if leds[slot] >= 0 else "?"
                 text = f" {led} ·s{slot} "
                 if label.toPlainText() != text:
                     label.setText(text)

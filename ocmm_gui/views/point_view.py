@@ -17,13 +17,17 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.view import FeatureState, JobView, LiveView
+from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font, verdict_colour
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 from ocmm_gui.views import shapes
-from ocmm_gui.views.scene import Dots, Face, Item, Lines, Orbit, Tag, paint_scene
+from ocmm_gui.views.contents import grid_items, grid_step, job_items, probe_items, probe_places
+from ocmm_gui.views.scene import Dots, Item, Lines, Orbit, Tag, paint_scene
+from ocmm_gui.words import shown_feature
 
-_ARROW_MM = 9.0
+_NAMED_MM = 250.0
+"""In a wider view the names of the LEDs would cover each other."""
+
 _CALM = 1.6
 _OVERVIEW_ASPECT = 1.25
 _KEY_TURN = np.radians(10.0)
@@ -45,7 +49,7 @@ class PointView(QWidget):
         self._rig = rig
         self._body = body
         self._theme = THEMES[DEFAULT_THEME]
-        self._live: LiveView | None = None
+        self._probe = np.empty((0, 3))
         self._job: JobView | None = None
         self._job_items: tuple[Item, ...] = ()
         self._job_reach = np.empty((0, 3))
@@ -68,10 +72,10 @@ class PointView(QWidget):
 
     def show_live(self, live: LiveView) -> None:
         """Show where the probe is; without a trusted pose it is not drawn."""
-        self._live = live
-        if live.origin_world is not None and live.rotation_world_from_probe is not None:
+        self._probe = probe_places(live, self._body)
+        if len(self._probe):
             first_sight = not len(self._probe_reach)
-            self._probe_reach = self._leds_world(live)
+            self._probe_reach = self._probe
             if first_sight and self._follows:
                 self._fit()
         self.update()
@@ -79,7 +83,7 @@ class PointView(QWidget):
     def show_job(self, job: JobView) -> None:
         """Show points and features as they stand."""
         self._job = job
-        self._job_items, self._job_reach = self._make_job_items(job)
+        self._job_items, self._job_reach = job_items(job, self._theme)
         if self._follows:
             self._fit()
         self.update()
@@ -92,6 +96,17 @@ class PointView(QWidget):
             self._orbit = self._orbit.fitted(reach, float(self.width()), float(self.height()))
         self.update()
 
+    def close_up(self) -> None:
+        """Show the feature that is being measured, until F gives the view back."""
+        feature = None if self._job is None else shown_feature(self._job)
+        if feature is not None and feature.points:
+            self._follows = False
+            tips = np.stack([point.tip_world for point in feature.points])
+            surface = np.stack([point.surface_world for point in feature.points])
+            size = (float(self.width()), float(self.height()))
+            self._orbit = self._orbit.fitted(np.concatenate([tips, surface]), *size, margin=1.6)
+            self.update()
+
     def orbit(self) -> Orbit:
         """Return where the eye is."""
         return self._orbit
@@ -100,7 +115,7 @@ class PointView(QWidget):
         """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._job is not None:
-            self._job_items, self._job_reach = self._make_job_items(self._job)
+            self._job_items, self._job_reach = job_items(self._job, theme)
         self.update()
 
     def sizeHint(self) -> QSize:
@@ -121,7 +136,12 @@ class PointView(QWidget):
         painter.drawRoundedRect(frame, 6, 6)
         inside = frame.adjusted(2, 2, -2, -2)
         rig = Lines(self._rig_lines, theme.muted, 1.0)
-        items = (*self._grid(), rig, *self._job_items, *self._probe_items())
+        items = (
+            *grid_items(self._orbit, self._job_reach, theme),
+            rig,
+            *self._job_items,
+            *probe_items(self._probe, self._body, theme, named=self._orbit.radius < _NAMED_MM),
+        )
         paint_scene(painter, items, self._orbit, inside, text_font(12), theme.panel)
         self._paint_triad(painter, inside)
         side = min(190.0, 0.24 * inside.width(), 0.34 * inside.height())
@@ -131,7 +151,7 @@ class PointView(QWidget):
         painter.setBrush(QColor(theme.background))
         painter.drawRoundedRect(corner, 4, 4)
         volume = Lines(shapes.box(self._rig.volume_world), theme.border, 1.0)
-        work = Dots(self._overview_dots(), theme.accent, 5.0)
+        work = Dots(self._probe, theme.accent, 5.0)
         tags = tuple(
             Tag(camera.centre_world, camera.name, theme.muted) for camera in self._rig.cameras
         )
@@ -215,83 +235,6 @@ class PointView(QWidget):
         if not inside or self._orbit.radius > _CALM * wanted.radius:
             self._orbit = wanted
 
-    def _leds_world(self, live: LiveView) -> Float:
-        body = np.concatenate([self._body.leds_probe, self._body.tip_probe[None]])
-        moved: Float = body @ np.asarray(live.rotation_world_from_probe).T + live.origin_world
-        return moved
-
-    def _probe_items(self) -> tuple[Item, ...]:
-        live, theme = self._live, self._theme
-        if live is None or live.tip_world is None or live.origin_world is None:
-            return ()
-        places = self._leds_world(live)
-        leds, tip = places[:-1], places[-1]
-        base = leds.mean(axis=0)
-        frame = np.stack([np.broadcast_to(base, leds.shape), leds], axis=1)
-        ball = shapes.sphere(tip, self._body.tip_radius)
-        tags = tuple(Tag(led, f"L{number}", theme.muted) for number, led in enumerate(leds))
-        return (
-            Lines(frame, theme.muted, 3.0),
-            Lines(np.stack([base, tip])[None], theme.text, 3.0),
-            Lines(ball, theme.accent, 1.2),
-            Dots(leds, theme.bad, 9.0, theme.panel),
-            *(tags if self._orbit.radius < 250.0 else ()),
-        )
-
-    def _make_job_items(self, job: JobView) -> tuple[tuple[Item, ...], Float]:
-        theme = self._theme
-        items: list[Item] = []
-        reach: list[Float] = []
-        # The active feature comes first: its name has the right of way.
-        for feature in sorted(job.features, key=lambda f: f.state is not FeatureState.ACTIVE):
-            if not feature.points:
-                continue
-            active = feature.state is FeatureState.ACTIVE
-            colour = theme.accent if active else verdict_colour(theme, feature.verdict)
-            surface = np.stack([point.surface_world for point in feature.points])
-            reach.append(surface)
-            if feature.fit is not None:
-                lines, corners = shapes.fitted_shape(feature.fit, surface)
-                if len(corners):
-                    items.append(Face(corners, colour, 36))
-                items.append(Lines(lines, colour, 2.2 if active else 1.4))
-                items.append(Tag(feature.fit.point, feature.name, colour))
-                reach.append(lines.reshape(-1, 3))
-            tips = surface + _ARROW_MM * np.stack([p.direction for p in feature.points])
-            if active:
-                items.append(Lines(_arrows(tips, surface), theme.text, 1.4))
-            items.append(
-                Dots(surface, theme.text if active else colour, 8.0 if active else 5.0, theme.panel)
-            )
-        return tuple(items), np.concatenate(reach) if reach else np.empty((0, 3))
-
-    def _overview_dots(self) -> Float:
-        live = self._live
-        if live is not None and live.tip_world is not None:
-            return np.concatenate([self._leds_world(live)])
-        return np.empty((0, 3))
-
-    def _grid_step(self) -> float:
-        return float(10.0 ** np.floor(np.log10(self._orbit.radius)))
-
-    def _grid(self) -> tuple[Item, ...]:
-        step = self._grid_step()
-        axes = self._orbit.up
-        first, second = _across(axes)
-        low = min(
-            (float((self._job_reach @ axes).min()) if len(self._job_reach) else np.inf),
-            float(self._orbit.target @ axes) if not len(self._job_reach) else np.inf,
-        )
-        count = int(np.ceil(1.6 * self._orbit.radius / step))
-        middle = np.round(np.array([self._orbit.target @ a for a in (first, second)]) / step)
-        ticks = np.arange(-count, count + 1)
-        lines = []
-        for along, across, a, b in ((first, second, 0, 1), (second, first, 1, 0)):
-            offset = (middle[b] + ticks)[:, None] * step * across + low * axes
-            ends = [(middle[a] + sign * count) * step * along for sign in (-1, 1)]
-            lines.append(np.stack([offset + ends[0], offset + ends[1]], axis=1))
-        return (Lines(np.concatenate(lines), self._theme.border, 0.6),)
-
     def _paint_triad(self, painter: QPainter, box: QRectF) -> None:
         axes = self._orbit.axes()
         centre = QPointF(box.left() + 46, box.bottom() - 46)
@@ -300,7 +243,7 @@ class PointView(QWidget):
         painter.drawText(
             QRectF(box.left() + 100, box.bottom() - 26, 200, 20),
             Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-            f"grid {self._grid_step():.0f} mm",
+            f"grid {grid_step(self._orbit):.0f} mm",
         )
         painter.setFont(text_font(13, bold=True))
         for name, direction in zip("XYZ", np.eye(3), strict=True):
@@ -335,19 +278,3 @@ def _seen_from(rig: Rig, up: Float) -> Orbit:
 def _distance(rig: Rig) -> float:
     centre = rig.volume_world.mean(axis=0)
     return float(np.mean([np.linalg.norm(c.centre_world - centre) for c in rig.cameras]))
-
-
-def _across(up: Float) -> tuple[Float, Float]:
-    index = int(np.argmax(np.abs(up)))
-    first, second = (np.eye(3)[i] for i in range(3) if i != index)
-    return first, second
-
-
-def _arrows(tails: Float, heads: Float) -> Float:
-    """Return arrows (n segments, 2, 3) from tails to heads, both (n, 3)."""
-    shaft = tails - heads
-    side = np.cross(shaft, np.array([0.31, 0.52, 0.79]))
-    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
-    length = np.linalg.norm(shaft, axis=1, keepdims=True)
-    barbs = [heads + 0.28 * shaft + sign * 0.14 * length * side for sign in (-1.0, 1.0)]
-    return np.concatenate([np.stack([start, heads], axis=1) for start in (tails, *barbs)])
