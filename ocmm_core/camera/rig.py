@@ -11,6 +11,7 @@ import numpy as np
 
 from ocmm_core.camera.model import (
     N_PARAMETERS,
+    PARAMETERS,
     CameraModel,
     on_sensor,
     project,
@@ -24,6 +25,10 @@ SCHEMA = "ocmm.rig/1"
 MAX_CAMERAS = 4
 MAX_SLOTS = 8
 """Tracking windows of one camera."""
+
+MAX_FOCAL_SIGMA = 1e-3
+"""Relative; a calibration that knows the focal length no better tells it from the distance only by
+chance, and a first-order covariance of it would not hold."""
 
 Vector3 = tuple[float, float, float]
 
@@ -171,26 +176,29 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     low, high = np.array(design.volume_min), np.array(design.volume_max)
     points = low + (high - low) * np.random.default_rng(0).random((design.points, 3))
     points = points[on_sensor(camera, project(camera, points))]
+    if len(points) < N_PARAMETERS:
+        raise InputError(
+            "rig.calibration",
+            f"{path}: only {len(points)} calibration points are seen by camera '{camera.name}'.",
+            "Move the calibration volume into the view of the camera, or give more points.",
+        )
     d_point, d_parameters = projection_jacobians(camera, points)
     variance = design.spot_sigma_px**2 + design.reference_sigma**2 * np.mean(
         np.sum(d_point**2, axis=2)
     )
     rows = d_parameters.reshape(-1, N_PARAMETERS)
     scale = np.linalg.norm(rows, axis=0)
-    if len(points) < N_PARAMETERS or not np.all(scale > 0.0):
-        raise InputError(
-            "rig.calibration",
-            f"{path}: only {len(points)} calibration points are seen by camera '{camera.name}'.",
-            "Move the calibration volume into the view of the camera, or give more points.",
-        )
     information = (rows / scale).T @ (rows / scale) / variance
-    if np.linalg.cond(information) > 1e15:
+    covariance: Float = np.full_like(information, np.inf)
+    if np.linalg.cond(information) <= 1e15:
+        covariance = np.linalg.inv(information) / np.outer(scale, scale)
+    focal = PARAMETERS.index("focal")
+    if not covariance[focal, focal] <= (MAX_FOCAL_SIGMA * camera.focal) ** 2:
         raise InputError(
             "rig.calibration",
             f"{path}: the calibration volume is too flat to determine camera '{camera.name}'.",
             "Give the calibration volume at least 15 mm of depth.",
         )
-    covariance: Float = np.linalg.inv(information) / np.outer(scale, scale)
     return 0.5 * (covariance + covariance.T)
 
 

@@ -36,8 +36,9 @@ Bool: TypeAlias = NDArray[np.bool_]
 OK, LOST = 0, 1
 """Values of the status output; the same as `tracking.result.FrameStatus`."""
 
-MAX_TIP_SIGMA = 1.0
-"""mm; where spot noise alone moves the tip further, targets near one line leave the pose open."""
+MAX_TIP_SIGMA = 0.3
+"""mm; where spot noise alone moves the tip further, targets near one line leave the pose open, and
+a covariance of first order would be too small (measured: below this limit it holds)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
