@@ -13,6 +13,7 @@ _SDO_REQUEST, _SDO_RESPONSE, _SDO_INFORMATION = 2, 3, 8
 _MAILBOX_HEAD = 6
 _COE_HEAD = 2
 _SDO_HEAD = 8
+_ABORT = 0x80
 
 ABORT_TOGGLE = 0x05030000
 ABORT_COMMAND = 0x05040001
@@ -75,7 +76,9 @@ class CoeServer:
         service = struct.unpack_from("<H", payload)[0] >> 12
         body = payload[_COE_HEAD:]
         if service == _SDO_REQUEST and len(body) >= 1:
-            reply, answer_service = self._sdo(body.ljust(_SDO_HEAD, b"\x00")), _SDO_RESPONSE
+            reply = self._sdo(body.ljust(_SDO_HEAD, b"\x00"))
+            # The abort is a service of its own that the standard sends as a request.
+            answer_service = _SDO_REQUEST if reply[0] == _ABORT else _SDO_RESPONSE
         elif service == _SDO_INFORMATION and len(body) >= 4:
             reply, answer_service = self._information(body), _SDO_INFORMATION
         else:
@@ -161,7 +164,7 @@ class CoeServer:
         if command & 1:
             self._download = None
             reply = self._store(index, sub, bytes(content[:size]))
-            if reply[0] == 0x80:
+            if reply[0] == _ABORT:
                 return reply
         return bytes([0x20 | toggle << 4]) + bytes(7)
 
@@ -201,4 +204,4 @@ class CoeServer:
 
 
 def _abort(index: int, sub: int, code: int) -> bytes:
-    return struct.pack("<BHBI", 0x80, index, sub, code)
+    return struct.pack("<BHBI", _ABORT, index, sub, code)

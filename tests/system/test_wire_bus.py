@@ -42,8 +42,7 @@ def play(name: str) -> dict[str, Any]:
 def check_accounts(seen: dict[str, Any]) -> None:
     """Every cycle and every exposure is in exactly one account."""
     assert sum(seen["verdicts"].values()) == seen["elapsed"]
-    # The first and the last cycle are cut by the clock of the test; the rest is machine noise
-    # between the last read and the reading of the clock.
+    # A stall of this machine between the last cycle and the look at the clock may last this long.
     assert seen["elapsed"] == pytest.approx(seen["passed"], abs=25)
     assert seen["frames"] + seen["frames_lost"] == seen["last"] + 1
     assert seen["in_order"]
@@ -63,7 +62,7 @@ def test_three_seconds_at_8_khz_lose_and_mix_nothing() -> None:
 def test_lost_answers_cost_no_frame() -> None:
     seen = play("drop")
     check_accounts(seen)
-    assert seen["verdicts"]["lost"] + seen["verdicts"]["bad"] > 20
+    assert seen["verdicts"]["lost"] + seen["verdicts"].get("bad", 0) > 20
     assert seen["frames_lost"] < 0.02 * seen["frames"]
 
 

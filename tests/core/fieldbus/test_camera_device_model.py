@@ -1,0 +1,111 @@
+"""The device model: one table, and everything that is made from it agrees."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import SUBPIXEL, FrameFlag, quantise
+from ocmm_core.camera.rig import MAX_CAMERAS, MAX_SLOTS
+from ocmm_core.fieldbus import camera_slave as model
+from ocmm_core.fieldbus.camera_objects import object_dictionary
+from ocmm_core.fieldbus.mapping import IO_MAP_BYTES
+from ocmm_core.simulation import sii
+from ocmm_core.simulation.pattern import TestPattern
+from ocmm_core.simulation.software_camera import _OVERRUN_FLAG
+
+
+def bits(pdos: tuple[model.Pdo, ...]) -> int:
+    return sum(entry.bits for pdo in pdos for entry in pdo.entries)
+
+
+def test_structures_have_the_sizes_of_the_mapping() -> None:
+    assert model.INPUT_DTYPE.itemsize * 8 == bits(model.INPUT_PDOS)
+    assert model.OUTPUT_DTYPE.itemsize * 8 == bits((model.OUTPUT_PDO,))
+    assert model.FRAME_DTYPE.itemsize * 8 == bits((model.FRAME_PDOS[0],))
+    assert model.HEADER_STRUCT.size == model.HEADER_DTYPE.itemsize
+    assert model.OUTPUT_STRUCT.size == model.OUTPUT_DTYPE.itemsize
+
+
+def test_wire_and_core_mean_the_same() -> None:
+    assert model.N_SLOTS == MAX_SLOTS
+    assert 1.0 / model.SUBPIXELS == SUBPIXEL
+    assert _OVERRUN_FLAG == FrameFlag.OVERRUN
+
+
+def test_as_many_cameras_as_a_rig_may_have_fit_into_the_process_image() -> None:
+    size = model.INPUT_DTYPE.itemsize + model.OUTPUT_DTYPE.itemsize
+    assert MAX_CAMERAS * size <= IO_MAP_BYTES
+    # One camera must fit into one Ethernet frame, or a cycle could mix two of its updates.
+    assert model.INPUT_DTYPE.itemsize <= 1466
+
+
+def test_header_survives_the_way_through_numpy_and_struct() -> None:
+    header = model.Header(4_000_000_000, 2**40, 125_000, 12, 255, 7, 0xBEEF, 3)
+    content = model.HEADER_STRUCT.pack(
+        *(getattr(header, entry.name) for entry in model.HEADER_PDO.entries)
+    )
+    assert model.Header.decode(content) == header
+    decoded = np.frombuffer(content, model.HEADER_DTYPE)[0]
+    for entry in model.HEADER_PDO.entries:
+        assert decoded[entry.name] == getattr(header, entry.name)
+
+
+def test_spots_arrive_as_quantised() -> None:
+    valid, flags, uv = TestPattern().camera_frames(1, 0, 400)
+    frames = model.encode_frames(valid, flags, uv)
+    np.testing.assert_array_equal(model.decode_spots(frames), quantise(uv))
+    np.testing.assert_array_equal(frames["valid"], valid)
+    np.testing.assert_array_equal(frames["flags"], flags)
+
+
+def test_dictionary_describes_the_mapping_and_the_identity() -> None:
+    objects = object_dictionary(4711)
+    assert objects[0x1018].entries[4].value == struct.pack("<I", 4711)
+    assigned = [
+        struct.unpack("<H", objects[0x1C13].entries[sub].value)[0]
+        for sub in range(1, objects[0x1C13].entries[0].value[0] + 1)
+    ]
+    assert assigned == [pdo.index for pdo in model.INPUT_PDOS]
+    total = sum(
+        struct.unpack("<I", entry.value)[0] & 0xFF
+        for index in assigned
+        for sub, entry in objects[index].entries.items()
+        if sub
+    )
+    assert total == 8 * model.INPUT_DTYPE.itemsize
+
+
+def test_sii_holds_identity_checksum_and_all_categories() -> None:
+    image = sii.sii_image(serial=4711, alias=77)
+    assert struct.unpack_from("<H", image, 8) == (77,)
+    assert struct.unpack_from("<IIII", image, 16) == (
+        model.VENDOR_ID,
+        model.PRODUCT_CODE,
+        model.REVISION,
+        4711,
+    )
+    # CRC-8, polynomial 0x07, start 0xFF over the first 14 bytes: shifting the check byte itself
+    # through the register leaves zero.
+    crc = 0xFF
+    for byte in image[:15]:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ 0x07 if crc & 0x80 else crc << 1) & 0xFF
+    assert crc == 0
+    kinds, at = [], 0x80
+    while (kind := struct.unpack_from("<H", image, at)[0]) != 0xFFFF:
+        kinds.append(kind)
+        at += 4 + 2 * struct.unpack_from("<H", image, at + 2)[0]
+    assert kinds == [10, 30, 40, 41, *[50] * len(model.INPUT_PDOS), 51, 60]
+
+
+def test_configuration_check_sum_depends_on_every_field() -> None:
+    sums = {
+        model.CameraConfig().crc(),
+        model.CameraConfig(frame_period_ns=250_000).crc(),
+        model.CameraConfig(exposure_ns=1).crc(),
+        model.CameraConfig(threshold=1).crc(),
+    }
+    assert len(sums) == 4
