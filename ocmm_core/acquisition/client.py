@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import sys
 import threading
@@ -116,11 +117,10 @@ class ChildProcess:
         """Feed the process, wait for its end and leave the reason in the ring."""
         if process.stdin is None or process.stderr is None:
             return
-        try:
+        # A process that ended at once says why in its last words.
+        with contextlib.suppress(BrokenPipeError):
             process.stdin.write(self._first_line)
             process.stdin.flush()
-        except BrokenPipeError:
-            pass  # it ended at once; its last words follow
         complaint = ""
         for line in process.stderr:
             text = line.decode("utf-8", errors="replace").strip()
@@ -128,10 +128,8 @@ class ChildProcess:
                 complaint = text
         code = process.wait()
         process.stderr.close()
-        try:
+        with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
-        except BrokenPipeError:
-            pass
         if self._ring.word(Word.STATE) == AcquisitionState.STOPPED:
             return
         if code and not (self._stop_asked and code < 0):

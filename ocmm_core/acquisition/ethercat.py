@@ -10,6 +10,7 @@ from ocmm_core.acquisition.frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.join import FrameJoiner
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.bus import BusSettings, CameraBus, Exchange
 from ocmm_core.fieldbus.camera_slave import (
     FRAME_DTYPE,
     FRAMES_PER_CYCLE,
@@ -24,7 +25,6 @@ from ocmm_core.fieldbus.health import (
     first_frame,
     judge,
 )
-from ocmm_core.fieldbus.bus import BusSettings, CameraBus, Exchange
 
 _VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
 _ANSWER_SHARE = 0.7

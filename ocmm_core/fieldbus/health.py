@@ -103,9 +103,7 @@ class Answer:
     headers: tuple[Header, ...]
 
 
-def judge(
-    answer: Answer, records: Sequence[CameraRecord], schedule: Schedule
-) -> Fault | None:
+def judge(answer: Answer, records: Sequence[CameraRecord], schedule: Schedule) -> Fault | None:
     """Return what is wrong with ``answer``, or None where it may be used."""
     if answer.working_counter <= 0:
         return Fault(Trouble.LOST, "No answer from the camera bus.")

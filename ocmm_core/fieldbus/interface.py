@@ -132,7 +132,8 @@ def _use(name: str) -> str | None:
     for fields in _table("/proc/net/if_inet6"):
         # Every interface that is up gives itself an fe80: address; that is no sign of use.
         if fields[5] == name and not fields[0].startswith("fe80"):
-            return f"has the IPv6 address {socket.inet_ntop(socket.AF_INET6, bytes.fromhex(fields[0]))}"
+            address = socket.inet_ntop(socket.AF_INET6, bytes.fromhex(fields[0]))
+            return f"has the IPv6 address {address}"
     for fields in _table("/proc/net/route"):
         if fields[0] == name and fields[1] == "00000000" and fields[7] == "00000000":
             return "carries the default route"

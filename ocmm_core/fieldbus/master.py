@@ -12,12 +12,10 @@ import contextlib
 import os
 import select
 import socket
-import stat
 import struct
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import pysoem
@@ -27,6 +25,7 @@ from ocmm_core.fieldbus.camera_objects import IDENTITY, IDENTITY_SERIAL
 from ocmm_core.fieldbus.camera_slave import INPUT_DTYPE, OUTPUT_STRUCT
 from ocmm_core.fieldbus.identity import FoundDevice
 from ocmm_core.fieldbus.mapping import check_room
+from ocmm_core.fieldbus.sockets import drain, listen, packet_sockets
 
 INIT: int = pysoem.INIT_STATE
 PREOP: int = pysoem.PREOP_STATE
@@ -34,7 +33,6 @@ SAFEOP: int = pysoem.SAFEOP_STATE
 OP: int = pysoem.OP_STATE
 STATE_NAMES = {INIT: "INIT", PREOP: "PREOP", SAFEOP: "SAFEOP", OP: "OP"}
 
-_ETHERTYPE = 0x88A4
 _SDO_TIMEOUT_US = 300_000
 _STATE_TIMEOUT_S = 3.0
 _STATE_POLL_S = 0.002
@@ -81,7 +79,7 @@ class Master:
         self._own: socket.socket | None = None
         self._monitor: socket.socket | None = None
         self._answers = 0
-        before = _packet_sockets()
+        before = packet_sockets()
         self._master = pysoem.Master()
         self._master.always_release_gil = True
         self._master.sdo_read_timeout = self._master.sdo_write_timeout = _SDO_TIMEOUT_US
@@ -94,7 +92,7 @@ class Master:
                     f"Interface '{interface}' cannot be opened for EtherCAT.",
                     "Check the adapter, its driver and that no other master uses it.",
                 ) from error
-            opened = _packet_sockets() - before
+            opened = packet_sockets() - before
             if len(opened) != 1:
                 raise BusError(
                     "bus.socket",
@@ -102,12 +100,7 @@ class Master:
                     "Install the version of pysoem that this program names.",
                 )
             self._own = socket.socket(fileno=os.dup(opened.pop()))
-            self._monitor = socket.socket(
-                socket.AF_PACKET,
-                socket.SOCK_RAW | socket.SOCK_NONBLOCK,
-                socket.htons(_ETHERTYPE),
-            )
-            self._monitor.bind((interface, _ETHERTYPE))
+            self._monitor = listen(interface)
         except BaseException:
             self.close()
             raise
@@ -150,9 +143,7 @@ class Master:
             How many bytes it has at most.
         """
         device = self._devices[position]
-        return _call(
-            lambda: bytes(device.sdo_read(index, sub, room)), name, f"object {index:#06x}"
-        )
+        return _call(lambda: bytes(device.sdo_read(index, sub, room)), name, f"object {index:#06x}")
 
     def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
         """Change a value of a device's object dictionary; ``name`` is for messages."""
@@ -248,10 +239,10 @@ class Master:
         While it configures, pysoem relies on waiting longer than it says; after that its socket
         must not block.
         """
-        _drain(self._monitor)
+        drain(self._monitor)
         self._master.send_processdata()
         self._master.receive_processdata(10_000)
-        self._answers = max(1, _drain(self._monitor))
+        self._answers = max(1, drain(self._monitor))
         self._set_blocking(blocking=False)
 
     def pump_clock(self) -> None:
@@ -280,8 +271,8 @@ class Master:
         answers: pysoem would spin for the second one and take the processor from the others.
         """
         deadline = time.monotonic_ns() + timeout_ns
-        _drain(self._monitor)
-        _drain(self._own)
+        drain(self._monitor)
+        drain(self._own)
         if self._master.send_processdata() <= 0 or self._monitor is None:
             return 0
         missing = self._answers
@@ -290,7 +281,7 @@ class Master:
             ready, _, _ = select.select([self._monitor], [], [], max(0.0, rest * 1e-9))
             if not ready:
                 break
-            missing -= _drain(self._monitor)
+            missing -= drain(self._monitor)
         # Also without an answer, because pysoem frees its buffers here.
         counter: int = self._master.receive_processdata(_SETTLE_US if missing <= 0 else 0)
         return counter if missing <= 0 else 0
@@ -316,7 +307,7 @@ class Master:
         the processor from whoever should answer.
         """
         # pysoem tells answers apart by 16 numbers only; one that came late must not be taken.
-        _drain(self._own)
+        drain(self._own)
         self._set_blocking(blocking=True)
         try:
             yield
@@ -349,19 +340,6 @@ class Master:
         return f"The cameras do not reach the state {STATE_NAMES[state]}."
 
 
-def _drain(channel: socket.socket | None) -> int:
-    """Throw away what waits on a socket; return how many answers it was."""
-    count = 0
-    while channel is not None:
-        try:
-            channel.recv(16, socket.MSG_DONTWAIT)
-        except OSError:
-            # Nothing more, or the link is down.
-            break
-        count += 1
-    return count
-
-
 def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:
     """Try again what a lost frame may have spoiled; then say which camera did not answer."""
     for attempt in range(_TRIES):
@@ -382,20 +360,3 @@ def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:
                     "Check its cable; switch the camera off and on.",
                 ) from error
     raise AssertionError("the last try returns or raises")
-
-
-def _packet_sockets() -> set[int]:
-    """Return the descriptors of this process that are raw Ethernet sockets."""
-    found = set()
-    for entry in Path("/proc/self/fd").iterdir():
-        descriptor = int(entry.name)
-        try:
-            if not stat.S_ISSOCK(os.fstat(descriptor).st_mode):
-                continue
-            with socket.socket(fileno=os.dup(descriptor)) as duplicate:
-                if duplicate.family == socket.AF_PACKET:
-                    found.add(descriptor)
-        except OSError:
-            # The descriptor of the listing itself is closed by now.
-            continue
-    return found

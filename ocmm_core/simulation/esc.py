@@ -12,59 +12,54 @@ from collections.abc import Callable
 from typing import Protocol
 
 from ocmm_core.fieldbus.camera_slave import SM_INPUTS, SM_MAILBOX_IN, SM_MAILBOX_OUT, SM_OUTPUTS
+from ocmm_core.simulation.registers import (
+    AL_CONTROL,
+    AL_INPUTS,
+    AL_INVALID_CHANGE,
+    AL_MAILBOX,
+    AL_NO_BOOT,
+    AL_OUTPUTS,
+    AL_STATUS,
+    AL_STATUS_CODE,
+    AL_SYNC,
+    AL_UNKNOWN_STATE,
+    AL_WATCHDOG,
+    BOOT,
+    DL_STATUS,
+    EEPROM_ADDRESS,
+    EEPROM_CONTROL,
+    EEPROM_DATA,
+    ERROR,
+    FMMU,
+    INIT,
+    N_FMMU,
+    OP,
+    PORT_TIME,
+    PREOP,
+    RAM,
+    RECEIVE_TIME,
+    SAFEOP,
+    STATION_ALIAS,
+    SYNC0_CYCLE,
+    SYNC0_START,
+    SYNC_ACTIVATION,
+    SYNC_MANAGER,
+    SYSTEM_TIME,
+    TIME_DELAY,
+    TIME_OFFSET,
+    WATCHDOG_COUNT,
+    WATCHDOG_DIVIDER,
+    WATCHDOG_SM_TIME,
+    WATCHDOG_STATUS,
+    WRITABLE,
+)
 from ocmm_core.simulation.sii import SYNC_MANAGERS
-
-INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
-ERROR = 0x10
-
-STATION_ADDRESS = 0x0010
-STATION_ALIAS = 0x0012
-DL_CONTROL = 0x0100
-DL_STATUS = 0x0110
-AL_CONTROL = 0x0120
-AL_STATUS = 0x0130
-AL_STATUS_CODE = 0x0134
-WATCHDOG_DIVIDER = 0x0400
-WATCHDOG_SM_TIME = 0x0420
-WATCHDOG_STATUS = 0x0440
-WATCHDOG_COUNT = 0x0442
-EEPROM_CONTROL = 0x0502
-EEPROM_ADDRESS = 0x0504
-EEPROM_DATA = 0x0508
-FMMU = 0x0600
-SYNC_MANAGER = 0x0800
-PORT_TIME = 0x0900
-SYSTEM_TIME = 0x0910
-RECEIVE_TIME = 0x0918
-TIME_OFFSET = 0x0920
-TIME_DELAY = 0x0928
-SYNC_ACTIVATION = 0x0981
-SYNC0_START = 0x0990
-SYNC0_CYCLE = 0x09A0
-RAM = 0x1000
-
-N_FMMU = 8
-AL_INVALID_CHANGE = 0x0011
-AL_UNKNOWN_STATE = 0x0012
-AL_NO_BOOT = 0x0013
-AL_MAILBOX = 0x0016
-AL_WATCHDOG = 0x001B
-AL_OUTPUTS = 0x001D
-AL_INPUTS = 0x001E
-AL_SYNC = 0x0030
 
 _MIN_SYNC0_NS = 50_000
 _MAX_REPLIES = 4
 _SM_FULL = 0x08
 _EEPROM_64_BIT = 0x40
 _MEMORY_BYTES = 0x10000
-# What a master may change below the process memory.
-_WRITABLE = (
-    (STATION_ADDRESS, 2), (DL_CONTROL, 4), (AL_CONTROL, 2), (0x0200, 4), (0x0300, 16),
-    (WATCHDOG_DIVIDER, 2), (0x0410, 2), (WATCHDOG_SM_TIME, 2), (WATCHDOG_COUNT, 2), (0x0500, 16),
-    (FMMU, 16 * N_FMMU), (SYNC_MANAGER, 8 * len(SYNC_MANAGERS)), (TIME_OFFSET, 8),
-    (TIME_DELAY, 4), (0x0930, 6), (0x0980, 2), (SYNC0_START, 8), (SYNC0_CYCLE, 8),
-)  # fmt: skip
 
 
 class Application(Protocol):
@@ -120,7 +115,7 @@ class Esc:
         self._last_reply = b""
         self._fed_ns = 0
         self._writable = bytearray(RAM)
-        for start, length in _WRITABLE:
+        for start, length in WRITABLE:
             self._writable[start : start + length] = b"\x01" * length
         for number in range(len(SYNC_MANAGERS)):
             # Status and the slave's own control byte belong to the slave.

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from ocmm_core.fieldbus.camera_slave import SM_INPUTS, SM_OUTPUTS
-from ocmm_core.simulation.esc import FMMU, N_FMMU, PORT_TIME, STATION_ADDRESS, Esc
+from ocmm_core.simulation.esc import Esc
+from ocmm_core.simulation.registers import FMMU, N_FMMU, PORT_TIME, STATION_ADDRESS
 from ocmm_core.simulation.sii import SYNC_MANAGERS
 
 ETHERTYPE = 0x88A4
@@ -163,8 +164,8 @@ class Segment:
             else:
                 return 0, target
             if command in (Command.ARMW, Command.FRMW):
-                count += _read(slave, register, data) if addressed else _write(
-                    slave, register, data
+                count += (
+                    _read(slave, register, data) if addressed else _write(slave, register, data)
                 )
             elif addressed:
                 count += self._access(command, position, slave, register, data)
@@ -186,8 +187,10 @@ class Segment:
         if command in _READS:
             return _read(slave, register, data)
         sent = bytes(data)
-        count = _read_or(slave, register, data) if command == Command.BRW else _read(
-            slave, register, data
+        count = (
+            _read_or(slave, register, data)
+            if command == Command.BRW
+            else _read(slave, register, data)
         )
         return count + (2 if slave.write(register, sent) else 0)
 

@@ -32,8 +32,9 @@ from ocmm_core.fieldbus.camera_slave import (
     encode_frames,
 )
 from ocmm_core.simulation.coe import CoeServer
-from ocmm_core.simulation.esc import OP, SAFEOP, Esc
+from ocmm_core.simulation.esc import Esc
 from ocmm_core.simulation.pattern import CameraFrames
+from ocmm_core.simulation.registers import OP, SAFEOP
 from ocmm_core.simulation.sii import INPUT_START, MAILBOX_BYTES, OUTPUT_START, sii_image
 
 FIFO_FRAMES = 1024
@@ -64,7 +65,7 @@ class FrameBuffer:
         self._provider = provider
         self._camera = camera
         self._ring: NDArray[np.void] = np.zeros(_RING_FRAMES, FRAME_DTYPE)
-        self._bytes = memoryview(self._ring.view(np.uint8)).cast("B")
+        self._bytes = self._ring.view(np.uint8).data
         self.start_ns = 0
         self.period_ns = 0
         self.lost = 0

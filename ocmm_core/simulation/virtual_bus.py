@@ -113,7 +113,7 @@ def _run(content: bytes) -> int:
     make_link(config.bus.interface, config.segment.interface)
     wire = make_wire(config.segment)
     # Its complaints go where those of this process go.
-    bus = subprocess.Popen(  # noqa: S603 - our own interpreter and module, no shell
+    bus = subprocess.Popen(
         [sys.executable, "-m", "ocmm_core.acquisition.process"], stdin=subprocess.PIPE
     )
     if bus.stdin is None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.errors import BusError
-from ocmm_core.simulation.esc import OP
+from ocmm_core.simulation.registers import OP
 from ocmm_core.simulation.segment import ETHERTYPE, Segment
 from ocmm_core.simulation.software_camera import SoftwareCamera
 

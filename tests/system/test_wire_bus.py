@@ -23,9 +23,12 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 def play(name: str) -> dict[str, Any]:
     """Play a scenario in a namespace of its own and return what it printed."""
-    if shutil.which("unshare") is None or subprocess.run(
-        ["unshare", "-r", "-n", "true"], capture_output=True, check=False
-    ).returncode:
+    if (
+        shutil.which("unshare") is None
+        or subprocess.run(
+            ["unshare", "-r", "-n", "true"], capture_output=True, check=False
+        ).returncode
+    ):
         pytest.skip("private network namespaces are not allowed on this system")
     done = subprocess.run(
         ["unshare", "-r", "-n", sys.executable, "-W", "error", str(_SCENARIOS), name],
@@ -36,7 +39,8 @@ def play(name: str) -> dict[str, Any]:
         env={**os.environ, "PYTHONPATH": str(_ROOT)},
     )
     assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    seen: dict[str, Any] = json.loads(done.stdout)
+    return seen
 
 
 def check_accounts(seen: dict[str, Any]) -> None:

@@ -139,9 +139,9 @@ def test_virtual_bus_ends_with_the_program_that_started_it() -> None:
         ring.close()
 
 
-def test_missing_tools_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_missing_tools_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda *_args, **_kwargs: None)
-    with pytest.raises(BusError, match="util-linux.*--source simulated"):
+    with pytest.raises(BusError, match=r"util-linux.*--source simulated"):
         namespace_command()
 
 
@@ -165,8 +165,10 @@ def test_bus_process_reports_an_interface_that_does_not_exist() -> None:
 _SECOND_MASTER = """
 import sys, time, kickcat
 from datetime import timedelta
-bus = kickcat.Bus(kickcat.create_link(sys.argv[1], ""))
-bus.init(timedelta(milliseconds=200))
+link = kickcat.create_link(sys.argv[1], "")
+link.set_timeout(timedelta(milliseconds=50))
+bus = kickcat.Bus(link)
+bus.init(timedelta(seconds=2))
 slaves = bus.slaves()
 serials = [
     int.from_bytes(

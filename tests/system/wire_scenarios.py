@@ -14,6 +14,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,9 @@ from ocmm_core.fieldbus.bus import BusSettings, CameraBus
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.fieldbus.interface import check_interface
 from ocmm_core.fieldbus.master import Master
-from ocmm_core.simulation import esc
 from ocmm_core.simulation.network import make_link
 from ocmm_core.simulation.pattern import TestPattern
+from ocmm_core.simulation.registers import INIT
 from ocmm_core.simulation.software_camera import SoftwareCamera
 from ocmm_core.simulation.wire import Faults, Wire
 
@@ -58,7 +59,7 @@ def serve(made: Cameras, faults: Faults | None = None) -> int:
         return child
     wire = Wire(FAR, made, faults)
     signal.signal(signal.SIGUSR1, lambda *_: setattr(made[-1], "frozen", True))
-    signal.signal(signal.SIGUSR2, lambda *_: made[-1].esc.fall_back(esc.INIT, 0))
+    signal.signal(signal.SIGUSR2, lambda *_: made[-1].esc.fall_back(INIT, 0))
     os.write(tell, b"r")
     wire.run(lambda: os.getppid() != parent)
     os._exit(0)
@@ -161,14 +162,18 @@ def refusals() -> dict[str, Any]:
     return {name: _refusal(*case) for name, case in cases.items()}
 
 
+def _descriptors() -> int:
+    return sum(1 for _ in Path("/proc/self/fd").iterdir())
+
+
 def _refusal(made: Cameras, expected: tuple[CameraIdentity, ...]) -> list[str]:
     child = serve(made) if made else None
-    before = len(os.listdir("/proc/self/fd"))
+    before = _descriptors()
     bus = CameraBus(settings(*expected))
     try:
         bus.open()
     except BusError as error:
-        return [error.code, error.what, str(len(os.listdir("/proc/self/fd")) - before)]
+        return [error.code, error.what, str(_descriptors() - before)]
     finally:
         bus.close()
         if child is not None:
@@ -287,4 +292,4 @@ SCENARIOS: dict[str, Callable[[], dict[str, Any]]] = {
 if __name__ == "__main__":
     make_link(HOST, FAR)
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-    print(json.dumps(SCENARIOS[sys.argv[1]]()))
+    sys.stdout.write(json.dumps(SCENARIOS[sys.argv[1]]()))

@@ -9,9 +9,7 @@ from ocmm_core.acquisition.bus_config import BusConfig, read_config
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.identity import CameraIdentity, FoundDevice, assign
 
-GOOD = BusConfig(
-    interface="eth7", ring_path="/nowhere", cameras=(CameraIdentity("left", 1001, 1),)
-)
+GOOD = BusConfig(interface="eth7", ring_path="/nowhere", cameras=(CameraIdentity("left", 1001, 1),))
 
 
 def test_configuration_survives_the_pipe() -> None:
@@ -41,5 +39,5 @@ def test_text_that_is_no_json_is_refused() -> None:
 
 
 def test_a_foreign_device_is_named_by_its_place() -> None:
-    with pytest.raises(BusError, match="position 1 .*vendor 0x00000002"):
+    with pytest.raises(BusError, match=r"position 1 .*vendor 0x00000002"):
         assign([FoundDevice(2, 3, 4, None, 0)], [CameraIdentity("left", 1001, 1)])

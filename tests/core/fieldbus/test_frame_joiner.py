@@ -35,7 +35,7 @@ def test_nothing_is_given_out_before_all_cameras_have_it() -> None:
 
 def test_the_button_of_any_camera_is_the_button() -> None:
     joiner = FrameJoiner(2, START, PERIOD)
-    valid, flags, uv = TestPattern().camera_frames(0, 0, 4)
+    valid, _flags, uv = TestPattern().camera_frames(0, 0, 4)
     time_ns = START + np.arange(4) * PERIOD
     joiner.push(0, time_ns, np.array([0, 1, 0, 1], np.uint16), valid, uv)
     joiner.push(1, time_ns, np.array([0, 0, 1, 1], np.uint16), valid, uv)

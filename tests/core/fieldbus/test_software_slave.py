@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.fieldbus.camera_slave import COUNTER_MODULUS, FRAME_DTYPE
-from ocmm_core.simulation import esc
+from ocmm_core.simulation import registers as reg
 from ocmm_core.simulation.pattern import TestPattern
 from ocmm_core.simulation.segment import Command, Segment
 from ocmm_core.simulation.sii import SYNC_MANAGERS
@@ -38,24 +38,24 @@ def send(
 
 def state(segment: Segment, position: int) -> tuple[int, int]:
     slave = segment.slaves[position]
-    code = int.from_bytes(slave.read(esc.AL_STATUS_CODE, 2) or b"", "little")
-    return int.from_bytes(slave.read(esc.AL_STATUS, 2) or b"", "little"), code
+    code = int.from_bytes(slave.read(reg.AL_STATUS_CODE, 2) or b"", "little")
+    return int.from_bytes(slave.read(reg.AL_STATUS, 2) or b"", "little"), code
 
 
 def test_working_counters_of_every_kind_of_address() -> None:
     segment = make_segment()
-    assert send(segment, Command.BRD, 0, esc.AL_STATUS, bytes(2)) == (b"\x01\x00", 3, 3)
+    assert send(segment, Command.BRD, 0, reg.AL_STATUS, bytes(2)) == (b"\x01\x00", 3, 3)
     for position in range(3):
         address = struct.pack("<H", 0x1001 + position)
         target = -position & 0xFFFF
-        assert send(segment, Command.APWR, target, esc.STATION_ADDRESS, address)[1] == 1
-    assert send(segment, Command.FPRD, 0x1002, esc.STATION_ALIAS, bytes(2))[:2] == (b"\2\0", 1)
-    assert send(segment, Command.FPRD, 0x1009, esc.STATION_ALIAS, bytes(2))[1] == 0
+        assert send(segment, Command.APWR, target, reg.STATION_ADDRESS, address)[1] == 1
+    assert send(segment, Command.FPRD, 0x1002, reg.STATION_ALIAS, bytes(2))[:2] == (b"\2\0", 1)
+    assert send(segment, Command.FPRD, 0x1009, reg.STATION_ALIAS, bytes(2))[1] == 0
     assert send(segment, Command.FPRW, 0x1002, 0x0200, b"\5\0")[1] == 3
     assert send(segment, Command.BRW, 0, 0x0200, b"\0\0")[1] == 9
     assert send(segment, Command.NOP, 0, 0, bytes(4))[1] == 0
     # The addressed slave is read, all others are written to.
-    assert send(segment, Command.FRMW, 0x1001, esc.SYSTEM_TIME, bytes(8))[1] == 3
+    assert send(segment, Command.FRMW, 0x1001, reg.SYSTEM_TIME, bytes(8))[1] == 3
 
 
 def test_what_is_no_ethercat_frame_is_left_alone() -> None:
@@ -71,47 +71,47 @@ def test_what_is_no_ethercat_frame_is_left_alone() -> None:
 @pytest.mark.parametrize(
     ("request_", "code"),
     [
-        (esc.OP, esc.AL_INVALID_CHANGE),
-        (esc.SAFEOP, esc.AL_INVALID_CHANGE),
-        (esc.BOOT, esc.AL_NO_BOOT),
-        (7, esc.AL_UNKNOWN_STATE),
-        (esc.PREOP, esc.AL_MAILBOX),
+        (reg.OP, reg.AL_INVALID_CHANGE),
+        (reg.SAFEOP, reg.AL_INVALID_CHANGE),
+        (reg.BOOT, reg.AL_NO_BOOT),
+        (7, reg.AL_UNKNOWN_STATE),
+        (reg.PREOP, reg.AL_MAILBOX),
     ],
 )
 def test_wrong_state_requests_are_refused_until_acknowledged(request_: int, code: int) -> None:
     segment = make_segment()
-    send(segment, Command.APWR, 0, esc.AL_CONTROL, struct.pack("<H", request_))
-    assert state(segment, 0) == (esc.INIT | esc.ERROR, code)
-    send(segment, Command.APWR, 0, esc.AL_CONTROL, struct.pack("<H", esc.INIT | esc.ERROR))
-    assert state(segment, 0) == (esc.INIT, 0)
+    send(segment, Command.APWR, 0, reg.AL_CONTROL, struct.pack("<H", request_))
+    assert state(segment, 0) == (reg.INIT | reg.ERROR, code)
+    send(segment, Command.APWR, 0, reg.AL_CONTROL, struct.pack("<H", reg.INIT | reg.ERROR))
+    assert state(segment, 0) == (reg.INIT, 0)
 
 
 def test_the_way_to_operation_and_back_by_the_watchdog() -> None:
     segment = make_segment()
     for number, manager in enumerate(SYNC_MANAGERS):
         settings = struct.pack("<HHBBBB", *manager[:5], 0)
-        send(segment, Command.APWR, 0, esc.SYNC_MANAGER + 8 * number, settings)
-    for wanted in (esc.PREOP, esc.SAFEOP, esc.OP):
-        send(segment, Command.APWR, 0, esc.AL_CONTROL, struct.pack("<H", wanted))
+        send(segment, Command.APWR, 0, reg.SYNC_MANAGER + 8 * number, settings)
+    for wanted in (reg.PREOP, reg.SAFEOP, reg.OP):
+        send(segment, Command.APWR, 0, reg.AL_CONTROL, struct.pack("<H", wanted))
         assert state(segment, 0) == (wanted, 0)
     slave = segment.slaves[0]
     slave.poll(1_000_000_000 + 90_000_000)
-    assert state(segment, 0) == (esc.OP, 0)
+    assert state(segment, 0) == (reg.OP, 0)
     slave.poll(1_000_000_000 + 110_000_000)
-    assert state(segment, 0) == (esc.SAFEOP | esc.ERROR, esc.AL_WATCHDOG)
+    assert state(segment, 0) == (reg.SAFEOP | reg.ERROR, reg.AL_WATCHDOG)
 
 
 def test_clocks_of_all_slaves_agree_after_the_offsets_are_set() -> None:
     segment = make_segment()
-    send(segment, Command.BWR, 0, esc.PORT_TIME, bytes(4))
+    send(segment, Command.BWR, 0, reg.PORT_TIME, bytes(4))
     for position in range(3):
         target = -position & 0xFFFF
         received = int.from_bytes(
-            send(segment, Command.APRD, target, esc.RECEIVE_TIME, bytes(8))[0], "little"
+            send(segment, Command.APRD, target, reg.RECEIVE_TIME, bytes(8))[0], "little"
         )
         offset = struct.pack("<q", 5_000_000_000 - received)
-        send(segment, Command.APWR, target, esc.TIME_OFFSET, offset)
-        send(segment, Command.APWR, target, esc.TIME_DELAY, struct.pack("<i", 120 * position))
+        send(segment, Command.APWR, target, reg.TIME_OFFSET, offset)
+        send(segment, Command.APWR, target, reg.TIME_DELAY, struct.pack("<i", 120 * position))
     assert {slave.system_time_ns for slave in segment.slaves} == {5_000_000_000}
 
 
