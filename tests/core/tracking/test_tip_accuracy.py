@@ -34,14 +34,14 @@ def cramer_rao(rig: Rig, body: ProbeBody, rotations: Float, tips: Float, sigma: 
     The pose moves about the true tip: its translation is the tip, so that the bound is a block of
     the inverse Fisher information. Nothing of the tracking room is used.
     """
-    information = np.zeros((len(tips), 6, 6))
+    information: Float = np.zeros((len(tips), 6, 6))
     for led in body.leds_probe - body.tip_probe:
         arms = rotations @ led
         for camera in rig.cameras:
             d_point, _ = projection_jacobians(camera, arms + tips)
             rows = np.concatenate([-d_point @ cross_matrices(arms), d_point], axis=2)
             information += rows.transpose(0, 2, 1) @ rows
-    bound: Float = sigma**2 * np.linalg.inv(information)[:, 3:, 3:]
+    bound: Float = sigma**2 * np.linalg.inv(information)[:, 3:, 3:].astype(np.float64)
     return bound
 
 
