@@ -6,7 +6,6 @@ import threading
 import time
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol
 
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.ring import FrameRing, Word
@@ -82,22 +81,6 @@ def read_status(ring: FrameRing) -> AcquisitionStatus:
         frames_lost=ring.word(Word.FRAMES_LOST),
         overrun=ring.word(Word.OVERRUN),
     )
-
-
-class Acquisition(Protocol):
-    """Something that fills a ring: a worker thread here, or a bus process elsewhere."""
-
-    def start(self) -> None:
-        """Begin; returns before the first frame."""
-        ...
-
-    def request_stop(self) -> None:
-        """Ask for the end; returns at once and may be called twice."""
-        ...
-
-    def join(self, timeout_s: float) -> bool:
-        """Wait for the end and say whether it came in time."""
-        ...
 
 
 class AcquisitionWorker:

@@ -1,1 +1,1 @@
-"""Part frames from measured features."""
+"""The part frame from measured features."""

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform
 
 _SHORTEST_MM = 1.0
@@ -36,7 +37,12 @@ class DatumAlignment(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         return tuple(dict.fromkeys((self.primary, *self.secondary, self.origin)))
 
 
-def part_frame(rule: DatumAlignment, geometries: Mapping[str, Float]) -> RigidTransform:
+def part_frame(rule: DatumAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
+    """Return the motion from the world to the part frame; see `frame_of`."""
+    return frame_of(rule, {name: feature.fit.geometry for name, feature in features.items()})
+
+
+def frame_of(rule: DatumAlignment, geometries: Mapping[str, Float]) -> RigidTransform:
     """Return the motion from the world to the part frame, ``T_part_from_world``.
 
     Parameters

@@ -26,8 +26,8 @@ from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
 from ocmm_core.measuring.trigger import Touch, approach_direction
 from ocmm_core.measuring.uncertainty import joint_covariance, point_uncertainty
 from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
 
@@ -101,7 +101,7 @@ class InspectionSession:
             return self._view
 
     @property
-    def T_part_from_world(self) -> RigidTransform | None:  # noqa: N802 - the name says the frames
+    def T_part_from_world(self) -> RigidTransform | None:
         """Return the part frame, or None while its datums are not measured."""
         with self._lock:
             return self._part_frame(self._checked_features())
@@ -345,9 +345,7 @@ class InspectionSession:
                 )
         return actual
 
-    def _part_frame(
-        self, actual: Mapping[str, ActualFeature | FitError]
-    ) -> RigidTransform | None:
+    def _part_frame(self, actual: Mapping[str, ActualFeature | FitError]) -> RigidTransform | None:
         if self._plan.alignment is None:
             return None
         measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}

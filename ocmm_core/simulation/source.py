@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.source import SourceDescription
@@ -13,6 +14,9 @@ from ocmm_core.simulation.rig import VirtualRig
 
 BLOCK_NS = 10_000_000
 """A read brings the frames of 10 ms."""
+
+_MOST_ROUNDS = 3
+"""How often an operator whom nobody watches tries again before giving up."""
 
 SLOWEST = 0.1
 """Below this speed one read would take longer than a source may block."""
@@ -32,6 +36,13 @@ class SimulatedSource:
         Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
     hover
         At the end of the script the probe rests at home for ever; otherwise the source finishes.
+
+    Attributes
+    ----------
+    ask
+        Asked at the end of the script what is still missing, as the operator would look at the
+        screen; what it returns is touched next. The reader must then be no more than half a second
+        behind. None asks nobody.
     """
 
     def __init__(self, rig: VirtualRig, speed: float = 0.0, *, hover: bool = False) -> None:
@@ -41,6 +52,8 @@ class SimulatedSource:
                 f"The speed of the virtual rig is {speed:g}.",
                 f"Give {SLOWEST:g} to 1000 times real time, or 0 for as fast as possible.",
             )
+        self.ask: Callable[[], Touches] | None = None
+        self._asked = 0
         self._rig = rig
         self._speed = speed
         self._hover = hover
@@ -72,6 +85,8 @@ class SimulatedSource:
         with self._lock:
             first = self._next_frame
             left = self._rig.n_frames - first
+            if left <= self._block and self._ask_for_more(first):
+                left = self._rig.n_frames - first
             count = self._block if self._hover else min(self._block, max(left, 0))
             self._next_frame = first + count
         frames = self._rig.frames(first, count) if count else None
@@ -91,6 +106,16 @@ class SimulatedSource:
         """
         with self._lock:
             self._rig.extend(touches, self._next_frame + self._block)
+
+    def _ask_for_more(self, first: int) -> bool:
+        if self.ask is None or (self._asked >= _MOST_ROUNDS and not self._hover):
+            return False
+        touches = [(name, count) for name, count in self.ask() if count > 0]
+        if not touches:
+            return False
+        self._asked += 1
+        self._rig.extend(touches, first + self._block)
+        return True
 
     def _pace(self, count: int) -> None:
         self._due_s += count * self._rig.frame_period_ns * 1e-9 / self._speed

@@ -16,10 +16,10 @@ from typing import ClassVar, Protocol
 
 from psygnal import Signal
 
+from ocmm_core.acquisition.client import Acquisition
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.acquisition.worker import (
-    Acquisition,
     AcquisitionState,
     AcquisitionStatus,
     read_status,
@@ -27,12 +27,12 @@ from ocmm_core.acquisition.worker import (
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.polyworks import export_polyworks
-from ocmm_core.station.live import LiveState
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, SessionOptions
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.measuring.trigger import TouchCollector
+from ocmm_core.station.live import LiveState
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
@@ -51,6 +51,10 @@ class FrameSink(Protocol):
 
     def append(self, block: FrameBlock) -> None:
         """Keep a block of frames."""
+        ...
+
+    def close(self) -> None:
+        """Make everything durable and end."""
         ...
 
 
@@ -91,7 +95,7 @@ class MeasuringStation:
     options
         See `StationOptions`.
     recorder
-        Gets every raw frame.
+        Gets every raw frame; closed by `close`.
     """
 
     changed: ClassVar[Signal] = Signal()
@@ -123,9 +127,7 @@ class MeasuringStation:
         self._options = options
         self._recorder = recorder
         self._session = InspectionSession(plan, rig, body, job, options.session)
-        self._live = LiveState(
-            rig, body, options.session.point, live_source=options.live_source
-        )
+        self._live = LiveState(rig, body, options.session.point, live_source=options.live_source)
         self._take = threading.Event()
         self._stop = threading.Event()
         self._drained = threading.Event()
@@ -158,6 +160,8 @@ class MeasuringStation:
             _log.error("The acquisition did not end within %s s.", _STOP_S)
         self._last_status = self.acquisition_status()
         self._ring.close()
+        if self._recorder is not None:
+            self._recorder.close()
         self._job.close()
 
     def wait_finished(self, timeout_s: float) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from ocmm_core.errors import MeasuringError
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 
@@ -27,7 +28,7 @@ def conformance_probability(
     value: float, standard_uncertainty: float, low: float, high: float
 ) -> float:
     """Return the probability that the true value lies between ``low`` and ``high``, mm."""
-    return _normal((high - value) / standard_uncertainty) - _normal(
+    return normal_probability((high - value) / standard_uncertainty) - normal_probability(
         (low - value) / standard_uncertainty
     )
 
@@ -54,7 +55,18 @@ def decide(
         ``"iso14253-1"``, or ``"simple"`` acceptance, which leaves the uncertainty out.
     one_sided
         The value cannot be below its lower limit (form): only the upper one counts.
+
+    Raises
+    ------
+    MeasuringError
+        The value or its uncertainty is not a finite number: there is nothing to decide about.
     """
+    if not (math.isfinite(value) and math.isfinite(standard_uncertainty)):
+        raise MeasuringError(
+            "decision.not_finite",
+            "The value or its uncertainty is not a finite number.",
+            "Take the points of the feature again.",
+        )
     low = -math.inf if one_sided else nominal + lower
     high = nominal + upper
     if rule == "simple" or standard_uncertainty <= 0.0:
@@ -111,5 +123,6 @@ def not_measured(characteristic: Characteristic, note: str) -> CharacteristicRes
     )
 
 
-def _normal(x: float) -> float:
+def normal_probability(x: float) -> float:
+    """Return the probability that a standard normal variable lies below ``x``."""
     return 0.5 * (1.0 + math.erf(x / math.sqrt(2.0)))

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.alignment.datums import DatumAlignment, part_frame
+from ocmm_core.alignment.datums import DatumAlignment, frame_of
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.shapes import GEOMETRY_SIZE
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import Rule, make_result, not_measured
-from ocmm_core.tolerances.result import CharacteristicResult
 
 _AXES = "xyz"
 _STEP = 1e-5
@@ -55,10 +53,14 @@ def characteristic_value(
         return 2.0 * float(first[6])
     if characteristic.kind == "distance":
         return _distance(first, geometries[characteristic.features[1]])
-    if characteristic.kind == "coordinate" and alignment is not None:
-        T_part_from_world = part_frame(alignment, geometries)
-        return float(T_part_from_world.apply(first[0:3])[_AXES.index(characteristic.axis)])
-    raise ValueError(characteristic.kind)
+    if alignment is None:
+        raise FitError(
+            "characteristic.no_frame",
+            f"{characteristic.name} needs a part frame, and the plan has no alignment.",
+            "Add an alignment to the plan.",
+        )
+    T_part_from_world = frame_of(alignment, geometries)
+    return float(T_part_from_world.apply(first[0:3])[_AXES.index(characteristic.axis)])
 
 
 def evaluate(
@@ -88,73 +90,38 @@ def evaluate(
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     value = characteristic_value(characteristic, geometries, alignment)
     gradient = np.zeros(next(iter(actual.values())).jacobian.shape[1])
-    names = dict.fromkeys(characteristic.features)
-    if characteristic.kind == "coordinate" and alignment is not None:
-        names |= dict.fromkeys(alignment.features)
-    for name in names:
+    for name in involved_features(characteristic, alignment):
         slope = _slope(characteristic, geometries, alignment, name)
         gradient += slope @ actual[name].jacobian
     return Evaluation(value, gradient)
 
 
-def evaluate_all(
-    characteristics: Sequence[Characteristic],
-    alignment: DatumAlignment | None,
-    actual: Mapping[str, ActualFeature | FitError],
-    covariance: Float,
-    rule: Rule,
-) -> tuple[CharacteristicResult, ...]:
-    """Return the results of all characteristics.
-
-    Parameters
-    ----------
-    actual
-        `features.actual.actual_features` of the job.
-    covariance
-        (3 N + 1, 3 N + 1), mm^2, of all points and the ball's radius, in the order of the
-        features' jacobians.
-    rule
-        Decision rule.
-    """
-    return tuple(_result(item, alignment, actual, covariance, rule) for item in characteristics)
-
-
-def _result(
-    characteristic: Characteristic,
-    alignment: DatumAlignment | None,
-    actual: Mapping[str, ActualFeature | FitError],
-    covariance: Float,
-    rule: Rule,
-) -> CharacteristicResult:
-    for name in characteristic.features:
-        feature = actual[name]
-        if isinstance(feature, FitError):
-            return not_measured(characteristic, feature.what)
-    measured = {name: item for name, item in actual.items() if isinstance(item, ActualFeature)}
-    try:
-        found = evaluate(characteristic, measured, alignment)
-    except FitError as error:
-        return not_measured(characteristic, error.what)
-    variance = float(found.gradient @ covariance @ found.gradient)
-    note = ""
-    if characteristic.kind == "form":
-        feature = measured[characteristic.features[0]]
-        floor = _noise_floor(feature, covariance)
-        note = f"a perfect feature would read about {floor:.3f} mm by the noise of the points alone"
-        if len(feature.fit.residuals) <= _determined_by(feature):
-            return not_measured(characteristic, "form needs more points than the shape is made of")
-    return make_result(characteristic, found.value, float(np.sqrt(max(variance, 0.0))), rule, note)
+def involved_features(
+    characteristic: Characteristic, alignment: DatumAlignment | None
+) -> tuple[str, ...]:
+    """Return the names of all features that the value rests on, each once."""
+    names = dict.fromkeys(characteristic.features)
+    if characteristic.kind == "coordinate" and alignment is not None:
+        names |= dict.fromkeys(alignment.features)
+    return tuple(names)
 
 
 def _distance(first: Float, second: Float) -> float:
-    """Return the distance of two elements.
+    """Return the distance of two elements, never negative.
 
-    To a plane or line along its normal or square to it; between two planes at the centroid of the
-    first; else between the centres.
+    Where one of them is a plane, along its normal to the point of the other; between two planes
+    along the second one's normal at the first one's centroid; else between the centres.
     """
-    between = first[0:3] - second[0:3]
-    direction = second[3:6]
-    raise NotImplementedError(between, direction)
+    if _is_plane(second):
+        return abs(float((first[0:3] - second[0:3]) @ second[3:6]))
+    if _is_plane(first):
+        return abs(float((second[0:3] - first[0:3]) @ first[3:6]))
+    return float(np.linalg.norm(first[0:3] - second[0:3]))
+
+
+def _is_plane(geometry: Float) -> bool:
+    """Return whether an element that a distance may name is a plane: a direction, no radius."""
+    return bool(np.any(geometry[3:6]) and geometry[6] == 0.0)
 
 
 def _slope(

@@ -1,0 +1,7 @@
+"""``python -m ocmm_core.cli``."""
+
+from __future__ import annotations
+
+from ocmm_core.cli import main
+
+main()

@@ -1,0 +1,205 @@
+"""The commands of ``ocmm`` and their options."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ocmm_core import __version__
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
+from ocmm_core.cli.options import (
+    DEMO_PART,
+    DEMO_PLAN,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    ForceOption,
+    OutOption,
+    PartOption,
+    PlanOption,
+    ProbeOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+)
+from ocmm_core.cli.rig import rig_app
+from ocmm_core.cli.truth import true_values
+
+app = typer.Typer(
+    name="ocmm",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Measure parts with an optical coordinate measuring machine.\n\n"
+    "Cameras watch the LEDs of a hand-held probe; OCMM computes where its ball is, fits features "
+    "to the points that are touched and decides over their tolerances.\n\n"
+    "Exit codes: 0 every characteristic conforms, 1 one does not or is not proven to, "
+    "2 could not measure.",
+    epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
+    "resources folder are examples for your own.",
+)
+app.add_typer(rig_app, name="rig")
+
+
+class Theme(StrEnum):
+    """Colours of the window."""
+
+    DARK = "dark"
+    LIGHT = "light"
+    CONTRAST = "contrast"
+
+
+_OUT = Path("ocmm-out")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"ocmm {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def demo(
+    *,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="Measure on the terminal, without the window.")
+    ] = False,
+    source: SourceOption = "simulated",
+    plan: PlanOption = DEMO_PLAN,
+    out: OutOption = _OUT,
+    seed: SeedOption = 1,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            "--speed", min=0.0, help="Default: 1 (real time) in the window, 0 (full) else."
+        ),
+    ] = None,
+    theme: Annotated[Theme, typer.Option("--theme", help="Colours of the window.")] = Theme.DARK,
+) -> None:
+    """Measure the demonstration part on the virtual rig.
+
+    Opens the window where there is a display. Without one, or with --headless, measures the whole
+    part and prints the table with the true values beside the measured ones.
+    """
+    if not headless and _has_display():
+        command = [
+            sys.executable, "-m", "ocmm_gui", "--source", source, "--plan", str(plan),
+            "--out", str(out), "--seed", str(seed), "--theme", theme.value,
+            "--speed", str(1.0 if speed is None else speed),
+        ]  # fmt: skip
+        raise typer.Exit(subprocess.run(command, check=False).returncode)  # noqa: S603 - our own interpreter and module
+    request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
+    _measure(request, with_truth=True)
+
+
+@app.command()
+def measure(
+    *,
+    plan: PlanOption,
+    out: OutOption,
+    source: SourceOption = "simulated",
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    part: PartOption = DEMO_PART,
+    seed: SeedOption = 1,
+    speed: SpeedOption = 0.0,
+    operator: Annotated[str, typer.Option("--operator", help="Who measures.")] = "unnamed",
+    serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep all raw frames in this file as well.")
+    ] = None,
+    thesis: Annotated[
+        bool,
+        typer.Option("--thesis", help="Compute poses by the method of the thesis, to compare."),
+    ] = False,
+    force: ForceOption = False,
+) -> None:
+    """Measure a part by a plan, and write the job file and the PolyWorks report.
+
+    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report is three files
+    beside it: _points.csv, _features.csv and _report.csv.
+    """
+    request = StationRequest(
+        plan=plan, out=out, rig=rig, probe=probe, part=part, source=source, seed=seed, speed=speed,
+        operator=operator, serial=serial, record=record, force=force,
+        method="thesis" if thesis else "gauss-newton",
+    )  # fmt: skip
+    _measure(request, with_truth=False)
+
+
+@app.command()
+def record(
+    *,
+    out: Annotated[Path, typer.Option("--out", help="File for the recording.")],
+    source: SourceOption = "simulated",
+    plan: PlanOption = DEMO_PLAN,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    part: PartOption = DEMO_PART,
+    seed: SeedOption = 1,
+    speed: SpeedOption = 0.0,
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", min=0.1, help="Stop after this much bus time; else at the end."),
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Record the raw frames of a source, to be measured later with --source replay:FILE.
+
+    The recording is safe against a crash at any moment: what is whole up to then can be replayed.
+    Stop a live source with --seconds or Ctrl-C.
+    """
+    from ocmm_core.cli.recording import record_source
+
+    request = StationRequest(
+        plan=plan, out=out.parent, rig=rig, probe=probe, part=part, source=source, seed=seed,
+        speed=speed, force=force,
+    )  # fmt: skip
+    record_source(request, out, seconds, make_console())
+
+
+@app.command()
+def bench(
+    *,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.2, help="How long each figure is measured.")
+    ] = 2.0,
+) -> None:
+    """Print the speed of the hot path on this machine, as ratios against limits and a peer."""
+    from ocmm_core.cli.bench import run_bench
+
+    run_bench(seconds, make_console())
+
+
+def _measure(request: StationRequest, *, with_truth: bool) -> None:
+    console = make_console()
+    built = build_station(request)
+    view = run_job(built, request.out, console)
+    truth = None
+    if with_truth and built.virtual is not None:
+        truth = true_values(built.station.plan, built.virtual.part)
+    print_table(console, view, truth)
+    raise typer.Exit(exit_code(view))
+
+
+def _has_display() -> bool:
+    """Return whether a window can be shown; asked of the environment, without loading Qt."""
+    if sys.platform != "linux":
+        return True
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"))

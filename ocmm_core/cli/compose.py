@@ -1,0 +1,332 @@
+"""The composition root: from names and numbers to a station that is ready to start.
+
+This is the one place where the product meets the virtual rig.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.client import Acquisition, BusProcess
+from ocmm_core.acquisition.recorder import FrameRecorder, ReplaySource
+from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.source import SourceDescription
+from ocmm_core.acquisition.worker import AcquisitionWorker
+from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.cli.options import DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.inspection.plan import Plan, load_plan
+from ocmm_core.inspection.session import SessionOptions
+from ocmm_core.simulation.camera_process import SegmentConfig
+from ocmm_core.simulation.rig import RigScript, VirtualRig
+from ocmm_core.simulation.source import SimulatedSource
+from ocmm_core.simulation.virtual_bus import VirtualBus
+from ocmm_core.simulation.world import WorldOptions
+from ocmm_core.station.station import MeasuringStation, StationOptions
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage.rows import make_head
+from ocmm_core.tracking.body import load_probe
+from ocmm_core.tracking.pipeline import TrackingOptions
+from ocmm_core.tracking.pose import Method
+
+_AHEAD_S = 0.2
+"""A source that waits for its reader runs at most this far ahead of it, so that an operator who
+asks what is missing hears of his last touch."""
+
+
+@dataclass(frozen=True, slots=True)
+class StationRequest:
+    """What to measure, with what, from where and to where.
+
+    Attributes
+    ----------
+    plan, rig, probe, part
+        Documents; the part is only for virtual rigs.
+    source
+        ``"simulated"``, ``"ethercat:virtual"``, ``"ethercat:IFACE"`` or ``"replay:FILE"``.
+    out
+        Folder of the job file; made if it does not exist.
+    seed, speed, world, frame_rate_hz
+        Of the virtual rig; a speed of zero is as fast as possible, a rate of zero the rig's own.
+    stay
+        At the end of the script the operator stays and goes on touching what is missing.
+    operator, serial
+        Names for the job.
+    record
+        File that takes all raw frames, or None.
+    force
+        Use a network interface although the computer needs it itself.
+    method
+        How poses are computed.
+    """
+
+    plan: Path
+    out: Path
+    rig: Path = RECOMMENDED_RIG
+    probe: Path = STANDARD_PROBE
+    part: Path = DEMO_PART
+    source: str = "simulated"
+    seed: int = 1
+    speed: float = 0.0
+    world: WorldOptions = field(default_factory=WorldOptions)
+    frame_rate_hz: int = 0
+    stay: bool = False
+    operator: str = "demo"
+    serial: str = "1"
+    record: Path | None = None
+    force: bool = False
+    method: Method = "gauss-newton"
+
+
+@dataclass(frozen=True, slots=True)
+class Feed:
+    """A source of frames made ready.
+
+    Attributes
+    ----------
+    acquisition, ring
+        Not started; whoever takes the feed stops the one and closes the other.
+    description
+        What the source says about itself.
+    live
+        Frames come by themselves.
+    virtual
+        The virtual rig whose script is played, None for anything else.
+    simulated
+        The source itself, where it is the virtual rig of this process.
+    """
+
+    acquisition: Acquisition
+    ring: FrameRing
+    description: SourceDescription
+    live: bool
+    virtual: VirtualRig | None = None
+    simulated: SimulatedSource | None = None
+
+    @property
+    def script_frames(self) -> int | None:
+        """Return after how many frames the script is over; None where there is none."""
+        return self.virtual.n_frames if self.virtual is not None else None
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltStation:
+    """A station and what a composition root wants to know beside it.
+
+    Attributes
+    ----------
+    station
+        Not started yet; `MeasuringStation.close` gives everything back.
+    job_path
+        The job file.
+    description
+        What the source says about itself.
+    virtual
+        The virtual rig whose script is played, None for anything else.
+    live
+        Frames come by themselves; such a source does not end.
+    """
+
+    station: MeasuringStation
+    job_path: Path
+    description: SourceDescription
+    virtual: VirtualRig | None
+    live: bool
+
+
+def build_station(request: StationRequest) -> BuiltStation:
+    """Load and check everything, make the job file, and return the station.
+
+    Raises
+    ------
+    OcmmError
+        A document, the source or the folder cannot be used; nothing is left running.
+    """
+    plan, rig, body = load_plan(request.plan), load_rig(request.rig), load_probe(request.probe)
+    feed = make_feed(request, plan, rig)
+    recorder = None
+    try:
+        job_path = _job_path(request.out, plan)
+        head = make_head(
+            plan=request.plan,
+            rig=request.rig,
+            probe=request.probe,
+            operator=request.operator,
+            part=plan.part,
+            serial=request.serial,
+        )
+        if request.record is not None:
+            recorder = FrameRecorder(request.record, feed.description, rig)
+        station = MeasuringStation(
+            plan,
+            rig,
+            body,
+            JobFile.create(job_path, head),
+            feed.acquisition,
+            feed.ring,
+            StationOptions(
+                session=SessionOptions(),
+                tracking=TrackingOptions(method=request.method),
+                live_source=feed.live,
+                intent=_intent(feed.virtual) if feed.virtual is not None else None,
+            ),
+            recorder,
+        )
+    except BaseException:
+        feed.ring.close()
+        if recorder is not None:
+            recorder.close()
+        raise
+    if feed.simulated is not None:
+        feed.simulated.ask = station.missing
+    return BuiltStation(station, job_path, feed.description, feed.virtual, feed.live)
+
+
+def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
+    """Return the source that the request names, ready to start."""
+    kind, _, name = request.source.partition(":")
+    if request.source == "simulated":
+        return _simulated(request, plan)
+    if request.source == "ethercat:virtual":
+        return _virtual_bus(request, plan, rig)
+    if kind == "ethercat" and name:
+        return _bus(request, rig, name)
+    if kind == "replay" and name:
+        return _replay(request, rig, Path(name))
+    raise InputError(
+        "source.unknown",
+        f"--source is {request.source!r}, which is no source of frames.",
+        "Give simulated, ethercat:virtual, ethercat:IFACE or replay:FILE.",
+    )
+
+
+def script_of(request: StationRequest, plan: Plan) -> RigScript:
+    """Return the virtual rig of the request in words."""
+    return RigScript(
+        rig=str(request.rig.resolve()),
+        probe=str(request.probe.resolve()),
+        part=str(request.part.resolve()),
+        touches=tuple((feature.name, feature.points) for feature in plan.features),
+        seed=request.seed,
+        options=request.world,
+        frame_rate_hz=request.frame_rate_hz,
+    )
+
+
+def _simulated(request: StationRequest, plan: Plan) -> Feed:
+    virtual = script_of(request, plan).build()
+    source = SimulatedSource(virtual, request.speed, hover=request.stay)
+    description = source.description
+    per_read = max(1, round(description.cycle_period_ns / description.frame_period_ns))
+    ahead = round(_AHEAD_S * 1e9 / description.frame_period_ns)
+    ring = FrameRing.create(len(description.camera_serials), max(ahead, 2 * per_read))
+    return Feed(
+        AcquisitionWorker(source, ring), ring, description,
+        live=False, virtual=virtual, simulated=source,
+    )  # fmt: skip
+
+
+def _replay(request: StationRequest, rig: Rig, path: Path) -> Feed:
+    source = ReplaySource(path, request.speed)
+    try:
+        source.check_rig(rig)
+    except BaseException:
+        source.close()
+        raise
+    ring = FrameRing.create(len(rig.cameras))
+    return Feed(AcquisitionWorker(source, ring), ring, source.description, live=False)
+
+
+def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
+    """Return the software cameras that play the request's script; the interface is left open."""
+    script = msgspec.Raw(script_of(request, plan).to_json().encode("utf-8"))
+    return SegmentConfig(interface="", cameras=_identities(rig), provider=script)
+
+
+def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
+    virtual = script_of(request, plan).build()
+    ring = FrameRing.create(len(rig.cameras))
+    bus = _bus_config(rig, ring, "", virtual.frame_period_ns, force=False)
+    acquisition = VirtualBus(bus, segment_of(request, plan, rig), ring)
+    name = f"EtherCAT, virtual wire ({rig.name}, seed {request.seed})"
+    return Feed(acquisition, ring, _bus_description(name, rig, bus), live=True, virtual=virtual)
+
+
+def _bus(request: StationRequest, rig: Rig, interface: str) -> Feed:
+    ring = FrameRing.create(len(rig.cameras))
+    period_ns = round(1e9 / rig.frame_rate_hz)
+    bus = _bus_config(rig, ring, interface, period_ns, force=request.force)
+    description = _bus_description(f"EtherCAT on {interface}", rig, bus)
+    return Feed(BusProcess(bus, ring), ring, description, live=True)
+
+
+def _bus_config(
+    rig: Rig, ring: FrameRing, interface: str, frame_period_ns: int, *, force: bool
+) -> BusConfig:
+    return BusConfig(
+        interface=interface,
+        ring_path=str(ring.path),
+        cameras=_identities(rig),
+        frame_period_ns=frame_period_ns,
+        force=force,
+    )
+
+
+def _bus_description(name: str, rig: Rig, bus: BusConfig) -> SourceDescription:
+    return SourceDescription(
+        name=name,
+        camera_serials=tuple(camera.serial for camera in rig.cameras),
+        frame_period_ns=bus.frame_period_ns,
+        cycle_period_ns=bus.cycle_period_ns,
+        live=True,
+    )
+
+
+def _identities(rig: Rig) -> tuple[CameraIdentity, ...]:
+    return tuple(
+        CameraIdentity(camera.name, camera.serial, alias)
+        for camera, alias in zip(rig.cameras, rig.aliases, strict=True)
+    )
+
+
+def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
+    """Return which feature the scripted operator means to touch at an exposure."""
+    margin = round(0.25e9 / virtual.frame_period_ns)
+
+    def feature_at(frame: int) -> str | None:
+        for touch in reversed(virtual.truth.touches):
+            if touch.first_frame - margin <= frame <= touch.last_frame:
+                return touch.feature
+        return None
+
+    return feature_at
+
+
+def _job_path(folder: Path, plan: Plan) -> Path:
+    """Return a job file name in ``folder`` that is not taken."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(
+            "out.folder",
+            f"{folder}: the output folder cannot be made ({error.strerror}).",
+            "Give --out a folder that you may write to.",
+        ) from error
+    if not os.access(folder, os.W_OK):
+        raise StorageError(
+            "out.folder",
+            f"{folder}: the output folder cannot be written to.",
+            "Give --out a folder that you may write to.",
+        )
+    stem = plan.name.replace(" ", "_")
+    number = 1
+    while (path := folder / f"{stem}-{number:03d}.ocmm").exists():
+        number += 1
+    return path

@@ -1,0 +1,179 @@
+"""A whole job without a window: run it, show its progress, print its table."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ocmm_core.acquisition.worker import AcquisitionStatus, StopReason
+from ocmm_core.cli.compose import BuiltStation
+from ocmm_core.errors import MeasuringError
+from ocmm_core.inspection.view import JobView
+from ocmm_core.measuring.point import Refusal
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+
+_POLL_S = 0.05
+_WIDE = 118
+_STYLE = {
+    Verdict.CONFORM: "green",
+    Verdict.NOT_CONFORM: "bold red",
+    Verdict.NOT_PROVEN: "yellow",
+    Verdict.NOT_MEASURED: "yellow",
+}
+
+
+def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
+    """Measure until the job is complete or the source has ended, and write the report.
+
+    Raises
+    ------
+    MeasuringError
+        The source ended or failed before the job was complete; the points stay in the job file.
+    """
+    station = built.station
+    console.print(f"Source  {built.description.name}")
+    console.print(f"Plan    {station.plan.name}, part {station.plan.part}")
+    console.print(f"Job     {built.job_path}")
+    try:
+        station.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
+        station.failed.connect(lambda error: console.print(f"[red]{error.what}[/] {error.remedy}"))
+        station.start()
+        _wait(built, console)
+        view = station.job()
+        status = station.acquisition_status()
+        if not view.complete:
+            raise _incomplete(view, status, built.job_path)
+        files = station.export(out)
+    finally:
+        station.close()
+    print_counters(console, station.acquisition_status())
+    for file in files:
+        console.print(f"Report  {file}")
+    return view
+
+
+def make_console() -> Console:
+    """Return the console; a pipe or file is wide enough for the whole table."""
+    console = Console()
+    return console if console.is_terminal else Console(width=_WIDE)
+
+
+def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
+    """Print the characteristics of a job; beside the true values where they are known.
+
+    A narrow terminal gets fewer columns, never shortened numbers.
+    """
+    wide = console.width >= _WIDE
+    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Characteristic", no_wrap=True)
+    names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", "U (k=2)", "True", "Error"]
+    wanted = names if wide else ["Measured", "Deviation", "U (k=2)", "Error"]
+    if truth is None:
+        wanted = [name for name in wanted if name not in ("True", "Error")]
+    for name in wanted:
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("Verdict", no_wrap=True)
+    for result in view.characteristics:
+        cells = dict(zip(names, _cells(result, (truth or {}).get(result.name)), strict=True))
+        style = _STYLE[result.verdict]
+        table.add_row(
+            result.name,
+            *(cells[name] for name in wanted),
+            f"[{style}]{result.verdict.value}[/]",
+        )
+    console.print(table)
+    for result in view.characteristics:
+        if result.note:
+            console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
+    console.print("Lengths in mm; U is the expanded uncertainty, k = 2.", style="dim")
+
+
+def print_counters(console: Console, status: AcquisitionStatus) -> None:
+    """Print what became of every cycle and frame."""
+    console.print(
+        f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} lost, "
+        f"{status.bad} bad",
+        highlight=False,
+    )
+    console.print(
+        f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun",
+        highlight=False,
+    )
+
+
+def exit_code(view: JobView) -> int:
+    """Return 0 where every characteristic conforms and 1 where one does not."""
+    return int(any(result.verdict is not Verdict.CONFORM for result in view.characteristics))
+
+
+def _wait(built: BuiltStation, console: Console) -> None:
+    station = built.station
+    total = sum(feature.points for feature in station.plan.features)
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("points"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("Starting", total=total)
+        while not station.wait_finished(_POLL_S):
+            missing = station.missing()
+            left = sum(count for _, count in missing)
+            doing = f"Probing {missing[0][0]}" if missing else "Finishing"
+            progress.update(task, completed=total - left, description=doing)
+            if not missing or _script_is_over(built):
+                return
+
+
+def _script_is_over(built: BuiltStation) -> bool:
+    if not built.live or built.virtual is None:
+        return False
+    return built.station.live().frame_counter >= built.virtual.n_frames
+
+
+def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> MeasuringError:
+    lacking = ", ".join(
+        f"{feature.name} ({len(feature.points)} of {feature.needed} points)"
+        for feature in view.features
+        if len(feature.points) < feature.needed
+    )
+    if status.stop_reason is StopReason.FAILED and status.message:
+        return MeasuringError("measure.source", status.message, f"Missing: {lacking}.")
+    return MeasuringError(
+        "measure.incomplete",
+        f"The source ended before the job was complete; missing: {lacking}.",
+        f"Measure what is missing; the points so far are in {job_path}.",
+    )
+
+
+def _print_refusal(console: Console, refusal: Refusal) -> None:
+    stamp = time.strftime("%H:%M:%S")
+    console.print(f"{stamp} point refused: {refusal.what} {refusal.remedy}", highlight=False)
+
+
+def _cells(result: CharacteristicResult, true: float | None) -> list[str]:
+    """Return the texts of all number columns; a dash where there is no number."""
+    measured, deviation, uncertainty = result.measured, result.deviation, result.uncertainty
+    error = None if measured is None or true is None else measured - true
+    return [
+        _number(result.nominal),
+        _number(measured),
+        _number(deviation, "+"),
+        _number(result.lower, "+"),
+        _number(result.upper, "+"),
+        _number(uncertainty),
+        _number(true),
+        _number(error, "+"),
+    ]
+
+
+def _number(value: float | None, sign: str = "-") -> str:
+    return "-" if value is None else f"{value:{sign}.4f}"

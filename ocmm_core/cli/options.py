@@ -1,0 +1,42 @@
+"""Options that several commands share, and the documents they stand for by default."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ocmm_core.documents import resource
+
+DEMO_PLAN = resource("plans", "demo.toml")
+RECOMMENDED_RIG = resource("rigs", "recommended.toml")
+STANDARD_PROBE = resource("probes", "standard.toml")
+DEMO_PART = resource("parts", "demo.toml")
+
+SOURCE_HELP = (
+    "Where frames come from: 'simulated' (virtual rig in this process), 'ethercat:virtual' "
+    "(virtual rig over a whole EtherCAT wire, without root), 'ethercat:IFACE' (cameras on that "
+    "network interface), 'replay:FILE' (a recording made with ocmm record)."
+)
+
+PlanOption = Annotated[Path, typer.Option("--plan", help="Plan document (TOML): what to measure.")]
+SourceOption = Annotated[str, typer.Option("--source", help=SOURCE_HELP)]
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the job file and the report.")]
+RigOption = Annotated[Path, typer.Option("--rig", help="Rig document: the cameras.")]
+ProbeOption = Annotated[Path, typer.Option("--probe", help="Probe document: LEDs and tip.")]
+PartOption = Annotated[
+    Path, typer.Option("--part", help="Part document of the virtual rig: what is truly there.")
+]
+SeedOption = Annotated[
+    int, typer.Option("--seed", min=0, help="Seed of the virtual rig: its noise, its errors.")
+]
+SpeedOption = Annotated[
+    float,
+    typer.Option(
+        "--speed", min=0.0, help="Speed of virtual rig and replay: 1 is real time, 0 full speed."
+    ),
+]
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Use an interface although the computer uses it itself.")
+]

@@ -1,0 +1,34 @@
+"""What a plan would find on the virtual rig if nothing were wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.features.shapes import GEOMETRY_SIZE
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.simulation.artefacts import Part, TrueFeature
+from ocmm_core.tolerances.evaluate import characteristic_value
+
+
+def true_values(plan: Plan, part: Part) -> dict[str, float]:
+    """Return the true value of every characteristic, mm, by name.
+
+    Surfaces of the virtual part have no form error, so the true form is zero.
+    """
+    features = part.features_part()
+    geometries = {feature.name: _geometry(features[feature.name]) for feature in plan.features}
+    return {
+        item.name: 0.0
+        if item.kind == "form"
+        else characteristic_value(item, geometries, plan.alignment)
+        for item in plan.characteristics
+    }
+
+
+def _geometry(feature: TrueFeature) -> Float:
+    geometry = np.zeros(GEOMETRY_SIZE)
+    geometry[0:3] = feature.point
+    geometry[3:6] = feature.direction
+    geometry[6] = 0.5 * feature.diameter
+    return geometry
