@@ -44,7 +44,7 @@ def fit_shape(
         (3,): the direction of the result points along it; without it the largest component is
         positive. It never changes where the element lies.
     radius_hint
-        mm: chooses between cylinders that all pass through every point; else not used.
+        mm: may decide between cylinders that all pass through every point; else not used.
 
     Raises
     ------

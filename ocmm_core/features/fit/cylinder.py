@@ -39,6 +39,9 @@ APART = np.cos(np.deg2rad(6.0))
 EXACT = 1e-10
 """Residual against the size of the points below which a cylinder passes through a point."""
 
+NEAR_HINT = 0.05
+"""Relative difference from the expected radius that a cylinder through few points may show."""
+
 
 def fit_cylinder(
     points: Points3, direction_hint: Float | None = None, radius_hint: float | None = None
@@ -53,7 +56,7 @@ def fit_cylinder(
         (3,): orients the axis.
     radius_hint
         mm: decides only where several cylinders pass through all points, as up to six do
-        through five points.
+        through five points, and only if just one of them has about this radius.
 
     Raises
     ------
@@ -162,14 +165,19 @@ def _chosen(solutions: list[Solution], n: int, radius_hint: float | None) -> Flo
     exact = [solution for solution in solutions if solution.cost < n * EXACT**2]
     if len(exact) < 2:
         return solutions[0].parameters.copy()
-    if radius_hint is None:
-        raise FitError(
-            "fit.ambiguous",
-            f"{len(exact)} different cylinders pass through the {n} points of a cylinder.",
-            "Take more points, or say the nominal diameter.",
-        )
-    nearest = min(exact, key=lambda solution: abs(float(solution.parameters[6]) - radius_hint))
-    return nearest.parameters.copy()
+    if radius_hint is not None:
+        near = [
+            solution
+            for solution in exact
+            if abs(float(solution.parameters[6]) - radius_hint) < NEAR_HINT * radius_hint
+        ]
+        if len(near) == 1:
+            return near[0].parameters.copy()
+    raise FitError(
+        "fit.ambiguous",
+        f"{len(exact)} different cylinders pass through the {n} points of a cylinder.",
+        "Take more points.",
+    )
 
 
 def _starts(points: Float, count: int) -> list[Float]:
