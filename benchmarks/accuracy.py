@@ -1,6 +1,6 @@
 """How near the tip comes to the Cramér-Rao bound, and how honest its covariance is.
 
-The rigs and the tilt ranges of the limits study (docs/decisions): thesis probe, tip anywhere in
+The tilt ranges reach from upright to steep: thesis probe, tip anywhere in
 400 x 200 x 400 mm, white spot noise of 0.0105 px. The bound is computed here from the projection's
 derivatives at the true pose, with nothing of the tracking. Run: ``python benchmarks/accuracy.py``.
 """

@@ -1,0 +1,175 @@
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from ocmm_core.camera.rig import Rig
+from ocmm_core.documents import resource
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring.uncertainty import (
+    joint_covariance,
+    point_uncertainty,
+    systematic_covariance,
+)
+from ocmm_core.simulation.artefacts import load_part
+from ocmm_core.simulation.rig import VirtualRig
+from ocmm_core.simulation.world import WorldOptions
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.identify import ordered_spots
+from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+
+WORLDS = 80
+TOUCHES = (("BED", 4), ("PLATE_TOP", 2), ("SPHERE", 3), ("CYLINDER", 3))
+
+
+@dataclass(frozen=True)
+class World:
+    """Points of one drawn world: what they answer to, and how wrong they are."""
+
+    sensitivities: list[TipSensitivity]
+    errors: Float
+
+
+def measured(rig: Rig, body: ProbeBody, seed: int) -> World:
+    """Return twelve touches, each with a second place a few millimetres before it.
+
+    White noise is off: what is left is what averaging does not remove.
+    """
+    part = load_part(resource("parts", "demo.toml"))
+    options = WorldOptions(white_noise=False)
+    virtual = VirtualRig(rig, body, part, TOUCHES, seed, options, 500)
+    truth = virtual.truth
+    sensitivities, errors = [], []
+    for touch in truth.touches:
+        for frame in (touch.last_frame, touch.first_frame - 60):
+            spots = ordered_spots(virtual.frames(frame, 1).uv, truth.slots)[0]
+            found = tip_sensitivity(spots, rig, body)
+            sensitivities.append(found)
+            errors.append(found.tip_world - virtual.motion(frame, 1).tip_world[0])
+    return World(sensitivities, np.array(errors))
+
+
+@pytest.fixture(scope="module")
+def worlds(recommended: Rig, standard_probe: ProbeBody) -> list[World]:
+    return [measured(recommended, standard_probe, seed) for seed in range(WORLDS)]
+
+
+@pytest.mark.statistics
+def test_points_are_as_wrong_as_they_say(
+    worlds: list[World], recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    squares = []
+    for world in worlds:
+        for item, error in zip(world.sensitivities, world.errors, strict=True):
+            covariance = systematic_covariance([item], recommended, standard_probe)
+            squares.append(error @ np.linalg.solve(covariance, error))
+    print(f"points: NEES / 3 = {np.mean(squares) / 3.0:.3f}")  # noqa: T201 - to be seen with -s
+    # Three touches in each of 250 worlds, hardly alike: 1 scatters by 0.03 to 0.05.
+    assert 0.93 < np.mean(squares) / 3.0 < 1.07
+
+
+@pytest.mark.statistics
+def test_neighbours_share_their_errors_as_they_say(
+    worlds: list[World], recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    """What is common to two places a few millimetres apart cancels in their difference."""
+    difference = np.hstack([np.eye(3), -np.eye(3)])
+    squares, share = [], []
+    for world in worlds:
+        for first in range(0, len(world.errors), 2):
+            pair = world.sensitivities[first : first + 2]
+            covariance = systematic_covariance(pair, recommended, standard_probe)
+            of_difference = difference @ covariance @ difference.T
+            error = world.errors[first] - world.errors[first + 1]
+            squares.append(error @ np.linalg.solve(of_difference, error))
+            alone = np.trace(covariance[:3, :3]) + np.trace(covariance[3:, 3:])
+            share.append(np.trace(of_difference) / alone)
+    print(f"differences: NEES / 3 = {np.mean(squares) / 3.0:.3f}")  # noqa: T201 - as above
+    assert 0.93 < np.mean(squares) / 3.0 < 1.07
+    # The test would prove nothing if there were nothing in common.
+    assert np.mean(share) < 0.8
+
+
+@pytest.mark.statistics
+def test_all_points_of_a_world_are_as_wrong_as_they_say_together(
+    worlds: list[World], recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    squares = []
+    for world in worlds:
+        covariance = systematic_covariance(world.sensitivities, recommended, standard_probe)
+        error = world.errors.ravel()
+        squares.append(error @ np.linalg.solve(covariance, error) / error.size)
+    # 18 degrees of freedom in each of 250 worlds: 0.02; the second order of the projection and the
+    # grid of the drawn pattern add a few per cent.
+    assert 0.9 < np.mean(squares) < 1.1
+
+
+def point(number: int, item: TipSensitivity) -> MeasuredPoint:
+    return MeasuredPoint(
+        number=number,
+        feature="BED",
+        time_s=0.0,
+        first_frame=0,
+        last_frame=9,
+        n_frames=10,
+        tip_world=item.tip_world,
+        random_covariance=number * 1e-6 * np.diag([1.0, 4.0, 9.0]),
+        direction=np.array([0.0, 0.0, 1.0]),
+        tip_radius=3.0,
+        rotation_world_from_probe=np.eye(3),
+        spots=np.full((2, 6, 2), np.nan),
+        chi2_per_dof=1.0,
+        approach="trail",
+    )
+
+
+def test_joint_covariance_holds_every_source_once(
+    recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    items = measured(recommended, standard_probe, 1).sensitivities
+    points = [point(number, item) for number, item in enumerate(items, start=1)]
+    joint = joint_covariance(points, items, recommended, standard_probe)
+    n = 3 * len(items)
+    assert joint.shape == (n + 1, n + 1)
+    assert np.abs(joint - joint.T).max() < 1e-15
+    assert np.linalg.eigvalsh(joint).min() > 0.0
+    assert joint[n, n] == standard_probe.tip_radius_sigma**2
+    assert not joint[n, :n].any()
+    alone = joint[:n, :n] - systematic_covariance(items, recommended, standard_probe)
+    expected = np.zeros((n, n))
+    for index, item in enumerate(points):
+        part = slice(3 * index, 3 * index + 3)
+        expected[part, part] = item.random_covariance
+    assert np.abs(alone - expected).max() < 1e-15
+
+
+def test_order_of_the_points_does_not_matter(recommended: Rig, standard_probe: ProbeBody) -> None:
+    items = measured(recommended, standard_probe, 2).sensitivities
+    forward = systematic_covariance(items, recommended, standard_probe)
+    backward = systematic_covariance(items[::-1], recommended, standard_probe)
+    order = np.arange(len(forward)).reshape(-1, 3)[::-1].ravel()
+    assert np.abs(forward[np.ix_(order, order)] - backward).max() < 1e-15
+
+
+def test_no_points_have_the_radius_alone(recommended: Rig, standard_probe: ProbeBody) -> None:
+    joint = joint_covariance([], [], recommended, standard_probe)
+    assert joint.tolist() == [[standard_probe.tip_radius_sigma**2]]
+
+
+def test_point_uncertainty_is_twice_the_worst_sigma(
+    recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    item = measured(recommended, standard_probe, 3).sensitivities[0]
+    covariance = systematic_covariance([item], recommended, standard_probe)
+    worst = np.sqrt(np.linalg.eigvalsh(covariance).max())
+    assert point_uncertainty(item, recommended, standard_probe) == pytest.approx(2.0 * worst)
+    # The spot pattern is one of the sources: without it the point is known better.
+    noise = recommended.noise
+    clean = type(noise)(
+        white_px=noise.white_px, pattern_px=0.0, pattern_length_px=noise.pattern_length_px
+    )
+    quiet = replace(recommended, noise=clean)
+    assert point_uncertainty(item, quiet, standard_probe) < 2.0 * worst
