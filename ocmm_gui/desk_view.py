@@ -148,7 +148,7 @@ class DeskView(QWidget):
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
     row = QHBoxLayout()
     row.setSpacing(6)
-    hint = QLabel("Take: Space    Undo: Backspace    Finish: Return    Feature: PgUp / PgDn")
+    hint = QLabel("Take: Space    Undo: Backspace    Finish: Return")
     hint.setProperty("role", "muted")
     hint.setFont(text_font(12))
     hint.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)

@@ -31,7 +31,9 @@ class PlanList(QListWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName("Plan")
-        self.setAccessibleDescription("Features in the order of probing")
+        self.setAccessibleDescription(
+            "Features in the order of probing; page up and page down change the active one"
+        )
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
         self.setUniformItemSizes(True)

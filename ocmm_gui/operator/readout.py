@@ -100,11 +100,15 @@ class Readout(QWidget):
             painter.drawText(
                 place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
             )
-        caption = QRectF(box.left(), box.bottom(), box.width(), self._caption_height())
-        font = fitted(text_font(10), self._caption, caption.width(), caption.height(), 28)
-        painter.setFont(font)
         painter.setPen(QColor(self._theme.muted))
-        painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, self._caption)
+        if DASHES in self._values:
+            self._paint_reason(painter, box)
+        else:
+            caption = QRectF(box.left(), box.bottom(), box.width(), self._caption_height())
+            painter.setFont(
+                fitted(text_font(10), self._caption, caption.width(), caption.height(), 28)
+            )
+            painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, self._caption)
         if self._flash is not None:
             thick = max(6.0, 0.02 * self.height())
             news = self._theme.good if self._flash else self._theme.bad
@@ -112,6 +116,16 @@ class Readout(QWidget):
             painter.setBrush(Qt.BrushStyle.NoBrush)
             half = 0.5 * thick
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
+
+    def _paint_reason(self, painter: QPainter, box: QRectF) -> None:
+        """Say between the axes and the dashes why there is no number."""
+        middle = QRectF(box.left() + 0.14 * box.width(), box.top(), 0.5 * box.width(), box.height())
+        wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+        for pixels in range(44, 9, -1):
+            painter.setFont(text_font(pixels))
+            if middle.contains(painter.boundingRect(middle, wrapped, self._caption)):
+                break
+        painter.drawText(middle, wrapped, self._caption)
 
     def _caption_height(self) -> float:
         return max(14.0, _CAPTION_SHARE * self.height())

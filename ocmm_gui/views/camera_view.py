@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
@@ -35,6 +36,13 @@ _FILL = 0.62
 
 _EDGE = 0.1
 """A spot that comes this near to the edge of the picture, in parts of its side, moves it."""
+
+
+_MARK_PX = 11
+_WAYS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
+"""Where a word may stand, seen from its spot; the first one that is free is taken."""
+
+_Box = tuple[float, float, float, float]
 
 
 class CameraPlot(QWidget):
@@ -79,7 +87,7 @@ class CameraPlot(QWidget):
             [0, camera.width, camera.width, 0, 0], [0, 0, camera.height, camera.height, 0]
         )
         self._fading: list[Any] = [pg.PlotCurveItem(connect="finite") for _ in range(_FADE_STEPS)]
-        self._spots: Any = pg.ScatterPlotItem(size=11, symbol="+")
+        self._spots: Any = pg.ScatterPlotItem(size=_MARK_PX, symbol="+")
         self._labels: list[Any] = [pg.TextItem() for _ in range(MAX_SLOTS)]
         for item in (self._sensor, *self._fading, self._spots, *self._labels):
             self._box.addItem(item, ignoreBounds=True)
@@ -104,17 +112,7 @@ class CameraPlot(QWidget):
         self._shown_at = now
         self._trail.append(spots)
         self._spots.setData(spots[seen, 0], spots[seen, 1])
-        centre = float(spots[seen, 0].mean()) if seen.any() else 0.0
-        for slot, label in enumerate(self._labels):
-            label.setVisible(bool(seen[slot]))
-            if seen[slot]:
-                led = led_name(int(leds[slot])) if leds[slot] >= 0 else "?"
-                text = f" {led} ·s{slot} "
-                if label.toPlainText() != text:
-                    label.setText(text)
-                # Words stand outwards of the spots, where they cover none of the others.
-                label.setAnchor((1.0, 0.5) if spots[slot, 0] < centre else (0.0, 0.5))
-                label.setPos(*spots[slot])
+        self._place_labels(spots, leds, seen)
         self._draw_trail()
         if seen.any():
             self._keep_in_sight(spots[seen])
@@ -127,6 +125,29 @@ class CameraPlot(QWidget):
         """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
+
+    def _place_labels(self, spots: Float, leds: Int, seen: NDArray[np.bool_]) -> None:
+        """Put the words beside their spots, each where it covers no other word or spot."""
+        scale = self._side / max(float(self._box.height()), 1.0)
+        taken = [(u, v, 0.5 * _MARK_PX * scale, 0.5 * _MARK_PX * scale) for u, v in spots[seen]]
+        for slot, label in enumerate(self._labels):
+            label.setVisible(bool(seen[slot]))
+            if not seen[slot]:
+                continue
+            led = led_name(int(leds[slot])) if leds[slot] >= 0 else "?"
+            text = f" {led} ·s{slot} "
+            if label.toPlainText() != text:
+                label.setText(text)
+            size = label.boundingRect()
+            half = np.array([size.width(), size.height()]) * 0.5 * scale
+            reach = half + 0.55 * _MARK_PX * scale
+            boxes = [(*(spots[slot] + way * reach), 0.9 * half[0], 0.7 * half[1]) for way in _WAYS]
+            free = [not any(_overlap(box, other) for other in taken) for box in boxes]
+            choice = free.index(True) if any(free) else 0
+            taken.append(boxes[choice])
+            # The anchor is the point of the word that stands on the spot.
+            label.setAnchor(0.5 * (1.0 - _WAYS[choice]))
+            label.setPos(*spots[slot])
 
     def _draw_trail(self) -> None:
         history = np.stack(self._trail)
@@ -168,6 +189,14 @@ class CameraPlot(QWidget):
         self._spots.setPen(pg.mkPen(QColor(theme.text), width=2))
         for label in self._labels:
             label.setColor(QColor(theme.text))
+
+
+def _overlap(first: _Box, second: _Box) -> bool:
+    """Return whether two boxes (middle x, middle y, half width, half height) overlap."""
+    return (
+        abs(first[0] - second[0]) < first[2] + second[2]
+        and abs(first[1] - second[1]) < first[3] + second[3]
+    )
 
 
 class CameraViews(QWidget):
