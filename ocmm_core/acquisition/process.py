@@ -8,9 +8,7 @@ ring says so, on SIGTERM, or when the program that started it is gone (end of st
 
 from __future__ import annotations
 
-import ctypes
 import os
-import resource
 import signal
 import sys
 import threading
@@ -18,15 +16,13 @@ from pathlib import Path
 
 from ocmm_core.acquisition.bus_config import BusConfig, read_config
 from ocmm_core.acquisition.ethercat import EthercatSource
+from ocmm_core.acquisition.realtime import BUS_PRIORITY, lock_memory, take_priority
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.bus import BusSettings
 
-_PRIORITY = 60
-_LOCK_CURRENT_AND_FUTURE = 3
-_SET_TIMER_SLACK = 29
 EXIT_FAILED = 2
 
 
@@ -51,8 +47,9 @@ def _run(arguments: list[str]) -> int:
         if from_parent:
             watch = threading.Thread(target=_stop_at_end_of_input, args=(worker,), daemon=True)
             watch.start()
-        for missing in _become_real_time():
-            sys.stderr.write(f"note: {missing}\n")
+        for missing in (take_priority(BUS_PRIORITY), lock_memory()):
+            if missing:
+                sys.stderr.write(f"note: {missing}\n")
         reason = worker.run()
         if reason is StopReason.FAILED:
             sys.stderr.write(f"{ring.text()}\n")
@@ -77,23 +74,6 @@ def _stop_at_end_of_input(worker: AcquisitionWorker) -> None:
     while os.read(sys.stdin.fileno(), 4096):
         pass
     worker.request_stop()
-
-
-def _become_real_time() -> list[str]:
-    """Take what this user may have of a real-time process; return what it may not have."""
-    missing = []
-    libc = ctypes.CDLL(None, use_errno=True)
-    libc.prctl(_SET_TIMER_SLACK, 1, 0, 0, 0)
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
-    except OSError:
-        missing.append("no real-time priority for this user; cycles may be late on a busy computer")
-    soft, _hard = resource.getrlimit(resource.RLIMIT_MEMLOCK)
-    # With a limit, locking what comes in future would make later allocations fail.
-    unlimited = soft == resource.RLIM_INFINITY or os.geteuid() == 0
-    if not unlimited or libc.mlockall(_LOCK_CURRENT_AND_FUTURE) != 0:
-        missing.append("memory cannot be locked for this user")
-    return missing
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from typing import Literal
 
 import msgspec
 
+from ocmm_core.acquisition.realtime import CAMERA_PRIORITY, take_priority
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.fieldbus.identity import CameraIdentity
@@ -125,6 +126,7 @@ def _run(arguments: list[str]) -> None:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda _number, _frame: ended.set())
     wire = make_wire(config)
+    take_priority(CAMERA_PRIORITY)
     try:
         sys.stdout.write(f"{READY}\n")
         sys.stdout.flush()

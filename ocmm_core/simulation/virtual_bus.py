@@ -16,6 +16,7 @@ import msgspec
 
 from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.client import ChildProcess
+from ocmm_core.acquisition.realtime import CAMERA_PRIORITY, take_priority
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.errors import BusError, OcmmError
 from ocmm_core.simulation.camera_process import SegmentConfig, input_ended, make_wire
@@ -118,6 +119,8 @@ def _run(content: bytes) -> int:
     )
     if bus.stdin is None:
         return 2
+    # After the bus process was started, which chooses its own.
+    take_priority(CAMERA_PRIORITY)
     try:
         bus.stdin.write(config.bus.to_json())
         bus.stdin.flush()

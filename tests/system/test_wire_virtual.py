@@ -166,7 +166,8 @@ _SECOND_MASTER = """
 import sys, time, kickcat
 from datetime import timedelta
 link = kickcat.create_link(sys.argv[1], "")
-link.set_timeout(timedelta(milliseconds=50))
+# It waits this long for its second, absent interface in every exchange.
+link.set_timeout(timedelta(milliseconds=10))
 bus = kickcat.Bus(link)
 bus.init(timedelta(seconds=2))
 slaves = bus.slaves()
@@ -212,13 +213,17 @@ def test_a_second_master_brings_the_cameras_to_operation(tmp_path: Path) -> None
     )
     script = tmp_path / "second_master.py"
     script.write_text(_SECOND_MASTER, encoding="utf-8")
-    done = subprocess.run(
-        [*unshare, sys.executable, "-c", program, str(script)],
-        capture_output=True,
-        text=True,
-        timeout=50,
-        check=False,
-        env={**os.environ, "PYTHONPATH": str(_ROOT)},
-    )
+    # Its time limits are fixed and short for a busy machine that answers in software.
+    for _ in range(3):
+        done = subprocess.run(
+            [*unshare, sys.executable, "-c", program, str(script)],
+            capture_output=True,
+            text=True,
+            timeout=50,
+            check=False,
+            env={**os.environ, "PYTHONPATH": str(_ROOT)},
+        )
+        if "Timeout" not in done.stderr:
+            break
     assert done.returncode == 0, done.stderr + done.stdout
     assert "[1001, 1002] [840, 840] ['OPERATIONAL', 'OPERATIONAL']" in done.stdout

@@ -1,0 +1,34 @@
+"""Real-time priority for the processes on the wire, as far as this user may have it."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import resource
+
+BUS_PRIORITY = 60
+CAMERA_PRIORITY = 50
+"""Software cameras answer in time as real ones do, but never before the bus process."""
+
+_LOCK_CURRENT_AND_FUTURE = 3
+_SET_TIMER_SLACK = 29
+
+
+def take_priority(priority: int) -> str | None:
+    """Run by deadlines, before all ordinary processes; return what this user may not have."""
+    ctypes.CDLL(None).prctl(_SET_TIMER_SLACK, 1, 0, 0, 0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except OSError:
+        return "no real-time priority for this user; cycles may be late on a busy computer"
+    return None
+
+
+def lock_memory() -> str | None:
+    """Keep all memory of this process in place; return what this user may not have."""
+    soft, _hard = resource.getrlimit(resource.RLIMIT_MEMLOCK)
+    # With a limit, locking what comes in future would make later allocations fail.
+    allowed = soft == resource.RLIM_INFINITY or os.geteuid() == 0
+    if allowed and ctypes.CDLL(None).mlockall(_LOCK_CURRENT_AND_FUTURE) == 0:
+        return None
+    return "memory cannot be locked for this user"
