@@ -43,7 +43,8 @@ def record_source(
             feed.acquisition.start()
             while limit is None or frames < limit:
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
-                block = feed.ring.read(_BATCH)
+                left = _BATCH if limit is None else limit - frames
+                block = feed.ring.read(min(_BATCH, left))
                 if block is not None:
                     recorder.append(block)
                     frames += len(block)
