@@ -70,6 +70,15 @@ def pytest_runtest_makereport(
     return report
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print what tests measured (`record_property`), also where they ran in a worker."""
+    for outcome in ("passed", "failed"):
+        for report in terminalreporter.getreports(outcome):
+            for name, value in report.user_properties:
+                if report.when == "call":
+                    terminalreporter.write_line(f"{report.nodeid.split('::')[-1]}, {name}: {value}")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _no_user_data(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Let this process and its children see empty data, configuration and state folders."""

@@ -1,0 +1,186 @@
+"""A job point by point: the session on real touches of the virtual rig and a real job file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.view import FeatureState
+from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.measuring.stable_point import PointOptions
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.result import Verdict
+from tests.core.inspection.conftest import Bench
+
+
+def take_all(session: InspectionSession, bench: Bench) -> None:
+    for touch in bench.touches:
+        assert isinstance(session.take_touch(touch), MeasuredPoint)
+
+
+def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    assert session.view.active == "BED"
+    assert session.missing() == [("BED", 4), ("BLOCK_TOP", 4), ("SPHERE", 6)]
+    for touch in bench.touches[:4]:
+        session.take_touch(touch)
+    assert session.view.active == "BLOCK_TOP"
+    for touch in bench.touches[4:]:
+        session.take_touch(touch)
+    view = session.view
+    assert view.complete
+    assert [feature.state for feature in view.features] == [FeatureState.DONE] * 3
+    assert [result.verdict for result in view.characteristics] == [Verdict.CONFORM] * 2
+    # 19.989 mm and 20.342 mm are what the part truly has; the seed is fixed.
+    for result, true in zip(view.characteristics, (19.989, 20.342), strict=True):
+        assert result.measured is not None
+        assert result.uncertainty is not None
+        assert abs(result.measured - true) < 1.5 * result.uncertainty < 0.05
+
+
+def test_every_point_is_in_the_job_file_before_it_is_told(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    for count, touch in enumerate(bench.touches, start=1):
+        told = session.take_touch(touch)
+        stored = job.points()
+        assert isinstance(told, MeasuredPoint)
+        assert len(stored) == count
+        assert stored[-1].number == told.number
+        np.testing.assert_array_equal(stored[-1].tip_world, told.tip_world)
+
+
+def test_a_job_goes_on_where_it_was_interrupted_with_the_same_results(bench: Bench) -> None:
+    with bench.job() as job:
+        session = bench.session(job)
+        take_all(session, bench)
+        whole = session.view
+        path = job.path
+    with JobFile.open(path) as again:
+        assert bench.session(again).view.characteristics == whole.characteristics
+        assert bench.session(again).view.complete
+
+
+def test_undo_takes_the_last_point_back_and_keeps_its_observation(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    for touch in bench.touches[:5]:
+        session.take_touch(touch)
+    assert session.view.active == "BLOCK_TOP"
+    session.undo()
+    session.undo()
+    view = session.view
+    assert view.active == "BED"
+    assert [len(feature.points) for feature in view.features] == [3, 0, 0]
+    assert [point.number for point in job.points()] == [1, 2, 3]
+    assert job.verify() == []
+    told = session.take_touch(bench.touches[3])
+    # Numbers are never used twice.
+    assert isinstance(told, MeasuredPoint)
+    assert told.number == 6
+
+
+def test_undo_without_a_point_says_so(bench: Bench, job: JobFile) -> None:
+    with pytest.raises(MeasuringError, match="No point"):
+        bench.session(job).undo()
+
+
+def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    take_all(session, bench)
+    before = session.view.features[2].points[-1]
+    session.flip()
+    after = session.view.features[2].points[-1]
+    np.testing.assert_array_equal(after.direction, -before.direction)
+    assert (after.approach, after.number) == ("flipped", before.number + 1)
+    ball = session.view.characteristics[0]
+    assert ball.verdict is Verdict.NOT_MEASURED
+    assert ball.measured is None
+    assert f"{after.number}" in ball.note
+    session.flip()
+    assert session.view.characteristics[0].verdict is Verdict.CONFORM
+
+
+def test_finish_needs_the_minimum_of_the_shape(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    for touch in bench.touches[:2]:
+        session.take_touch(touch)
+    with pytest.raises(MeasuringError, match="BED has 2 of the 3 points"):
+        session.finish()
+    session.take_touch(bench.touches[2])
+    session.finish()
+    assert session.view.active == "BLOCK_TOP"
+    assert session.view.features[0].state is FeatureState.DONE
+
+
+def test_select_reopens_a_feature_and_refuses_an_unknown_one(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take_all(session, bench)
+    session.select("BED")
+    assert session.view.active == "BED"
+    assert not session.view.complete
+    with pytest.raises(MeasuringError, match="'HOLE'"):
+        session.select("HOLE")
+
+
+def test_a_point_that_belongs_elsewhere_takes_the_result_away(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    # Three touches of the bed, one of the block: a plane through them is 20 mm off its points.
+    for touch in (*bench.touches[:3], bench.touches[4]):
+        session.take_touch(touch, "BED")
+    bed = session.view.features[0]
+    assert bed.fit is None
+    assert "scatter" in bed.note
+    step = session.view.characteristics[1]
+    assert (step.verdict, step.measured, step.uncertainty) == (Verdict.NOT_MEASURED, None, None)
+
+
+def test_after_the_last_feature_a_touch_is_refused(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take_all(session, bench)
+    refused = session.take_touch(bench.touches[0])
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.NO_FEATURE
+    assert session.view.refusal is refused
+    assert len(job.points()) == 14
+
+
+def test_a_touch_without_approach_is_refused(bench: Bench, job: JobFile) -> None:
+    touch = bench.touches[0]
+    refused = bench.session(job).take_touch(replace(touch, trail_world=touch.trail_world[:0]))
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.NO_APPROACH
+    assert job.points() == []
+
+
+def test_a_touch_outside_the_calibrated_volume_is_refused(bench: Bench, job: JobFile) -> None:
+    small = replace(bench.rig, volume_world=0.1 * bench.rig.volume_world)
+    session = InspectionSession(bench.plan, small, bench.body, job, SessionOptions())
+    refused = session.take_touch(bench.touches[0])
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.OUTSIDE
+
+
+def test_a_touch_that_would_be_too_uncertain_is_refused(bench: Bench, job: JobFile) -> None:
+    strict = SessionOptions(point=PointOptions(max_uncertainty=0.001))
+    session = InspectionSession(bench.plan, bench.rig, bench.body, job, strict)
+    refused = session.take_touch(bench.touches[0])
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.UNCERTAIN
+    assert "0.001" in refused.what
+
+
+def test_a_point_that_cannot_be_stored_is_no_point(bench: Bench) -> None:
+    job = bench.job()
+    session = bench.session(job)
+    session.take_touch(bench.touches[0])
+    job.close()
+    with pytest.raises(Exception, match="closed"):
+        session.take_touch(bench.touches[1])
+    assert len(session.view.features[0].points) == 1

@@ -1,0 +1,133 @@
+"""The station with its threads: frames in, points and snapshots out, and a bounded end."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.acquisition.worker import AcquisitionState
+from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.inspection.view import StatusWord
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
+
+ALL_LEDS = (0, 1, 2, 3, 4, 5)
+
+
+@pytest.fixture
+def build(tmp_path: Path) -> Iterator[Callable[..., BuiltStation]]:
+    built: list[BuiltStation] = []
+
+    def make(**changes: object) -> BuiltStation:
+        request = StationRequest(
+            plan=resource("plans", "quick.toml"),
+            out=tmp_path,
+            frame_rate_hz=500,
+            **changes,  # type: ignore[arg-type] # fields of the request by name
+        )
+        built.append(build_station(request))
+        return built[-1]
+
+    yield make
+    for item in built:
+        item.station.close()
+
+
+def wait_until(condition: Callable[[], bool], timeout_s: float = 20.0) -> None:
+    end = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < end, "the condition never came true"
+        time.sleep(0.005)
+
+
+def test_the_script_is_measured_and_told_by_signals(build: Callable[..., BuiltStation]) -> None:
+    station = build().station
+    taken: list[MeasuredPoint] = []
+    changes: list[str] = []
+    station.point_taken.connect(taken.append)
+    station.changed.connect(lambda: changes.append(threading.current_thread().name))
+    station.start()
+    assert station.wait_finished(30.0)
+    assert station.job().complete
+    assert [point.number for point in taken] == list(range(1, 15))
+    assert set(changes) == {"ocmm-reconstruction"}
+    status = station.acquisition_status()
+    assert status.elapsed == status.good + status.late + status.lost + status.bad
+    assert (status.frames_lost, status.overrun) == (0, 0)
+
+
+def test_two_stations_do_not_hear_each_other(build: Callable[..., BuiltStation]) -> None:
+    first, second = build().station, build(seed=2).station
+    heard: list[MeasuredPoint] = []
+    second.point_taken.connect(heard.append)
+    first.start()
+    assert first.wait_finished(30.0)
+    assert heard == []
+
+
+def test_a_refused_touch_is_made_again_by_the_operator(build: Callable[..., BuiltStation]) -> None:
+    built = build()
+    assert built.virtual is not None
+    third = built.virtual.truth.touches[2]
+    hidden = ScriptedOcclusion(-1, ALL_LEDS, third.first_frame, third.last_frame)
+    station = build(world=WorldOptions(occlusions=(hidden,))).station
+    refused: list[Refusal] = []
+    station.point_refused.connect(refused.append)
+    station.start()
+    assert station.wait_finished(30.0)
+    assert [item.code.value for item in refused] == ["lost"]
+    assert "LED 1 from left" in refused[0].what
+    assert station.job().complete
+    assert all(len(feature.points) == feature.needed for feature in station.job().features)
+
+
+def test_live_number_goes_when_the_targets_go_and_says_why(
+    build: Callable[..., BuiltStation],
+) -> None:
+    hidden = ScriptedOcclusion(-1, ALL_LEDS, 1000, 10**6)
+    station = build(world=WorldOptions(occlusions=(hidden,)), speed=2.0, stay=True).station
+    assert station.live().status is StatusWord.NOT_READY
+    assert station.live().tip_world is None
+    station.start()
+    wait_until(lambda: station.live().status is StatusWord.READY)
+    seen = station.live()
+    assert seen.tip_world is not None
+    assert seen.tip_uncertainty is not None
+    assert 0.005 < seen.tip_uncertainty < 0.05
+    assert np.isfinite(seen.spots).all(axis=2).sum() == 12
+    wait_until(lambda: station.live().status is StatusWord.LOST)
+    lost = station.live()
+    assert (lost.tip_world, lost.tip_uncertainty, lost.origin_world) == (None, None, None)
+    assert "hidden" in lost.reason
+
+
+def test_take_arms_a_point_and_stop_comes_within_two_seconds(
+    build: Callable[..., BuiltStation],
+) -> None:
+    station = build(speed=1.0, stay=True).station
+    outcomes: list[object] = []
+    station.point_taken.connect(outcomes.append)
+    station.point_refused.connect(outcomes.append)
+    station.start()
+    wait_until(lambda: station.live().status is StatusWord.READY)
+    station.take()
+    wait_until(lambda: len(outcomes) > 0)
+    start = time.monotonic()
+    station.close()
+    assert time.monotonic() - start < 2.0
+    assert station.acquisition_status().state is AcquisitionState.STOPPED
+    station.close()
+
+
+def test_export_writes_the_three_files(build: Callable[..., BuiltStation], tmp_path: Path) -> None:
+    station = build().station
+    station.start()
+    assert station.wait_finished(30.0)
+    names = [path.name for path in station.export(tmp_path / "report")]
+    assert names == ["QUICK-001_points.csv", "QUICK-001_features.csv", "QUICK-001_report.csv"]
