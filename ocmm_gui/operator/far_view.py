@@ -99,7 +99,6 @@ class FarView(QWidget):
         colour = status_colour(self._theme, live.status)
         self._status.show_text(live.status.value, colour, status_mark(live.status))
         self._readout.show_live(live)
-        self._show_trouble()
 
     def show_job(self, job: JobView) -> None:
         """Show the active feature."""
@@ -143,7 +142,8 @@ class FarView(QWidget):
             self.show_job(self._job)
 
     def _show_trouble(self) -> None:
-        lines = trouble(self._live, self._job)
+        # Why the machine has no number stands in the readout, in place of the digits.
+        lines = trouble(None, self._job)
         self._trouble.show_text(lines[0] if lines else "", self._theme.bad)
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -172,15 +172,17 @@ def paint_scene(
     painter.save()
     painter.setClipRect(box)
     painter.translate(box.topLeft())
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     picture = orbit.projection(box.width(), box.height())
     faces = [(item, picture.apply(item.corners)) for item in items if isinstance(item, Face)]
+    # Their edges are drawn as lines: smoothing large translucent areas would only cost time.
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
     for face, corners in sorted(faces, key=lambda pair: float(pair[1][:, 2].mean())):
         colour = QColor(face.colour)
         colour.setAlpha(face.alpha)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(colour)
         painter.drawPolygon(QPolygonF([QPointF(x, y) for x, y, _ in corners.tolist()]))
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     for item in items:
         if isinstance(item, Lines) and len(item.segments):
             ends = picture.apply(item.segments)[..., :2].reshape(-1, 4)

@@ -1,0 +1,55 @@
+"""The window as a program: it starts, takes its picture, and ends cleanly when it is told to."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from PySide6.QtGui import QImage
+
+_COMMAND = (sys.executable, "-m", "ocmm_gui", "--silent", "--size", "1280x720", "--out")
+_ROOT = Path(__file__).resolve().parents[2]
+_RINGS = Path("/dev/shm")  # noqa: S108 - where Linux keeps shared memory; only looked at
+
+
+def _rings() -> set[Path]:
+    return set(_RINGS.glob("ocmm-ring-*")) if _RINGS.is_dir() else set()
+
+
+def test_it_quits_by_itself_and_leaves_a_picture(tmp_path: Path) -> None:
+    picture = tmp_path / "window.png"
+    before = _rings()
+    done = subprocess.run(
+        [*_COMMAND, str(tmp_path), "--quit-after", "1", "--screenshot", str(picture)],
+        cwd=_ROOT, capture_output=True, text=True, timeout=50, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    image = QImage(str(picture))
+    assert (image.width(), image.height()) == (1280, 720)
+    assert list(tmp_path.glob("*.ocmm"))
+    assert _rings() <= before
+
+
+def test_a_termination_signal_closes_the_window_within_two_seconds(tmp_path: Path) -> None:
+    before = _rings()
+    with subprocess.Popen(
+        [*_COMMAND, str(tmp_path)], cwd=_ROOT, stderr=subprocess.PIPE, text=True
+    ) as window:
+        try:
+            until = time.monotonic() + 40.0
+            while not list(tmp_path.glob("*.ocmm")) and time.monotonic() < until:
+                time.sleep(0.05)
+            time.sleep(2.0)  # from the job file to a window that handles signals
+            begun = time.monotonic()
+            window.send_signal(signal.SIGTERM)
+            _, errors = window.communicate(timeout=10)
+        finally:
+            window.kill()
+    assert window.returncode == 0, errors
+    assert time.monotonic() - begun < 2.0
+    assert "Traceback" not in errors
+    assert _rings() <= before
