@@ -2,8 +2,10 @@
 
 The rule of ISO 14253-1 in its general form: a characteristic conforms where the probability that
 the true value lies inside the limits is at least 95 %, does not where the probability that it lies
-outside is, and is not proven otherwise. For an uncertainty that is small against the tolerance
-that is a guard band of 1.65 u at each limit.
+beyond one of them is, and is not proven otherwise. For an uncertainty that is small against the
+tolerance that is a guard band of 1.65 u at each limit. Conformity counts both tails, so that it
+stays right where the tolerance is hardly wider than the uncertainty; non-conformity counts one
+limit at a time, as else a value in the middle of a narrow tolerance would be proven outside it.
 """
 
 from __future__ import annotations
@@ -47,8 +49,10 @@ def decide(
 
     Parameters
     ----------
-    value, standard_uncertainty
+    value
         mm.
+    standard_uncertainty
+        mm, greater than zero: under no rule is there a verdict without it.
     nominal, lower, upper
         Nominal value and the limits of the deviation from it, mm.
     rule
@@ -59,7 +63,8 @@ def decide(
     Raises
     ------
     MeasuringError
-        The value or its uncertainty is not a finite number: there is nothing to decide about.
+        The value or its uncertainty is not a finite number, or the uncertainty is not positive:
+        there is nothing to decide about.
     """
     if not (math.isfinite(value) and math.isfinite(standard_uncertainty)):
         raise MeasuringError(
@@ -67,22 +72,39 @@ def decide(
             "The value or its uncertainty is not a finite number.",
             "Take the points of the feature again.",
         )
+    if standard_uncertainty <= 0.0:
+        raise MeasuringError(
+            "decision.no_uncertainty",
+            "The uncertainty is zero, which no measurement has.",
+            "Take more points than the shape needs at least.",
+        )
     low = -math.inf if one_sided else nominal + lower
     high = nominal + upper
-    if rule == "simple" or standard_uncertainty <= 0.0:
+    if rule == "simple":
         return Verdict.CONFORM if low <= value <= high else Verdict.NOT_CONFORM
-    probability = conformance_probability(value, standard_uncertainty, low, high)
-    if probability >= PROBABILITY:
+    if conformance_probability(value, standard_uncertainty, low, high) >= PROBABILITY:
         return Verdict.CONFORM
-    if 1.0 - probability >= PROBABILITY:
+    below = normal_probability((low - value) / standard_uncertainty)
+    above = normal_probability((value - high) / standard_uncertainty)
+    if max(below, above) >= PROBABILITY:
         return Verdict.NOT_CONFORM
     return Verdict.NOT_PROVEN
 
 
 def make_result(
-    characteristic: Characteristic, value: float, standard_uncertainty: float, rule: Rule, note: str
+    characteristic: Characteristic,
+    value: float,
+    standard_uncertainty: float,
+    rule: Rule,
+    note: str = "",
 ) -> CharacteristicResult:
-    """Return the result of a characteristic that was measured."""
+    """Return the result of a characteristic that was measured, with U = 2 u and its verdict.
+
+    Raises
+    ------
+    MeasuringError
+        As `decide`.
+    """
     return CharacteristicResult(
         name=characteristic.name,
         kind=characteristic.kind,

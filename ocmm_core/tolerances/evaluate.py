@@ -10,13 +10,19 @@ import numpy as np
 from ocmm_core.alignment.datums import DatumAlignment, frame_of
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.shapes import GEOMETRY_SIZE
+from ocmm_core.features.shapes import GEOMETRY_SIZE, MINIMUM_POINTS
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import Characteristic
 
 _AXES = "xyz"
 _STEP = 1e-5
 """Step of the central differences over geometry: mm, and for directions a fraction of one."""
+
+_SHORTEST_MM = 1e-3
+"""A distance below it is bent within the step: differences would make it look certain."""
+
+_NOTHING = 1e-6
+"""Gradients below it are rounding: no point moves the value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,23 +83,55 @@ def evaluate(
     Raises
     ------
     FitError
-        There is no part frame.
-    KeyError
-        A feature is not measured.
+        A feature is not measured, there is no part frame, or the features do not show the value:
+        two in one place no distance, as few points as the shape needs no form, the origin of the
+        part frame no coordinate.
     """
+    for name in involved_features(characteristic, alignment):
+        if name not in actual:
+            raise FitError(
+                "characteristic.not_measured",
+                f"{characteristic.name} needs {name}, which is not measured.",
+                f"Measure {name}.",
+            )
     if characteristic.kind == "form":
-        feature = actual[characteristic.features[0]]
-        residuals = feature.fit.residuals
-        high, low = int(np.argmax(residuals)), int(np.argmin(residuals))
-        by_residual = feature.residual_jacobian
-        return Evaluation(feature.fit.form, by_residual[high] - by_residual[low])
+        return _form(actual[characteristic.features[0]])
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     value = characteristic_value(characteristic, geometries, alignment)
+    if characteristic.kind == "distance" and value < _SHORTEST_MM:
+        raise FitError(
+            "characteristic.no_distance",
+            f"The features of {characteristic.name} are in one place; a distance of zero has no "
+            "uncertainty that could be stated.",
+            "Tolerance the coordinates of the features instead.",
+        )
     gradient = np.zeros(next(iter(actual.values())).jacobian.shape[1])
     for name in involved_features(characteristic, alignment):
         slope = _slope(characteristic, geometries, alignment, name)
         gradient += slope @ actual[name].jacobian
+    if float(np.abs(gradient).max()) < _NOTHING:
+        raise FitError(
+            "characteristic.by_definition",
+            f"{characteristic.name} is fixed by the part frame itself, whatever the part is like.",
+            "Leave it out, or align to other features.",
+        )
     return Evaluation(value, gradient)
+
+
+def _form(feature: ActualFeature) -> Evaluation:
+    residuals = feature.fit.residuals
+    minimum = MINIMUM_POINTS[feature.fit.shape]
+    if len(residuals) <= minimum:
+        # The element passes through all of them; zero would look like a perfect part.
+        raise FitError(
+            "characteristic.no_form",
+            f"{feature.nominal.name} has {len(residuals)} points; a "
+            f"{feature.fit.shape.value.lower()} shows a form from {minimum + 1} points on.",
+            "Take more points.",
+        )
+    high, low = int(np.argmax(residuals)), int(np.argmin(residuals))
+    by_residual = feature.residual_jacobian
+    return Evaluation(feature.fit.form, by_residual[high] - by_residual[low])
 
 
 def involved_features(
