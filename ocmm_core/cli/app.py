@@ -180,11 +180,25 @@ def bench(
     seconds: Annotated[
         float, typer.Option("--seconds", min=0.2, help="How long each figure is measured.")
     ] = 2.0,
+    memory: Annotated[
+        float,
+        typer.Option(
+            "--memory", min=0.0, help="Also run the whole chain for so many minutes of bus time."
+        ),
+    ] = 0.0,
 ) -> None:
-    """Print the speed of the hot path on this machine, as ratios against limits and a peer."""
-    from ocmm_core.cli.bench import run_bench
+    """Print the speed of the hot path on this machine, as ratios against limits and a peer.
 
-    run_bench(seconds, make_console())
+    With --memory 60 the whole chain runs for an hour of bus time at full speed (some minutes on
+    the clock), and its memory is printed ten times.
+    """
+    from ocmm_core.cli.bench import run_bench
+    from ocmm_core.cli.endurance import print_run, run_for
+
+    console = make_console()
+    run_bench(seconds, console)
+    if memory > 0.0:
+        print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
 
 
 def _measure(request: StationRequest, *, with_truth: bool) -> None:

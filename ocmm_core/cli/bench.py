@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from rich.table import Table
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import MAX_SLOTS, Rig, load_rig
-from ocmm_core.documents import resource as document
+from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_xyz
 from ocmm_core.tracking.body import ProbeBody, load_probe, rigid_fit
 from ocmm_core.tracking.pipeline import TrackingPipeline
@@ -62,8 +61,8 @@ def run_bench(seconds: float, console: Console) -> None:
 
 def measure(seconds: float) -> list[BenchRow]:
     """Return the figures, each measured for about ``seconds``."""
-    rig = load_rig(document("rigs", "thesis.toml"))
-    body = eight_leds(load_probe(document("probes", "standard.toml")))
+    rig = load_rig(resource("rigs", "thesis.toml"))
+    body = eight_leds(load_probe(resource("probes", "standard.toml")))
     frames = random_frames(rig, body, 4 * _BLOCK, seed=1)
     sigma = rig.noise.white_px
     ours = _per_call(lambda: solve(frames[:_BLOCK], rig, body, sigma), seconds) / _BLOCK
@@ -116,11 +115,6 @@ def random_frames(rig: Rig, body: ProbeBody, count: int, seed: int) -> Float:
         for c, camera in enumerate(rig.cameras):
             uv[frame, c] = project(camera, leds_world)
     return uv + rig.noise.white_px * rng.standard_normal(uv.shape)
-
-
-def peak_memory_mib() -> float:
-    """Return the greatest memory that this process has used so far, MiB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
 def _per_call(work: Callable[[], object], seconds: float) -> float:
