@@ -52,23 +52,18 @@ class Ball:
 class _BallProblem:
     points: Float
 
-    def residuals(self, parameters: Float) -> tuple[Float, Float]:
+    def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
         arms = self.points - parameters[:-1]
         distances = np.maximum(np.linalg.norm(arms, axis=1), 1e-12)
-        jacobian = np.empty((len(arms), arms.shape[1] + 1))
-        jacobian[:, :-1] = -arms / distances[:, None]
-        jacobian[:, -1] = -1.0
-        return distances - parameters[-1], jacobian
-
-    def curvature(self, parameters: Float) -> Float:
-        arms = self.points - parameters[:-1]
-        distances = np.maximum(np.linalg.norm(arms, axis=1), 1e-12)
+        residuals = distances - parameters[-1]
         normals = arms / distances[:, None]
-        weights = (distances - parameters[-1]) / distances
         d = arms.shape[1]
-        total = np.zeros((d + 1, d + 1))
-        total[:d, :d] = weights.sum() * np.eye(d) - (normals * weights[:, None]).T @ normals
-        return total
+        jacobian = np.full((len(arms), d + 1), -1.0)
+        jacobian[:, :d] = -normals
+        weights = residuals / distances
+        curvature = np.zeros((d + 1, d + 1))
+        curvature[:d, :d] = weights.sum() * np.eye(d) - (normals * weights[:, None]).T @ normals
+        return residuals, jacobian, curvature
 
     def move(self, parameters: Float, step: Float) -> Float:
         return parameters + step
@@ -134,7 +129,7 @@ def fit_ball(shape: Shape, points: Float) -> Ball:
         raise flat
     if not solution.converged:
         raise not_converged(shape)
-    residuals, jacobian = problem.residuals(solution.parameters)
+    residuals, jacobian, _ = problem.derivatives(solution.parameters)
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat

@@ -33,7 +33,7 @@ RANKING_POINTS = 250
 REFINED = 6
 """Trial axes that are refined; many more where points are so few that minima abound."""
 REFINED_FEW = 40
-FEW_POINTS = 8
+FEW_POINTS = 7
 APART = np.cos(np.deg2rad(6.0))
 """Axes nearer to each other than this lead to the same minimum."""
 EXACT = 1e-10
@@ -80,7 +80,7 @@ def fit_cylinder(
     hint = None if radius_hint is None else radius_hint / size
     best = _chosen(solutions, len(points), hint)
     best[3:6] = oriented(best[3:6], direction_hint)
-    residuals, jacobian = problem.residuals(best)
+    residuals, jacobian, _ = problem.derivatives(best)
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat
@@ -100,36 +100,27 @@ class _CylinderProblem:
 
     points: Float
 
-    def _local(self, parameters: Float) -> tuple[Float, Float, Float, Float]:
+    def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
         first, second = _across(parameters[3:6])
         arms = self.points - parameters[0:3]
         across = np.stack([arms @ first, arms @ second], axis=1)
+        along = arms @ parameters[3:6]
         distances = np.maximum(np.hypot(across[:, 0], across[:, 1]), 1e-12)
-        return across, arms @ parameters[3:6], distances, np.stack([first, second])
-
-    def residuals(self, parameters: Float) -> tuple[Float, Float]:
-        across, along, distances, _ = self._local(parameters)
-        jacobian = np.empty((len(across), 5))
+        residuals = distances - parameters[6]
+        jacobian = np.full((len(across), 5), -1.0)
         jacobian[:, 0:2] = -across / distances[:, None]
         jacobian[:, 2:4] = jacobian[:, 0:2] * along[:, None]
-        jacobian[:, 4] = -1.0
-        return distances - parameters[6], jacobian
 
-    def curvature(self, parameters: Float) -> Float:
         # Second derivatives of the squared distance f = |q|^2 - (q.w)^2 from the axis, where q is
         # the arm less the shift and w the turned axis; then those of sqrt(f).
-        across, along, distances, _ = self._local(parameters)
-        weights = (distances - parameters[6]) / distances
-        normals = across / distances[:, None]
-        columns = np.concatenate([normals, normals * along[:, None]], axis=1)
-        total = np.zeros((5, 5))
-        lever = float(weights @ along)
-        total[0:2, 0:2] = weights.sum() * np.eye(2)
-        total[0:2, 2:4] = total[2:4, 0:2] = lever * np.eye(2)
-        total[2:4, 2:4] = float(weights @ along**2) * np.eye(2)
-        total[2:4, 2:4] -= (across * weights[:, None]).T @ across
-        total[0:4, 0:4] -= (columns * weights[:, None]).T @ columns
-        return total
+        weights = residuals / distances
+        curvature = np.zeros((5, 5))
+        curvature[[0, 1], [0, 1]] = weights.sum()
+        curvature[[0, 1, 2, 3], [2, 3, 0, 1]] = weights @ along
+        curvature[[2, 3], [2, 3]] = weights @ along**2
+        curvature[2:4, 2:4] -= (across * weights[:, None]).T @ across
+        curvature[0:4, 0:4] -= (jacobian[:, 0:4] * weights[:, None]).T @ jacobian[:, 0:4]
+        return residuals, jacobian, curvature
 
     def move(self, parameters: Float, step: Float) -> Float:
         first, second = _across(parameters[3:6])

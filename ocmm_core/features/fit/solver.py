@@ -15,7 +15,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float
 
-MAX_STEPS = 200
+MAX_STEPS = 100
 CONVERGED = 1e-13
 """Length of a step, against that of the parameters, below which the iteration has converged."""
 STAGNATED = 1e-8
@@ -27,12 +27,12 @@ NOISE_OF_COST = 1e-12
 class Problem(Protocol):
     """A sum of squares over n points with k parameters; parameters may live on a manifold."""
 
-    def residuals(self, parameters: Float) -> tuple[Float, Float]:
-        """Return residuals (n,) and their derivatives (n, k) by a step."""
-        ...
+    def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
+        """Return residuals and their derivatives by a step.
 
-    def curvature(self, parameters: Float) -> Float:
-        """Return the sum (k, k) of every residual times its matrix of second derivatives."""
+        Residuals (n,), first derivatives (n, k), and the sum (k, k) of every residual times its
+        matrix of second derivatives.
+        """
         ...
 
     def move(self, parameters: Float, step: Float) -> Float:
@@ -62,15 +62,15 @@ class Solution:
 def minimise(problem: Problem, start: Float) -> Solution:
     """Return the local minimum of ``problem`` that is reached from ``start``."""
     parameters = start
-    residuals, jacobian = problem.residuals(parameters)
+    residuals, jacobian, curvature = problem.derivatives(parameters)
     cost = float(residuals @ residuals)
     damping = 0.0
     last_length = np.inf
     for _ in range(MAX_STEPS):
-        step = _step(jacobian, residuals, problem.curvature(parameters), damping)
+        step = _step(jacobian, residuals, curvature, damping)
         moved = problem.move(parameters, step)
-        new_residuals, new_jacobian = problem.residuals(moved)
-        new_cost = float(new_residuals @ new_residuals)
+        trial = problem.derivatives(moved)
+        new_cost = float(trial[0] @ trial[0])
         length = float(np.linalg.norm(step)) / (1.0 + float(np.linalg.norm(parameters)))
         if not new_cost <= cost * (1.0 + NOISE_OF_COST) + len(residuals) * 1e-30:
             if length < CONVERGED:
@@ -79,7 +79,8 @@ def minimise(problem: Problem, start: Float) -> Solution:
             if damping > 1e20:
                 break
             continue
-        parameters, residuals, jacobian, cost = moved, new_residuals, new_jacobian, new_cost
+        parameters, cost = moved, new_cost
+        residuals, jacobian, curvature = trial
         # A damped step is short because it is damped, which proves nothing.
         if damping < 1e-3 and (
             length < CONVERGED or (length < STAGNATED and length > 0.5 * last_length)
@@ -94,12 +95,14 @@ def _step(jacobian: Float, residuals: Float, curvature: Float, damping: float) -
     gradient = jacobian.T @ residuals
     normal = jacobian.T @ jacobian
     ridge = np.diag(damping * np.diag(normal))
-    hessian = normal + curvature
-    # The smallest eigenvalue decides: Newton where the cost is convex, else Gauss-Newton.
-    if float(np.linalg.eigvalsh(hessian)[0]) > 1e-3 * float(np.linalg.eigvalsh(normal)[0]):
-        normal = hessian
-    solution: Float = np.linalg.lstsq(normal + ridge, gradient, rcond=None)[0].astype(np.float64)
-    return -solution
+    hessian = normal + curvature + ridge
+    try:
+        np.linalg.cholesky(hessian)
+        solution = np.linalg.solve(hessian, gradient)
+    except np.linalg.LinAlgError:
+        # Not convex here: a Newton step might climb, a Gauss-Newton step does not.
+        solution = np.linalg.lstsq(normal + ridge, gradient, rcond=None)[0]
+    return np.asarray(-solution, dtype=np.float64)
 
 
 def sensitivity(jacobian: Float) -> tuple[Float, float]:
