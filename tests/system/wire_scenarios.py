@@ -21,6 +21,7 @@ import numpy as np
 
 from ocmm_core.acquisition.ethercat import EthercatSource
 from ocmm_core.acquisition.frames import Cycle, quantise
+from ocmm_core.acquisition.realtime import BUS_PRIORITY, CAMERA_PRIORITY, take_priority
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.bus import BusSettings, CameraBus
 from ocmm_core.fieldbus.identity import CameraIdentity
@@ -60,6 +61,7 @@ def serve(made: Cameras, faults: Faults | None = None) -> int:
     wire = Wire(FAR, made, faults)
     signal.signal(signal.SIGUSR1, lambda *_: setattr(made[-1], "frozen", True))
     signal.signal(signal.SIGUSR2, lambda *_: made[-1].esc.fall_back(INIT, 0))
+    take_priority(CAMERA_PRIORITY)
     os.write(tell, b"r")
     wire.run(lambda: os.getppid() != parent)
     os._exit(0)
@@ -291,5 +293,6 @@ SCENARIOS: dict[str, Callable[[], dict[str, Any]]] = {
 
 if __name__ == "__main__":
     make_link(HOST, FAR)
+    take_priority(BUS_PRIORITY)
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
     sys.stdout.write(json.dumps(SCENARIOS[sys.argv[1]]()))
