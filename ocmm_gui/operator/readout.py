@@ -131,7 +131,7 @@ class Readout(QWidget):
         return max(14.0, _CAPTION_SHARE * self.height())
 
     def _digit_box(self) -> QRectF:
-        margin = max(8.0, 0.03 * self.height())
+        margin = max(12.0, 0.04 * self.height())
         return QRectF(self.rect()).adjusted(
             margin, 0.5 * margin, -margin, -self._caption_height() - 0.5 * margin
         )
