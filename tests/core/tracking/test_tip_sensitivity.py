@@ -9,9 +9,9 @@ import pytest
 from ocmm_core.camera.model import N_PARAMETERS
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import TrackingError
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.pose import solve
+from ocmm_core.tracking.pose import reprojection, solve
 from ocmm_core.tracking.sensitivity import tip_sensitivity
 
 STEPS = np.array([1e-6] * 3 + [1e-3] * 3 + [1e-4, 1e-6, 1e-3, 1e-3, 1e-8, 1e-10, 1e-8, 1e-8])
@@ -59,6 +59,26 @@ def test_tip_is_that_of_the_kernel(
     # the step, at a pose that is 1e-3 rad away.
     gain = found.by_spots.reshape(3, -1)
     assert np.allclose(0.01**2 * gain @ gain.T, kernel.tip_covariance[0], rtol=1e-2, atol=1e-8)
+
+
+def test_tip_is_the_minimum_of_the_residuals(
+    recommended: Rig, standard_probe: ProbeBody, scene: Callable[..., Float]
+) -> None:
+    """At ten times the noise one step would be 1e-5 mm short."""
+    from scipy.optimize import least_squares
+
+    spots = scene() + 0.3 * np.random.default_rng(3).standard_normal((2, 6, 2))
+    found = tip_sensitivity(spots, recommended, standard_probe)
+    start = solve(spots[None], recommended, standard_probe, 0.01)
+
+    def residuals(pose: Float) -> Float:
+        rotation = rotation_from_vector(pose[:3]) @ start.rotation_world_from_probe[0]
+        return reprojection(recommended, standard_probe, spots, rotation, pose[3:])[0]
+
+    pose = np.concatenate([np.zeros(3), start.origin_world[0]])
+    best = least_squares(residuals, pose, x_scale=[1e-3] * 3 + [1.0] * 3, xtol=1e-14, ftol=1e-14)
+    # The probe's tip is the origin of its frame. Finite differences of scipy: 1e-8 of some mm.
+    assert np.abs(found.tip_world - best.x[3:]).max() < 1e-6
 
 
 def test_derivatives_by_the_spots(
