@@ -65,7 +65,7 @@ class CameraStatus(IntFlag):
     SYNCHRONISED = 2
     """SYNC0 starts the exposures; without it the frame counters of two cameras do not agree."""
     OVERRUN = 4
-    """The camera's buffer lost frames since it was started."""
+    """The camera's buffer lost frames just before the first one of this block."""
 
 
 class Control(IntFlag):

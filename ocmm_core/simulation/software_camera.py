@@ -113,6 +113,10 @@ class FrameBuffer:
             self._tail = self._overrun_at = end - FIFO_FRAMES
         return self._tail, max(0, min(FRAMES_PER_CYCLE, end - self._tail))
 
+    def follows_loss(self, frame: int) -> bool:
+        """Return whether frames were dropped just before this one."""
+        return frame == self._overrun_at
+
     def copy(self, first: int, count: int, target: bytearray, at: int) -> None:
         """Copy frames as they are sent into ``target``."""
         size = FRAME_DTYPE.itemsize
@@ -121,7 +125,7 @@ class FrameBuffer:
         target[at : at + whole * size] = self._bytes[start * size : (start + whole) * size]
         rest = count - whole
         target[at + whole * size : at + count * size] = self._bytes[: rest * size]
-        if first == self._overrun_at and count:
+        if count and self.follows_loss(first):
             target[at + _FLAGS_AT] |= _OVERRUN_FLAG
 
     def _newest(self, now_ns: int) -> int:
@@ -200,7 +204,7 @@ class SoftwareCamera:
             first, count = buffer.take(self.esc.system_time_ns)
         status = CameraStatus.OPERATIONAL if self.esc.state == OP else 0
         status |= CameraStatus.SYNCHRONISED if self.esc.sync0 is not None else 0
-        status |= CameraStatus.OVERRUN if buffer.lost else 0
+        status |= CameraStatus.OVERRUN if buffer.follows_loss(first) else 0
         self._cycle = self._cycle + 1 & 0xFF
         HEADER_STRUCT.pack_into(
             memory,

@@ -52,17 +52,25 @@ def check_accounts(seen: dict[str, Any]) -> None:
     assert seen["wrong"] == 0
 
 
-def check_little_is_lost(seen: dict[str, Any]) -> None:
-    """Judge losses where the machine kept up: the cameras hold 128 ms of frames."""
-    if seen["verdicts"]["good"] > 0.85 * seen["elapsed"]:
-        assert seen["frames_lost"] < 0.02 * seen["frames"]
+def check_nothing_is_lost(seen: dict[str, Any]) -> None:
+    """Judge losses where the machine kept up: the cameras hold 128 ms of frames.
+
+    A cycle carries 12 frames and 8 are made in it, so that three good cycles of four catch up.
+    The 60 ms before the first exposure bring no frames and count as a gap.
+    """
+    if seen["verdicts"]["good"] > 0.85 * seen["elapsed"] and seen["longest_ms"] < 90:
+        assert seen["frames_lost"] == 0
 
 
 def test_three_seconds_at_8_khz_lose_and_mix_nothing() -> None:
     seen = play("run")
     check_accounts(seen)
-    check_little_is_lost(seen)
+    check_nothing_is_lost(seen)
     assert seen["verdicts"]["good"] > 0.3 * seen["elapsed"]
+    # On an undisturbed wire, no answer is ever doubtful except where only a part of it came.
+    assert all(
+        "part of the cameras" in r or "busy" in r or "No answer" in r for r in seen["reasons"]
+    )
     # Exposures start 60 ms after they were programmed; the rest of 3 s is at 8 kHz. What the
     # cameras still hold at the end (128 ms at most) is in no account.
     assert seen["frames"] + seen["frames_lost"] > 22_000
@@ -71,7 +79,7 @@ def test_three_seconds_at_8_khz_lose_and_mix_nothing() -> None:
 def test_lost_answers_cost_no_frame() -> None:
     seen = play("drop")
     check_accounts(seen)
-    check_little_is_lost(seen)
+    check_nothing_is_lost(seen)
     # 3 % of two answers a cycle in 2000 cycles: 120 expected, 20 would be nine sigma away.
     assert seen["verdicts"]["lost"] + seen["verdicts"].get("bad", 0) > 20
 

@@ -109,6 +109,10 @@ def summary(read: list[Cycle], passed: float) -> dict[str, Any]:
             )
             wrong += int(np.count_nonzero(~same))
     verdicts = Counter(cycle.verdict.value for cycle in read)
+    longest = without = 0
+    for cycle in read:
+        without = 0 if cycle.frames is not None else without + cycle.elapsed
+        longest = max(longest, without, cycle.elapsed)
     elapsed = sum(cycle.elapsed for cycle in read)
     verdicts["late"] += elapsed - len(read)
     return {
@@ -118,6 +122,7 @@ def summary(read: list[Cycle], passed: float) -> dict[str, Any]:
         "frames": frames,
         "frames_lost": sum(cycle.frames_lost for cycle in read),
         "last": last,
+        "longest_ms": longest,
         "in_order": in_order,
         "wrong": wrong,
         "reasons": Counter(cycle.reason for cycle in read if cycle.reason),
