@@ -49,10 +49,13 @@ class Ball:
 
 
 @dataclass(frozen=True, slots=True)
-class _BallProblem:
+class BallProblem:
+    """Distances of points (n, d) from a ball with parameters centre (d) and radius."""
+
     points: Float
 
     def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
+        """Return residuals (n,), their derivatives and their curvature; see `solver.Problem`."""
         arms = self.points - parameters[:-1]
         distances = np.maximum(np.linalg.norm(arms, axis=1), 1e-12)
         residuals = distances - parameters[-1]
@@ -66,6 +69,7 @@ class _BallProblem:
         return residuals, jacobian, curvature
 
     def move(self, parameters: Float, step: Float) -> Float:
+        """Return the parameters after a step (d + 1,)."""
         return parameters + step
 
 
@@ -122,7 +126,7 @@ def fit_ball(shape: Shape, points: Float) -> Ball:
         raise flat
     moments, mean_square = taubin_moments(points)
     centre, radius = taubin_centre(np.linalg.eigh(moments)[1][:, 0], mean_square)
-    problem = _BallProblem(points)
+    problem = BallProblem(points)
     solution = minimise(problem, np.append(centre, radius))
     radius_found = float(solution.parameters[-1])
     if not 0.0 < radius_found < LARGEST_RADIUS:

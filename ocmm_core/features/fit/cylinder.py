@@ -30,10 +30,10 @@ RINGS = np.deg2rad([1.5, 4.0, 10.0])
 """How far around; the patch of a long cylinder's narrow arc has a narrow basin there."""
 RANKING_POINTS = 250
 """The trial axes are ranked with at most about twice this many of the points."""
-REFINED = 6
+REFINED = 8
 """Trial axes that are refined; many more where points are so few that minima abound."""
-REFINED_FEW = 40
-FEW_POINTS = 7
+REFINED_FEW = 30
+FEW_POINTS = 8
 APART = np.cos(np.deg2rad(6.0))
 """Axes nearer to each other than this lead to the same minimum."""
 EXACT = 1e-10
@@ -73,7 +73,7 @@ def fit_cylinder(
     )
     if extents[2] < FLAT * extents[0]:
         raise flat
-    problem = _CylinderProblem(about)
+    problem = CylinderProblem(about)
     solutions = _minima(problem)
     if not solutions:
         raise not_converged(Shape.CYLINDER)
@@ -91,8 +91,10 @@ def fit_cylinder(
 
 
 @dataclass(frozen=True, slots=True)
-class _CylinderProblem:
-    """Parameters (7,): foot of the origin on the axis, axis, radius.
+class CylinderProblem:
+    """Distances of points (n, 3) from a cylinder.
+
+    Parameters (7,): foot of the origin on the axis, axis, radius.
 
     A step (5,) shifts the axis along two directions across it, turns it towards them, and
     changes the radius.
@@ -101,6 +103,7 @@ class _CylinderProblem:
     points: Float
 
     def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
+        """Return residuals (n,), their derivatives and their curvature; see `solver.Problem`."""
         first, second = _across(parameters[3:6])
         arms = self.points - parameters[0:3]
         across = np.stack([arms @ first, arms @ second], axis=1)
@@ -123,6 +126,7 @@ class _CylinderProblem:
         return residuals, jacobian, curvature
 
     def move(self, parameters: Float, step: Float) -> Float:
+        """Return the parameters after a step (5,)."""
         first, second = _across(parameters[3:6])
         foot = parameters[0:3] + step[0] * first + step[1] * second
         turn = float(np.hypot(step[2], step[3]))
@@ -132,7 +136,7 @@ class _CylinderProblem:
         return np.concatenate([foot - axis * (axis @ foot), axis, [parameters[6] + step[4]]])
 
 
-def _minima(problem: _CylinderProblem) -> list[Solution]:
+def _minima(problem: CylinderProblem) -> list[Solution]:
     """Return the minima that were found, best first, each once."""
     few = len(problem.points) <= FEW_POINTS
     found: list[Solution] = []
