@@ -17,7 +17,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import FitError, MeasuringError, OcmmError
 from ocmm_core.features.actual import ActualFeature, actual_features
 from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
@@ -30,6 +30,9 @@ from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+
+_MAX_SLANT_DEG = 30.0
+"""A point approached further off its nominal direction is not compensated."""
 
 _WORST_FIRST = (
     Verdict.NOT_CONFORM,
@@ -334,16 +337,30 @@ class InspectionSession:
 
     def _checked_features(self) -> dict[str, ActualFeature | FitError]:
         actual = actual_features(self._plan.features, self._points)
+        T_part_from_world = self._part_frame(actual)
         for name, feature in actual.items():
-            if isinstance(feature, ActualFeature) and feature.fit.form > self._options.max_form:
-                worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
-                actual[name] = FitError(
-                    "session.form",
-                    f"The points of {name} scatter by {feature.fit.form:.3f} mm; point {worst} "
-                    "lies farthest off.",
-                    "Undo the points that belong elsewhere and take them again.",
-                )
+            if isinstance(feature, FitError):
+                continue
+            doubt = self._scatter(feature) or _slid(feature, T_part_from_world, self._points)
+            if doubt is not None:
+                actual[name] = doubt
+        # What was projected onto a plane that is in doubt is in doubt itself.
+        for nominal in self._plan.features:
+            plane = actual.get(nominal.projection)
+            if isinstance(plane, FitError):
+                actual[nominal.name] = plane
         return actual
+
+    def _scatter(self, feature: ActualFeature) -> FitError | None:
+        if feature.fit.form <= self._options.max_form:
+            return None
+        worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
+        return FitError(
+            "session.form",
+            f"The points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point "
+            f"{worst} lies farthest off.",
+            "Undo the points that belong elsewhere and take them again.",
+        )
 
     def _part_frame(self, actual: Mapping[str, ActualFeature | FitError]) -> RigidTransform | None:
         if self._plan.alignment is None:
@@ -381,3 +398,32 @@ class InspectionSession:
             verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fitted else None,
             note=actual.what if isinstance(actual, FitError) else "",
         )
+
+
+def _slid(
+    feature: ActualFeature,
+    T_part_from_world: RigidTransform | None,
+    points: Sequence[MeasuredPoint],
+) -> FitError | None:
+    """Return why a single point cannot be compensated along its approach, if it cannot.
+
+    A ball that slides along the surface into place comes from the wrong direction. On any other
+    shape the fit itself tells the normal; a point has only the plan to compare with.
+    """
+    if feature.nominal.shape is not Shape.POINT or T_part_from_world is None:
+        return None
+    approach_part = T_part_from_world.rotation @ np.mean(
+        [point.direction for point in points if point.number in feature.numbers], axis=0
+    )
+    nominal = np.array(feature.nominal.direction)
+    cosine = float(
+        approach_part @ nominal / (np.linalg.norm(approach_part) * np.linalg.norm(nominal))
+    )
+    angle = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+    if angle <= _MAX_SLANT_DEG:
+        return None
+    return FitError(
+        "session.slant",
+        f"{feature.nominal.name} was approached {angle:.0f} degrees off the direction in the plan.",
+        "Undo it and touch again, straight onto the surface.",
+    )

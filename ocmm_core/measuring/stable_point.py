@@ -204,17 +204,25 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
             "Turn the probe so that all its LEDs face the cameras.",
             time_s,
         )
-    hidden = [
-        f"LED {led + 1} from {camera.name}"
-        for c, camera in enumerate(rig.cameras)
-        for led in range(window.uv.shape[2])
-        if np.mean(np.isfinite(window.uv[:, c, led, 0])) < 0.5
-    ]
-    which = ", ".join(hidden[:4]) + (" ..." if len(hidden) > 4 else "")
     return Refusal(
         RefusalCode.LOST,
-        f"The cameras do not see the probe: hidden are {which}." if hidden
-        else "The cameras do not see the probe.",
+        _who_sees_nothing(window, rig),
         "Turn the LEDs towards the cameras and clear the view, then touch again.",
         time_s,
-    )  # fmt: skip
+    )
+
+
+def _who_sees_nothing(window: TrackBlock, rig: Rig) -> str:
+    """Return the sentence that names the cameras and the LEDs that they do not see."""
+    hidden = np.mean(np.isfinite(window.uv[..., 0]), axis=0) < 0.5
+    if hidden.all():
+        return "The cameras do not see the probe."
+    parts = []
+    for camera, leds in zip(rig.cameras, hidden, strict=True):
+        if leds.all():
+            parts.append(f"camera {camera.name} does not see the probe")
+        elif leds.any():
+            numbers = ", ".join(str(led + 1) for led in np.flatnonzero(leds))
+            parts.append(f"camera {camera.name} does not see LED {numbers}")
+    sentence = " and ".join(parts) or "too few targets are seen by two cameras"
+    return f"{sentence[0].upper()}{sentence[1:]}."

@@ -23,7 +23,11 @@ _TRAIL_STEP_MM = 0.5
 """The trail remembers a place only this far from the last one, so that however long the ball
 rests on the part, the way it came is still there."""
 _TRAIL_LENGTH = 200
-_TRAIL_REACH = 3.0
+_APPROACH_REACH = 2.5
+_NEAR_MM = 1.0
+"""Nearer than this the trail says more about the noise of one frame than about the way."""
+_STRAIGHT_MM = 0.4
+"""A place belongs to the straight part if it lies no further aside of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +136,10 @@ class TouchCollector:
 def approach_direction(trail_world: Float, contact_world: Float, distance: float) -> Float | None:
     """Return the unit vector from the contact to where the ball came from, or None.
 
+    It is the mean direction of the last straight part of the way, the far places weighing more, so
+    that the trembling of the hand averages out. None where that part is shorter than ``distance``:
+    the ball came round a corner just before the contact, or was not followed on its last way.
+
     Parameters
     ----------
     trail_world
@@ -139,16 +147,28 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
     contact_world
         (3,), mm.
     distance
-        The ball must have been this far away, mm: the latest such place counts, so that the path
-        before the final approach does not matter. If that place is more than three times as far
-        away, the ball was not followed on its last way, and the direction is unknown.
+        Length of the straight part that is needed, mm; up to 2.5 times as much is used.
     """
-    away = trail_world - contact_world
-    far = np.flatnonzero(np.linalg.norm(away, axis=1) >= distance)
-    if len(far) == 0:
+    away = trail_world[::-1] - contact_world
+    lengths = np.linalg.norm(away, axis=1)
+    total = np.zeros(3)
+    reached = 0.0
+    for vector, length in zip(away, lengths, strict=True):
+        if length > _APPROACH_REACH * distance:
+            break
+        if length < _NEAR_MM:
+            continue
+        size = float(np.linalg.norm(total))
+        if size > 0.0:
+            along = float(vector @ total) / size
+            aside = float(np.sqrt(max(length**2 - along**2, 0.0)))
+            if along < reached - _STRAIGHT_MM or aside > _STRAIGHT_MM:
+                break
+            reached = max(reached, along)
+        else:
+            reached = float(length)
+        total += vector * length
+    if reached < distance:
         return None
-    length = float(np.linalg.norm(away[far[-1]]))
-    if length > _TRAIL_REACH * distance:
-        return None
-    direction: Float = away[far[-1]] / length
+    direction: Float = total / np.linalg.norm(total)
     return direction

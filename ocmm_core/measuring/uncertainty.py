@@ -82,19 +82,26 @@ def point_uncertainty(sensitivity: TipSensitivity, rig: Rig, body: ProbeBody) ->
 
 
 def _pattern_covariance(sensitivities: Sequence[TipSensitivity], rig: Rig, camera: int) -> Float:
-    size = 3 * len(sensitivities)
+    """Return what the field of one sensor does to all points, (3 N, 3 N), mm^2.
+
+    Each point answers to its own spots only, so the points are stacked with equal numbers of
+    spots: a spot that was not seen has no weight, and its place does not matter.
+    """
+    n = len(sensitivities)
     counts = [int(np.count_nonzero(item.camera == camera)) for item in sensitivities]
-    uv = np.concatenate([item.uv[item.camera == camera] for item in sensitivities])
-    gain = np.zeros((2, size, len(uv)))
-    start = 0
+    most = max(counts)
+    uv, gain = np.zeros((n, most, 2)), np.zeros((n, 2, 3, most))
     for index, (item, count) in enumerate(zip(sensitivities, counts, strict=True)):
-        rows, columns = slice(3 * index, 3 * index + 3), slice(start, start + count)
-        gain[:, rows, columns] = item.by_spots[:, item.camera == camera].transpose(2, 0, 1)
-        start += count
-    apart = uv[:, None] - uv[None]
+        uv[index, :count] = item.uv[item.camera == camera]
+        gain[index, :, :, :count] = item.by_spots[:, item.camera == camera].transpose(2, 0, 1)
+    spots = uv.reshape(-1, 2)
+    apart = np.sum((spots[:, None] - spots[None]) ** 2, axis=2)
     noise = rig.noise
-    field = noise.pattern_px**2 * np.exp(
-        -0.5 * np.sum(apart**2, axis=2) / noise.pattern_length_px**2
-    )
-    covariance: Float = gain[0] @ field @ gain[0].T + gain[1] @ field @ gain[1].T
+    field = noise.pattern_px**2 * np.exp(-0.5 / noise.pattern_length_px**2 * apart)
+    by_point = field.reshape(n, most, n * most)
+    covariance = np.zeros((3 * n, 3 * n))
+    for axis in range(2):
+        left = (gain[:, axis] @ by_point).reshape(3 * n, n, most).transpose(1, 0, 2)
+        both = left @ gain[:, axis].transpose(0, 2, 1)
+        covariance += both.transpose(1, 0, 2).reshape(3 * n, 3 * n)
     return covariance

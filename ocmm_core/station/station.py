@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -146,15 +147,18 @@ class MeasuringStation:
         self._stop.set()
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end of both and say whether it came in time."""
+        """Wait for the end of both, no longer than this in all, and say whether it came."""
+        until = time.monotonic() + timeout_s
         ended = self._acquisition.join(timeout_s)
         if self._thread is not None:
-            self._thread.join(timeout_s)
+            self._thread.join(max(until - time.monotonic(), 0.0))
             ended = ended and not self._thread.is_alive()
         return ended
 
     def close(self) -> None:
-        """Stop, and give back ring and job file. May be called twice."""
+        """Stop, and give back ring, recorder and job file. May be called twice."""
+        if self._last_status is not None:
+            return
         self.request_stop()
         if not self.join(_STOP_S):
             _log.error("The acquisition did not end within %s s.", _STOP_S)

@@ -35,16 +35,18 @@ class TrackingOptions:
         See `pose.solve`.
     relabel_after
         Consecutive doubtful frames after which the labels are thrown away and sought anew.
-    retry_every
-        Frames between two searches for labels while nothing can be identified.
-    extend_every
-        Every so many exposures, spots that no label claims yet are offered to the free LEDs.
+    retry_ns, retry_at_most_ns
+        Bus time between two searches for labels while nothing can be identified. It doubles with
+        every search in vain, because a confused scene takes longest to search.
+    extend_ns
+        Every so much bus time, spots that no label claims yet are offered to the free LEDs.
     """
 
     method: Method = "gauss-newton"
     relabel_after: int = 40
-    retry_every: int = 40
-    extend_every: int = 400
+    retry_ns: int = 5_000_000
+    retry_at_most_ns: int = 320_000_000
+    extend_ns: int = 50_000_000
 
 
 @dataclass(slots=True)
@@ -69,7 +71,9 @@ class TrackingPipeline:
     options: TrackingOptions = field(default_factory=TrackingOptions)
     slot_of_led: Int | None = None
     reason: str = "no frame has arrived yet"
-    _wait: int = 0
+    _search_at_ns: int = 0
+    _patience_ns: int = 0
+    _before_ns: int = 0
     _doubtful: int = 0
 
     @property
@@ -95,23 +99,29 @@ class TrackingPipeline:
                 start = self._search(block, start, pieces)
             else:
                 start = self._follow(block, start, self.slot_of_led, pieces)
+        self._before_ns = int(block.time_ns[-1])
         return pieces[0] if len(pieces) == 1 else join(pieces)
 
     def _search(self, block: FrameBlock, start: int, pieces: list[TrackBlock]) -> int:
         end = start
         while end < len(block):
-            if self._wait > 0:
-                self._wait -= 1
-                end += 1
+            now_ns = int(block.time_ns[end])
+            if now_ns < self._search_at_ns:
+                end += int(np.searchsorted(block.time_ns[end:], self._search_at_ns))
                 continue
-            found = identify(
-                self.rig, self.body, block.uv[end], IdentifyOptions(sigma_px=self.sigma_px)
-            )
+            spots = block.uv[end]
+            found = identify(self.rig, self.body, spots, IdentifyOptions(sigma_px=self.sigma_px))
             self.slot_of_led, self.reason = found.slot_of_led, found.reason
             self._doubtful = 0
             if self.slot_of_led is not None:
                 break
-            self._wait = self.options.retry_every
+            # Looking at an empty scene costs nothing: a probe that comes back is found at once.
+            busy = bool(_enough_spots(spots[None])[0])
+            self._patience_ns = self._patience_ns * 2 if busy else 0
+            self._patience_ns = min(
+                max(self._patience_ns, self.options.retry_ns), self.options.retry_at_most_ns
+            )
+            self._search_at_ns = now_ns + self._patience_ns
         if end > start:
             pieces.append(self._unidentified(block, start, end))
         return end
@@ -134,7 +144,7 @@ class TrackingPipeline:
         end = int(dark[0]) if len(dark) else len(status)
         end = min(end, self._end_of_trust(status))
         if end < len(status):
-            self.slot_of_led, self._wait = None, 0
+            self.slot_of_led, self._search_at_ns, self._patience_ns = None, 0, 0
             self.reason = "all targets are hidden" if len(dark) else "the labels went wrong"
         if end == 0:
             return start
@@ -160,7 +170,10 @@ class TrackingPipeline:
 
     def _extended(self, block: FrameBlock, start: int, labels: Int) -> Int:
         """Return the labels, after free LEDs were given to unclaimed spots where that is due."""
-        if block.counter[start] % self.options.extend_every or labels.min() >= 0:
+        before_ns = int(block.time_ns[start - 1]) if start else self._before_ns
+        period_ns = self.options.extend_ns
+        due = int(block.time_ns[start]) // period_ns != before_ns // period_ns
+        if not due or labels.min() >= 0:
             return labels
         spots = block.uv[start]
         unclaimed = spots.copy()
@@ -181,7 +194,7 @@ class TrackingPipeline:
         """Return where labels may change next: the same frame however the stream is cut."""
         if labels.min() >= 0:
             return len(block)
-        due = np.flatnonzero(block.counter[start + 1 :] % self.options.extend_every == 0)
+        due = np.flatnonzero(np.diff(block.time_ns[start:] // self.options.extend_ns))
         return start + 1 + int(due[0]) if len(due) else len(block)
 
     def _end_of_trust(self, status: NDArray[np.uint8]) -> int:
@@ -197,8 +210,7 @@ class TrackingPipeline:
 
     def _unidentified(self, block: FrameBlock, start: int, end: int) -> TrackBlock:
         n, shape = end - start, (len(self.rig.cameras), self.body.n_leds)
-        spots = np.count_nonzero(np.isfinite(block.uv[start:end]).all(axis=3), axis=2)
-        enough = np.count_nonzero(spots >= 3, axis=1) >= 2
+        enough = _enough_spots(block.uv[start:end])
         return TrackBlock(
             counter=block.counter[start:end],
             time_ns=block.time_ns[start:end],
@@ -213,6 +225,13 @@ class TrackingPipeline:
             seen=np.zeros((n, shape[0]), dtype=np.uint16),
             uv=np.full((n, *shape, 2), np.nan),
         )
+
+
+def _enough_spots(uv: Float) -> NDArray[np.bool_]:
+    """Return in which frames of ``uv`` (n, C, 8, 2) two cameras see three spots or more."""
+    spots = np.count_nonzero(np.isfinite(uv).all(axis=3), axis=2)
+    enough: NDArray[np.bool_] = np.count_nonzero(spots >= 3, axis=1) >= 2
+    return enough
 
 
 def _where(good: NDArray[np.bool_], values: Float) -> Float:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
+from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.errors import MeasuringError
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.session import InspectionSession, SessionOptions
 from ocmm_core.inspection.view import FeatureState
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
@@ -184,3 +188,22 @@ def test_a_point_that_cannot_be_stored_is_no_point(bench: Bench) -> None:
     with pytest.raises(Exception, match="closed"):
         session.take_touch(bench.touches[1])
     assert len(session.view.features[0].points) == 1
+
+
+def test_a_point_approached_aslant_is_not_compensated(bench: Bench, job: JobFile) -> None:
+    alignment = DatumAlignment(primary="BED", secondary=("SPHERE", "CORNER"), origin="SPHERE")
+    corner = NominalFeature(name="CORNER", shape=Shape.POINT, points=1, point=(0.0, 0.0, 0.0))
+    plan = msgspec.structs.replace(
+        bench.plan, features=[*bench.plan.features, corner], alignment=alignment
+    )
+    session = InspectionSession(plan, bench.rig, bench.body, job, SessionOptions())
+    take_all(session, bench)
+    # A touch of the bed from above, and the same one as if the ball had slid in along it.
+    touch = bench.touches[0]
+    aslant = touch.window.tip_world[0] + np.outer(np.arange(8.0, 0.0, -0.5), [1.0, 0.0, 0.2])
+    for trail, trusted in ((touch.trail_world, True), (aslant, False)):
+        session.take_touch(replace(touch, trail_world=trail), "CORNER")
+        point = session.view.features[-1]
+        assert (point.fit is not None) is trusted
+        assert ("degrees off" in point.note) is not trusted
+        session.undo()

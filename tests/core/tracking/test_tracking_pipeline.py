@@ -204,11 +204,12 @@ def test_an_led_that_comes_late_is_taken_in(make: Make) -> None:
     virtual = make(8, WorldOptions(occlusions=(late,)))
     tracked = track(virtual.rig, virtual.body, virtual.frames(0, 1000), [])
     assert (tracked.status == FrameStatus.OK).all()
-    # Free LEDs are offered spots at every 400th exposure.
-    assert (tracked.dof[:800] == 2 * 11 - 6).all()
-    assert (tracked.dof[800:] == 2 * 12 - 6).all()
-    assert (tracked.seen[:800, 1] == 0b101111).all()
-    assert (tracked.seen[800:, 1] == 0b111111).all()
+    # Free LEDs are offered spots every 50 ms, which is every 50th exposure here; the LED comes
+    # with exposure 450.
+    assert (tracked.dof[:450] == 2 * 11 - 6).all()
+    assert (tracked.dof[500:] == 2 * 12 - 6).all()
+    assert (tracked.seen[:450, 1] == 0b101111).all()
+    assert (tracked.seen[500:, 1] == 0b111111).all()
     assert errors_mm(tracked, virtual).max() < WRONG_TIP_MM
 
 
