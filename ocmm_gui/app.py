@@ -236,7 +236,7 @@ def _parser() -> argparse.ArgumentParser:
         "--source", default="simulated",
         help="simulated, ethercat:virtual, ethercat:IFACE or replay:FILE",
     )  # fmt: skip
-    add("--seed", type=int, default=1, help="seed of the virtual rig")
+    add("--seed", type=int, default=3, help="seed of the virtual rig")
     add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")
     add("--operator", default="demo", help="who measures")
     add("--serial", default="1", help="serial number of the part")

@@ -15,6 +15,7 @@ from ocmm_core import __version__
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
 from ocmm_core.cli.options import (
+    DEFAULT_SEED,
     DEMO_PART,
     DEMO_PLAN,
     RECOMMENDED_RIG,
@@ -83,7 +84,7 @@ def demo(
     source: SourceOption = "simulated",
     plan: PlanOption = DEMO_PLAN,
     out: OutOption = _OUT,
-    seed: SeedOption = 1,
+    seed: SeedOption = DEFAULT_SEED,
     speed: Annotated[
         float | None,
         typer.Option(
@@ -117,7 +118,7 @@ def measure(
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     part: PartOption = DEMO_PART,
-    seed: SeedOption = 1,
+    seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     operator: Annotated[str, typer.Option("--operator", help="Who measures.")] = "unnamed",
     serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
@@ -152,7 +153,7 @@ def record(
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     part: PartOption = DEMO_PART,
-    seed: SeedOption = 1,
+    seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     seconds: Annotated[
         float | None,

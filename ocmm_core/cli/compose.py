@@ -19,7 +19,7 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
 from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.options import DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.inspection.plan import Plan, load_plan
@@ -73,7 +73,7 @@ class StationRequest:
     probe: Path = STANDARD_PROBE
     part: Path = DEMO_PART
     source: str = "simulated"
-    seed: int = 1
+    seed: int = DEFAULT_SEED
     speed: float = 0.0
     world: WorldOptions = field(default_factory=WorldOptions)
     frame_rate_hz: int = 0

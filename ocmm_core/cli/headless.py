@@ -52,7 +52,7 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
         files = station.export(out)
     finally:
         station.close()
-    print_counters(console, station.acquisition_status())
+        print_counters(console, station.acquisition_status())
     for file in files:
         console.print(f"Report  {file}")
     return view
@@ -92,6 +92,13 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
         if result.note:
             console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
     console.print("Lengths in mm; U is the expanded uncertainty, k = 2.", style="dim")
+    if truth is not None:
+        held, known = _held(view, truth)
+        console.print(
+            f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
+            "expected. (Form is left out: noise can only make it larger.)",
+            highlight=False,
+        )
 
 
 def print_counters(console: Console, status: AcquisitionStatus) -> None:
@@ -157,6 +164,16 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Mea
 def _print_refusal(console: Console, refusal: Refusal) -> None:
     stamp = time.strftime("%H:%M:%S")
     console.print(f"{stamp} point refused: {refusal.what} {refusal.remedy}", highlight=False)
+
+
+def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
+    """Return for how many characteristics the truth lies inside U, and for how many it could."""
+    inside = [
+        abs(result.measured - truth[result.name]) <= result.uncertainty
+        for result in view.characteristics
+        if result.measured is not None and result.uncertainty is not None and result.kind != "form"
+    ]
+    return sum(inside), len(inside)
 
 
 def _cells(result: CharacteristicResult, true: float | None) -> list[str]:

@@ -9,6 +9,7 @@ import typer
 
 from ocmm_core.documents import resource
 
+DEFAULT_SEED = 3
 DEMO_PLAN = resource("plans", "demo.toml")
 RECOMMENDED_RIG = resource("rigs", "recommended.toml")
 STANDARD_PROBE = resource("probes", "standard.toml")

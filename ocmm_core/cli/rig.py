@@ -10,6 +10,7 @@ from rich.console import Console
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.compose import StationRequest, segment_of
 from ocmm_core.cli.options import (
+    DEFAULT_SEED,
     DEMO_PART,
     DEMO_PLAN,
     RECOMMENDED_RIG,
@@ -40,7 +41,7 @@ def up(
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     part: PartOption = DEMO_PART,
-    seed: SeedOption = 1,
+    seed: SeedOption = DEFAULT_SEED,
 ) -> None:
     """Make the interfaces and start the software cameras; the script begins with operation."""
     request = StationRequest(plan=plan, out=Path(), rig=rig, probe=probe, part=part, seed=seed)

@@ -23,7 +23,7 @@ _TRAIL_STEP_MM = 0.5
 """The trail remembers a place only this far from the last one, so that however long the ball
 rests on the part, the way it came is still there."""
 _TRAIL_LENGTH = 200
-_APPROACH_REACH = 2.5
+_APPROACH_REACH = 4.0
 _NEAR_MM = 1.0
 """Nearer than this the trail says more about the noise of one frame than about the way."""
 _STRAIGHT_MM = 0.4
@@ -147,7 +147,7 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
     contact_world
         (3,), mm.
     distance
-        Length of the straight part that is needed, mm; up to 2.5 times as much is used.
+        Length of the straight part that is needed, mm; up to four times as much is used.
     """
     away = trail_world[::-1] - contact_world
     lengths = np.linalg.norm(away, axis=1)
