@@ -17,9 +17,10 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import FitError, MeasuringError, OcmmError
 from ocmm_core.features.actual import ActualFeature, actual_features
 from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.single_points import compensate_by_plan
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
@@ -30,9 +31,6 @@ from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
-
-_MAX_SLANT_DEG = 30.0
-"""A point approached further off its nominal direction is not compensated."""
 
 _WORST_FIRST = (
     Verdict.NOT_CONFORM,
@@ -338,29 +336,17 @@ class InspectionSession:
     def _checked_features(self) -> dict[str, ActualFeature | FitError]:
         actual = actual_features(self._plan.features, self._points)
         T_part_from_world = self._part_frame(actual)
+        if T_part_from_world is not None:
+            actual |= compensate_by_plan(self._plan.features, self._points, T_part_from_world)
         for name, feature in actual.items():
-            if isinstance(feature, FitError):
-                continue
-            doubt = self._scatter(feature) or _slid(feature, T_part_from_world, self._points)
-            if doubt is not None:
-                actual[name] = doubt
+            if isinstance(feature, ActualFeature) and feature.fit.form > self._options.max_form:
+                actual[name] = _scattered(feature)
         # What was projected onto a plane that is in doubt is in doubt itself.
         for nominal in self._plan.features:
             plane = actual.get(nominal.projection)
             if isinstance(plane, FitError):
                 actual[nominal.name] = plane
         return actual
-
-    def _scatter(self, feature: ActualFeature) -> FitError | None:
-        if feature.fit.form <= self._options.max_form:
-            return None
-        worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
-        return FitError(
-            "session.form",
-            f"The points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point "
-            f"{worst} lies farthest off.",
-            "Undo the points that belong elsewhere and take them again.",
-        )
 
     def _part_frame(self, actual: Mapping[str, ActualFeature | FitError]) -> RigidTransform | None:
         if self._plan.alignment is None:
@@ -400,30 +386,11 @@ class InspectionSession:
         )
 
 
-def _slid(
-    feature: ActualFeature,
-    T_part_from_world: RigidTransform | None,
-    points: Sequence[MeasuredPoint],
-) -> FitError | None:
-    """Return why a single point cannot be compensated along its approach, if it cannot.
-
-    A ball that slides along the surface into place comes from the wrong direction. On any other
-    shape the fit itself tells the normal; a point has only the plan to compare with.
-    """
-    if feature.nominal.shape is not Shape.POINT or T_part_from_world is None:
-        return None
-    approach_part = T_part_from_world.rotation @ np.mean(
-        [point.direction for point in points if point.number in feature.numbers], axis=0
-    )
-    nominal = np.array(feature.nominal.direction)
-    cosine = float(
-        approach_part @ nominal / (np.linalg.norm(approach_part) * np.linalg.norm(nominal))
-    )
-    angle = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
-    if angle <= _MAX_SLANT_DEG:
-        return None
+def _scattered(feature: ActualFeature) -> FitError:
+    worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
     return FitError(
-        "session.slant",
-        f"{feature.nominal.name} was approached {angle:.0f} degrees off the direction in the plan.",
-        "Undo it and touch again, straight onto the surface.",
+        "session.form",
+        f"The points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point "
+        f"{worst} lies farthest off.",
+        "Undo the points that belong elsewhere and take them again.",
     )
