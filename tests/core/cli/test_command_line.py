@@ -57,7 +57,11 @@ def test_a_part_out_of_tolerance_gives_exit_code_1(ocmm: Ocmm, tmp_path: Path) -
 def test_a_value_at_its_limit_is_not_proven_and_gives_exit_code_1(
     ocmm: Ocmm, tmp_path: Path
 ) -> None:
-    plan = edited(tmp_path / "plan.toml", QUICK, "nominal = 20.34", "nominal = 20.262")
+    assert ocmm("measure", "--plan", QUICK, "--out", "out").returncode == 0
+    with (tmp_path / "out/QUICK-001_report.csv").open(newline="") as stream:
+        step = float(list(csv.DictReader(stream))[1]["Measured"])
+    # The same measurement again, with the upper limit (nominal + 0.08) where its value lies.
+    plan = edited(tmp_path / "plan.toml", QUICK, "nominal = 20.34", f"nominal = {step - 0.08:.4f}")
     done = ocmm("measure", "--plan", plan, "--out", "out")
     assert done.returncode == 1
     assert re.search(r"Block step .*NOT PROVEN", done.stdout)
