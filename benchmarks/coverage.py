@@ -23,6 +23,7 @@ from typing import Literal
 import msgspec
 import numpy as np
 
+from ocmm_core.blas import use_one_thread
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.options import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.truth import true_values
@@ -78,6 +79,7 @@ def run(setup: Setup, seed: int) -> list[Outcome]:
 
 def run_many(setup: Setup, seeds: Sequence[int]) -> list[list[Outcome]]:
     """Measure once for every seed, on all cores."""
+    use_one_thread()
     # A forked child would inherit threads of numba and of the test runner half-way.
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
         return list(pool.map(run, [setup] * len(seeds), seeds, chunksize=5))
