@@ -19,6 +19,9 @@ import pytest
 from ocmm_core.errors import BusError
 from ocmm_core.simulation.virtual_bus import namespace_command
 
+# Two processes must answer each other within a millisecond: not beside other tests.
+pytestmark = pytest.mark.timing
+
 _SCENARIOS = Path(__file__).with_name("wire_scenarios.py")
 _ROOT = Path(__file__).resolve().parents[2]
 

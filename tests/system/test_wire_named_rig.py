@@ -17,6 +17,9 @@ from ocmm_core.simulation import named_rig
 from ocmm_core.simulation.camera_process import SegmentConfig
 from ocmm_core.simulation.virtual_bus import namespace_command
 
+# Two processes must answer each other within a millisecond: not beside other tests.
+pytestmark = pytest.mark.timing
+
 _ROOT = Path(__file__).resolve().parents[2]
 SEGMENT = SegmentConfig(
     interface="",

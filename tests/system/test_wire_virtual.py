@@ -24,6 +24,9 @@ from ocmm_core.simulation.camera_process import SegmentConfig
 from ocmm_core.simulation.pattern import TestPattern
 from ocmm_core.simulation.virtual_bus import VirtualBus, namespace_command
 
+# Two processes must answer each other within a millisecond: not beside other tests.
+pytestmark = pytest.mark.timing
+
 _ROOT = Path(__file__).resolve().parents[2]
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 PATTERN = msgspec.Raw(b'{"pattern":"test"}')
@@ -223,7 +226,7 @@ def test_a_second_master_brings_the_cameras_to_operation(tmp_path: Path) -> None
             check=False,
             env={**os.environ, "PYTHONPATH": str(_ROOT)},
         )
-        if "Timeout" not in done.stderr:
+        if done.returncode == 0:
             break
     assert done.returncode == 0, done.stderr + done.stdout
     assert "[1001, 1002] [840, 840] ['OPERATIONAL', 'OPERATIONAL']" in done.stdout
