@@ -27,6 +27,7 @@ from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
 from ocmm_core.measuring.trigger import Touch, approach_direction
 from ocmm_core.measuring.uncertainty import joint_covariance, point_uncertainty
 from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.decision import not_measured
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
@@ -312,12 +313,22 @@ class InspectionSession:
 
     def _evaluate(self) -> JobView:
         actual = self._checked_features()
-        results = evaluate_all(
-            self._plan.characteristics,
-            self._plan.alignment,
-            actual,
-            self._covariance(),
-            self._plan.rule,
+        # Every further point can only make form worse: a part of them proves nothing.
+        results = tuple(
+            not_measured(item, f"Form is judged when {item.features[0]} has all its points.")
+            if item.kind == "form" and item.features[0] not in self._done
+            else result
+            for item, result in zip(
+                self._plan.characteristics,
+                evaluate_all(
+                    self._plan.characteristics,
+                    self._plan.alignment,
+                    actual,
+                    self._covariance(),
+                    self._plan.rule,
+                ),
+                strict=True,
+            )
         )
         return JobView(
             job=self._job.path.stem,

@@ -24,6 +24,9 @@ from ocmm_gui.theme import (
 from ocmm_gui.words import characteristics_of, main_characteristic, millimetres, shown_feature
 
 _ROWS = ("Measured", "Nominal", "Deviation", "U (k=2)", "Form", "Position")
+_ROOMY_PX = 480
+"""A lower panel has no room for explanations."""
+
 _MAX_OTHERS = 6
 
 
@@ -98,7 +101,9 @@ class FeaturePanel(QFrame):
             self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
         note = feature.note or (result.note if result is not None else "")
         self._note.setText(note)
-        self._note.setVisible(bool(note))
+        # Beside a number the note explains; without one it is the reason, and must be seen.
+        explains = result is not None and result.measured is not None and not feature.note
+        self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
         others = [item for item in characteristics_of(job, feature.name) if item is not result]
         self._others.show_results(tuple(others[:_MAX_OTHERS]))
         self._residuals.show_fit(feature.fit)

@@ -8,7 +8,11 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
 from PySide6.QtGui import QImage
+
+# Counts the rings of the whole machine and holds the window to two seconds.
+pytestmark = pytest.mark.timing
 
 _COMMAND = (sys.executable, "-m", "ocmm_gui", "--silent", "--size", "1280x720", "--out")
 _ROOT = Path(__file__).resolve().parents[2]

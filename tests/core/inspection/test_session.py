@@ -17,6 +17,7 @@ from ocmm_core.inspection.view import FeatureState
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.result import Verdict
 from tests.core.inspection.conftest import Bench
 
@@ -207,3 +208,19 @@ def test_a_point_approached_aslant_is_not_compensated(bench: Bench, job: JobFile
         assert (point.fit is not None) is trusted
         assert ("degrees off" in point.note) is not trusted
         session.undo()
+
+
+def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFile) -> None:
+    flatness = Characteristic(
+        name="Flatness", kind="form", features=["BED"], nominal=0.0, lower=0.0, upper=0.2
+    )
+    features = [msgspec.structs.replace(bench.plan.features[0], points=5), *bench.plan.features[1:]]
+    plan = msgspec.structs.replace(bench.plan, features=features, characteristics=[flatness])
+    session = InspectionSession(plan, bench.rig, bench.body, job, SessionOptions())
+    for touch in bench.touches[:4]:
+        session.take_touch(touch)
+    early = session.view.characteristics[0]
+    assert (early.verdict, early.measured) == (Verdict.NOT_MEASURED, None)
+    assert "all its points" in early.note
+    session.finish()
+    assert session.view.characteristics[0].verdict is Verdict.CONFORM
