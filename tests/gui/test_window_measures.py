@@ -73,6 +73,8 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
 
 def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window()
+    # While the script lasts, the operator takes again what is undone.
+    qtbot.waitUntil(lambda: bench.built.station.wait_finished(0.0), timeout=PATIENCE_MS)
     qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
     before = _last_touched(bench.built.station.job())
     QTest.keyClick(bench.window, Qt.Key.Key_Backspace)
