@@ -147,9 +147,7 @@ class InspectionSession:
             There is no point.
         """
         with self._lock:
-            last = self._last_point()
-            self._job.annul_point(last.number, "undone by the operator")
-            self._points.remove(last)
+            last = self._take_back("undone by the operator")
             self._done.discard(last.feature)
             self._active = last.feature
             self._refusal = None
@@ -164,9 +162,7 @@ class InspectionSession:
             There is no point.
         """
         with self._lock:
-            last = self._last_point()
-            self._job.annul_point(last.number, "compensation flipped by the operator")
-            self._points.remove(last)
+            last = self._take_back("compensation flipped by the operator")
             number = self._job.next_number()
             self._sensitivities[number] = self._sensitivities[last.number]
             self._append(
@@ -299,10 +295,12 @@ class InspectionSession:
         self._job.append_point(point)
         self._points.append(point)
 
-    def _last_point(self) -> MeasuredPoint:
+    def _take_back(self, reason: str) -> MeasuredPoint:
+        """Annul the last point and return it; MeasuringError if there is none."""
         if not self._points:
             raise MeasuringError("session.no_point", "No point was taken yet.", "Take one first.")
-        return self._points[-1]
+        self._job.annul_point(self._points[-1].number, reason)
+        return self._points.pop()
 
     def _count(self, feature: str) -> int:
         return sum(point.feature == feature for point in self._points)

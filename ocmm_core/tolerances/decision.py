@@ -11,9 +11,11 @@ limit at a time, as else a value in the middle of a narrow tolerance would be pr
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Literal
 
 from ocmm_core.errors import MeasuringError
+from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 
@@ -21,9 +23,6 @@ Rule = Literal["iso14253-1", "simple"]
 
 PROBABILITY = 0.95
 """Default conformance probability limit of ISO 14253-1:2017."""
-
-COVERAGE_FACTOR = 2.0
-"""k of the expanded uncertainty U = k u that goes with every value."""
 
 
 def conformance_probability(
@@ -105,13 +104,8 @@ def make_result(
     MeasuringError
         As `decide`.
     """
-    return CharacteristicResult(
-        name=characteristic.name,
-        kind=characteristic.kind,
-        features=tuple(characteristic.features),
-        nominal=characteristic.nominal,
-        lower=characteristic.lower,
-        upper=characteristic.upper,
+    return replace(
+        not_measured(characteristic, note),
         measured=value,
         deviation=value - characteristic.nominal,
         uncertainty=COVERAGE_FACTOR * standard_uncertainty,
@@ -124,7 +118,6 @@ def make_result(
             rule,
             one_sided=characteristic.kind == "form",
         ),
-        note=note,
     )
 
 

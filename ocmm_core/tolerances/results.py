@@ -11,9 +11,9 @@ from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float
+from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.decision import (
-    COVERAGE_FACTOR,
     Rule,
     make_result,
     normal_probability,
