@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import subprocess
-import sys
 import threading
 from collections.abc import Sequence
 from typing import Protocol
 
 from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.launch import bus_command
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.acquisition.worker import AcquisitionState, StopReason
 from ocmm_core.errors import AcquisitionError, BusError
@@ -152,6 +152,4 @@ class BusProcess(ChildProcess):
     """
 
     def __init__(self, config: BusConfig, ring: FrameRing) -> None:
-        super().__init__(
-            [sys.executable, "-m", "ocmm_core.acquisition.process"], config.to_json(), ring
-        )
+        super().__init__(bus_command(), config.to_json(), ring)

@@ -28,10 +28,13 @@ from ocmm_core.camera.rig import MAX_CAMERAS
 from ocmm_core.errors import AcquisitionError
 
 _MAGIC = 0x4F434D4D52494E47
-_LAYOUT = 1
+_LAYOUT = 2
 _HEAD_WORDS = 64
 _TEXT_BYTES = 1024
-_DATA_OFFSET = 4096
+REPORT_BYTES = 131072
+"""Room for the report of the writer about itself."""
+_REPORT_OFFSET = 4096
+_DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
 DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
 
@@ -60,6 +63,10 @@ class Word(IntEnum):
     TEXT_LENGTH = 18
     FRAME_PERIOD_NS = 19
     RESERVED = 20
+    REPORT_SEQUENCE = 21
+    REPORT_LENGTH = 22
+    LAST_FRAMES_NS = 23
+    """When frames last came, `time.monotonic_ns` (one clock for all processes); 0 before."""
 
 
 class FrameRing:
@@ -144,6 +151,24 @@ class FrameRing:
         start = _HEAD_WORDS * 8
         content = self._map[start : start + self.word(Word.TEXT_LENGTH)]
         return content.decode("utf-8", errors="replace")
+
+    def set_report(self, content: bytes) -> None:
+        """Publish a report of the writer; one that is too long is left out."""
+        if len(content) > REPORT_BYTES:
+            return
+        # Odd while it is being written, so that a reader never takes half of each.
+        self._words[Word.REPORT_SEQUENCE] += 1
+        self._map[_REPORT_OFFSET : _REPORT_OFFSET + len(content)] = content
+        self._words[Word.REPORT_LENGTH] = len(content)
+        self._words[Word.REPORT_SEQUENCE] += 1
+
+    def report(self) -> bytes:
+        """Return the last report; empty where there is none, or it is being written."""
+        before = self.word(Word.REPORT_SEQUENCE)
+        content = self._map[_REPORT_OFFSET : _REPORT_OFFSET + self.word(Word.REPORT_LENGTH)]
+        if before % 2 or before != self.word(Word.REPORT_SEQUENCE):
+            return b""
+        return content
 
     def free(self) -> int:
         """Return how many frames can be written before the reader would lose some."""

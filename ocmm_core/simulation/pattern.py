@@ -30,6 +30,43 @@ class CameraFrames(Protocol):
         ...
 
 
+class SensorControl(Protocol):
+    """What the electronics of a camera can set and ask at its sensor."""
+
+    def configure(
+        self,
+        camera: int,
+        *,
+        exposure_ns: int,
+        threshold: int,
+        strobe: int,
+        windows: tuple[tuple[int, int, int, int], ...],
+    ) -> None:
+        """Set exposure time, threshold in grey levels, lit LEDs (bit mask, 0: all) and windows.
+
+        A window is left, top, width and height, px; without any the camera chooses by itself.
+        """
+        ...
+
+    def image(
+        self, camera: int, left: int, top: int, width: int, height: int
+    ) -> NDArray[np.uint16]:
+        """Return a raw picture of a region (height, width)."""
+        ...
+
+    def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:
+        """Return the mean of so many exposures of the whole sensor with the LEDs off."""
+        ...
+
+    def set_black_image(self, camera: int, image: NDArray[np.uint16] | None) -> None:
+        """Subtract this picture from now on, or nothing."""
+        ...
+
+    def temperature_c(self, camera: int) -> float:
+        """Return the temperature of the sensor."""
+        ...
+
+
 class TestPattern:
     """Spots on circles; a slot, the button and the positions all tell the exposure number.
 

@@ -16,6 +16,7 @@ import msgspec
 
 from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.client import ChildProcess
+from ocmm_core.acquisition.launch import bus_command
 from ocmm_core.acquisition.realtime import CAMERA_PRIORITY, take_priority
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.errors import BusError, OcmmError
@@ -114,9 +115,7 @@ def _run(content: bytes) -> int:
     make_link(config.bus.interface, config.segment.interface)
     wire = make_wire(config.segment)
     # Its complaints go where those of this process go.
-    bus = subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.acquisition.process"], stdin=subprocess.PIPE
-    )
+    bus = subprocess.Popen(bus_command(), stdin=subprocess.PIPE)  # noqa: S603 - our own interpreter and modules, no shell
     if bus.stdin is None:
         return 2
     # After the bus process was started, which chooses its own.

@@ -1,0 +1,168 @@
+"""EtherCAT frames and their datagrams (ETG.1000.4), as bytes: built and taken apart.
+
+The master library carries the process data. Everything that must never make it wait - states,
+clocks, mailboxes - travels in frames of our own beside it, with index numbers that the library
+does not use and therefore ignores.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+from ocmm_core.errors import BusError
+
+ETHERTYPE = 0x88A4
+FRAME_BYTES = 1514
+"""Longest Ethernet frame, without its check sequence."""
+DATAGRAM_OVERHEAD = 12
+"""Head and working counter of a datagram."""
+
+_BROADCAST = b"\xff" * 6
+_SOURCE = bytes((0x02, 0x4F, 0x43, 0x4D, 0x4D, 0x01))
+"""Locally administered; the slaves set a bit of it on the way, which tells sent from returned."""
+_ETHERNET_HEAD = struct.Struct(">6s6sH")
+_ETHERCAT_HEAD = struct.Struct("<H")
+_DATAGRAM_HEAD = struct.Struct("<BBHHHH")
+_COUNTER = struct.Struct("<H")
+_LENGTH_MASK = 0x07FF
+_MORE = 0x8000
+_KIND_DATAGRAMS = 1
+_SHORTEST_FRAME = 60
+
+
+class Command(IntEnum):
+    """EtherCAT commands."""
+
+    NOP = 0
+    APRD = 1
+    APWR = 2
+    APRW = 3
+    FPRD = 4
+    FPWR = 5
+    FPRW = 6
+    BRD = 7
+    BWR = 8
+    BRW = 9
+    LRD = 10
+    LWR = 11
+    LRW = 12
+    ARMW = 13
+    FRMW = 14
+
+
+@dataclass(frozen=True, slots=True)
+class Datagram:
+    """One datagram.
+
+    Attributes
+    ----------
+    command
+        What the slaves do with it; an int where it came from the wire.
+    target
+        Position, station address, or low half of the logical address.
+    register
+        Memory address in the slave, or high half of the logical address.
+    data
+        Content.
+    working_counter
+        How many slaves took part; zero when sent.
+    """
+
+    command: int
+    target: int
+    register: int
+    data: bytes
+    working_counter: int = 0
+
+
+def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
+    """Return an Ethernet frame with these datagrams.
+
+    Parameters
+    ----------
+    index
+        0 to 255, in every datagram: tells the answers of different frames apart.
+    datagrams
+        One at least; together at most `FRAME_BYTES`.
+
+    Raises
+    ------
+    BusError
+        They do not fit into a frame.
+    """
+    size = sum(len(datagram.data) + DATAGRAM_OVERHEAD for datagram in datagrams)
+    total = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size + size
+    if not datagrams or total > FRAME_BYTES:
+        raise BusError(
+            "bus.frame",
+            f"{len(datagrams)} datagrams of {size} bytes do not make an EtherCAT frame.",
+            "Report this as a fault of the program.",
+        )
+    parts = [
+        _ETHERNET_HEAD.pack(_BROADCAST, _SOURCE, ETHERTYPE),
+        _ETHERCAT_HEAD.pack(size | _KIND_DATAGRAMS << 12),
+    ]
+    for number, datagram in enumerate(datagrams, start=1):
+        more = _MORE if number < len(datagrams) else 0
+        parts.append(
+            _DATAGRAM_HEAD.pack(
+                datagram.command, index, datagram.target, datagram.register,
+                len(datagram.data) | more, 0,
+            )
+        )  # fmt: skip
+        parts += (datagram.data, _COUNTER.pack(datagram.working_counter))
+    return b"".join(parts).ljust(_SHORTEST_FRAME, b"\x00")
+
+
+def frame_index(frame: bytes) -> int | None:
+    """Return the index of an EtherCAT frame, or None where it is none; looks at nothing else."""
+    at = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size
+    if len(frame) < at + _DATAGRAM_HEAD.size or frame[12:14] != b"\x88\xa4":
+        return None
+    return frame[at + 1]
+
+
+def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
+    """Return the index and the datagrams of an Ethernet frame.
+
+    Raises
+    ------
+    BusError
+        It is no whole EtherCAT frame.
+    """
+    index = frame_index(frame)
+    if index is None:
+        raise _malformed("it is no EtherCAT frame")
+    (head,) = _ETHERCAT_HEAD.unpack_from(frame, _ETHERNET_HEAD.size)
+    at = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size
+    end = at + (head & _LENGTH_MASK)
+    if head >> 12 != _KIND_DATAGRAMS or end > len(frame):
+        raise _malformed("its head does not fit its length")
+    datagrams = []
+    more = True
+    while more:
+        if at + DATAGRAM_OVERHEAD > end:
+            raise _malformed("a datagram is missing")
+        command, _index, target, register, flags, _event = _DATAGRAM_HEAD.unpack_from(frame, at)
+        start = at + _DATAGRAM_HEAD.size
+        length = flags & _LENGTH_MASK
+        at = start + length + _COUNTER.size
+        if at > end:
+            raise _malformed("a datagram ends outside of it")
+        (counter,) = _COUNTER.unpack_from(frame, start + length)
+        datagrams.append(
+            Datagram(command, target, register, bytes(frame[start : start + length]), counter)
+        )
+        more = bool(flags & _MORE)
+    return index, tuple(datagrams)
+
+
+def _malformed(why: str) -> BusError:
+    return BusError(
+        "bus.malformed",
+        f"A frame on the bus cannot be read: {why}.",
+        "Check cables and adapter; let nothing but cameras be on this network.",
+    )
