@@ -46,6 +46,10 @@ class TrackingError(OcmmError):
     """The probe cannot be identified or located without doubt."""
 
 
+class CalibrationError(OcmmError):
+    """Cameras cannot be calibrated from what was taken, or may not be used as they are."""
+
+
 class FitError(OcmmError):
     """A feature cannot be fitted to the points that were taken."""
 

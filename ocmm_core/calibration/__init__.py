@@ -1,0 +1,1 @@
+"""Calibration: cameras from known points, and what may be trusted of it."""

@@ -1,0 +1,304 @@
+"""One camera from known points: several starts, wrong points found and named, full covariance.
+
+Thesis 3.1 (after Heikkila and Silven 1997) with its errata. The normal minimum is found from the
+nominal focal length or from the DLT; which of them leads there depends on depth and distortion, so
+starts are tried until the residuals are what the spots' sigma says, and the best is kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
+from ocmm_core.calibration.dlt import Start, starts
+from ocmm_core.calibration.least_squares import Minimum, covariance_of, minimise
+from ocmm_core.calibration.lens import LensCamera, project_extended
+from ocmm_core.camera.model import CameraModel
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Int, Pixels, Points3
+
+MINIMUM_POINTS = 20
+"""Below this, 14 parameters leave too little to tell a wrong point from a right one."""
+
+OUTLIER_PROBABILITY = 1e-3
+"""That one of all good points is called wrong."""
+
+_MEDIAN_OF_RAYLEIGH = 1.1774
+_ROUNDS = 12
+_STEPS_PER_ROUND = 5
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFit:
+    """What a fit of one camera found; nothing of it is judged here.
+
+    Attributes
+    ----------
+    camera
+        With the extra terms, which are zero where they were not freed.
+    free
+        Indices into `lens.ALL_PARAMETERS` of what was fitted.
+    covariance
+        (p, p) of what was fitted, from the sigma of spots and of reference points; None where
+        the points do not determine the camera.
+    points_world, uv
+        (n, 3), mm, and (n, 2), px: all points that the camera saw.
+    used
+        (n,): False for the points that were found wrong.
+    distances
+        (n,): length of the whitened residual; about 1 for a good point.
+    residuals_px
+        (n, 2), observed minus predicted.
+    chi2, dof
+        Of the used points.
+    sigma_px, reference_sigma
+        What was assumed, px and mm per axis.
+    converged
+        Whether the minimum was reached.
+    start
+        Name of the start that led there.
+    iterations
+        Of the winning start.
+    """
+
+    camera: LensCamera
+    free: tuple[int, ...]
+    covariance: Float | None
+    points_world: Points3
+    uv: Pixels
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    distances: Float
+    residuals_px: Pixels
+    chi2: float
+    dof: int
+    sigma_px: float
+    reference_sigma: float
+    converged: bool
+    start: str
+    iterations: int
+
+    @property
+    def rms_px(self) -> float:
+        """Return the RMS residual of the used points, px per coordinate."""
+        return float(np.sqrt(np.mean(self.residuals_px[self.used] ** 2)))
+
+    @property
+    def expected_rms_px(self) -> float:
+        """Return the RMS that the sigmas predict, px per coordinate."""
+        whitening = whitening_of(
+            self.camera, self.points_world[self.used], self.sigma_px, self.reference_sigma
+        )
+        return float(np.sqrt(np.mean(np.linalg.inv(whitening) ** 2) * 2.0))
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """A minimum with the points that it takes for good."""
+
+    start: Start
+    minimum: Minimum[LensCamera]
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    score: float
+
+
+def fit_camera(
+    nominal: CameraModel,
+    points_world: Points3,
+    uv: Pixels,
+    sigma_px: float,
+    reference_sigma: float = 0.0,
+    extra_terms: tuple[str, ...] = (),
+) -> CameraFit:
+    """Return the camera that sees known points at these spots.
+
+    Parameters
+    ----------
+    nominal
+        Sensor size, pixel pitch and nominal focal length; anything else of it is not used.
+    points_world
+        (n, 3), mm.
+    uv
+        (n, 2), px.
+    sigma_px
+        Standard deviation of a spot, px per axis.
+    reference_sigma
+        Standard deviation of a reference position, mm per axis.
+    extra_terms
+        Of `lens.EXTRA_TERMS`, what is fitted besides the running model.
+
+    Raises
+    ------
+    CalibrationError
+        There are fewer than `MINIMUM_POINTS` points, or they lie on a line.
+    """
+    if len(points_world) < MINIMUM_POINTS:
+        raise CalibrationError(
+            "calibration.too_few_points",
+            f"Camera '{nominal.name}' saw {len(points_world)} of the reference points, but at "
+            f"least {MINIMUM_POINTS} are needed.",
+            "Take more points; 200 or more, spread over a deep volume, make a good calibration.",
+        )
+    candidates: list[_Candidate] = []
+    expected = 2 * len(uv) - len(free_parameters(extra_terms))
+    for start in starts(nominal, points_world, uv):
+        found = _from_start(start, points_world, uv, sigma_px, reference_sigma, extra_terms)
+        if found is None:
+            continue
+        candidates.append(found)
+        clean = found.used.mean() >= 0.9 and found.score <= 1.0 + 4.0 * np.sqrt(2.0 / expected)
+        # Nothing can be clearly better than residuals that are nothing but noise.
+        if clean and found.minimum.converged:
+            break
+    if not candidates:
+        raise CalibrationError(
+            "calibration.no_start",
+            f"No camera '{nominal.name}' at all can see the points at these spots.",
+            "Check that the points are not on a line, and that spots and points belong together.",
+        )
+    best = min(candidates, key=lambda candidate: candidate.score)
+    return _result(best, points_world, uv, sigma_px, reference_sigma, extra_terms)
+
+
+def _from_start(
+    start: Start,
+    points_world: Points3,
+    uv: Pixels,
+    sigma_px: float,
+    reference_sigma: float,
+    extra_terms: tuple[str, ...],
+) -> _Candidate | None:
+    """Return the minimum from one start, with wrong points left out; None where there is none."""
+    camera = LensCamera(start.camera)
+    if not np.isfinite(project_extended(camera, points_world)).all():
+        return None
+    problem = CameraProblem(
+        points_world,
+        uv,
+        whitening_of(camera, points_world, sigma_px, reference_sigma),
+        free_parameters(extra_terms),
+    )
+    minimum = minimise(problem, camera)
+    if reference_sigma > 0.0:
+        problem, minimum = _whitened_again(problem, minimum, sigma_px, reference_sigma)
+    used = np.ones(len(uv), dtype=np.bool_)
+    distances = _distances(problem, minimum.state)
+    if distances.max() > _limit(distances):
+        minimum = _robust(problem, minimum.state)
+        if reference_sigma > 0.0:
+            problem, _ = _whitened_again(problem, minimum, sigma_px, reference_sigma, steps=0)
+        minimum, used = _without_wrong_points(problem, minimum.state)
+    dof = max(2 * int(used.sum()) - len(problem.free), 1)
+    # Leaving points out must not make a start look better than one that explains them.
+    score = minimum.cost / dof + 100.0 * float(np.mean(~used))
+    return _Candidate(start, minimum, used, score)
+
+
+def _whitened_again(
+    problem: CameraProblem,
+    minimum: Minimum[LensCamera],
+    sigma_px: float,
+    reference_sigma: float,
+    steps: int = 60,
+) -> tuple[CameraProblem, Minimum[LensCamera]]:
+    """Return the problem with the weights that hold at its minimum, and that one's minimum."""
+    whitening = whitening_of(minimum.state, problem.points_world, sigma_px, reference_sigma)
+    problem = replace(problem, whitening=whitening)
+    return problem, (minimise(problem, minimum.state, steps) if steps else minimum)
+
+
+def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
+    """Return the minimum with Cauchy weights whose scale follows the median residual."""
+    last = np.inf
+    for _ in range(_ROUNDS):
+        distances = _distances(problem, camera)
+        scale = 3.0 * _scale_of(distances)
+        weights = 1.0 / np.sqrt(1.0 + (distances / scale) ** 2)
+        minimum = minimise(problem.scaled(weights), camera, _STEPS_PER_ROUND)
+        camera = minimum.state
+        if minimum.iterations <= 1 and abs(last - scale) <= 1e-3 * scale:
+            break
+        last = scale
+    return minimum
+
+
+def _without_wrong_points(
+    problem: CameraProblem, camera: LensCamera
+) -> tuple[Minimum[LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """Return the minimum of the good points, and which they are.
+
+    All points are judged again after every fit, so that one wrongly left out comes back.
+    """
+    distances = _distances(problem, camera)
+    used = distances <= _limit(distances)
+    for _ in range(_ROUNDS):
+        minimum = minimise(problem.scaled(used.astype(np.float64)), camera)
+        camera = minimum.state
+        distances = _distances(problem, camera)
+        again = distances <= _limit(distances)
+        if np.array_equal(again, used):
+            break
+        used = again
+    return minimum, used
+
+
+def _distances(problem: CameraProblem, camera: LensCamera) -> Float:
+    miss = project_extended(camera, problem.points_world) - problem.uv
+    distances: Float = np.linalg.norm(problem.whitening @ miss[:, :, None], axis=(1, 2))
+    return np.where(np.isfinite(distances), distances, 1e12)
+
+
+def _scale_of(distances: Float) -> float:
+    """Return how many sigma the good residuals are, at least one."""
+    return max(float(np.median(distances)) / _MEDIAN_OF_RAYLEIGH, 1.0)
+
+
+def _limit(distances: Float) -> float:
+    """Return the distance above which a point is wrong.
+
+    Two coordinates: P(d > x) = exp(-x^2 / 2), shared among all points (Bonferroni).
+    """
+    n = len(distances)
+    return _scale_of(distances) * float(np.sqrt(-2.0 * np.log(OUTLIER_PROBABILITY / n)))
+
+
+def _result(
+    best: _Candidate,
+    points_world: Points3,
+    uv: Pixels,
+    sigma_px: float,
+    reference_sigma: float,
+    extra_terms: tuple[str, ...],
+) -> CameraFit:
+    camera = best.minimum.state
+    problem = CameraProblem(
+        points_world,
+        uv,
+        whitening_of(camera, points_world, sigma_px, reference_sigma),
+        free_parameters(extra_terms),
+    )
+    return CameraFit(
+        camera=camera,
+        free=problem.free,
+        covariance=covariance_of(best.minimum.jacobian),
+        points_world=points_world,
+        uv=uv,
+        used=best.used,
+        distances=_distances(problem, camera),
+        residuals_px=uv - project_extended(camera, points_world),
+        chi2=best.minimum.cost,
+        dof=2 * int(best.used.sum()) - len(problem.free),
+        sigma_px=sigma_px,
+        reference_sigma=reference_sigma,
+        converged=best.minimum.converged,
+        start=best.start.name,
+        iterations=best.minimum.iterations,
+    )
+
+
+def indices_of_wrong(fit: CameraFit) -> Int:
+    """Return the indices of the points that were found wrong, the worst first."""
+    wrong = np.flatnonzero(~fit.used)
+    ordered: Int = wrong[np.argsort(-fit.distances[wrong])].astype(np.int64)
+    return ordered

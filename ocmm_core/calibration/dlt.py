@@ -1,0 +1,228 @@
+"""Start values: the direct linear transformation and poses for a given lens.
+
+Homogeneous and normalised (Hartley 1997; thesis 3.1 with its errata): no element of the matrix is
+set to one, so a world origin in the camera's principal plane does no harm. Points are whitened
+along their principal axes, so that a flat volume is not also badly scaled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.camera.model import CameraModel
+from ocmm_core.geometry import Float, Pixels, Points3, RigidTransform
+
+FLAT = 0.15
+"""Depth over width below which the plane of the points gives a better pose than the DLT."""
+
+FOCAL_GRID = (0.7, 1.4, 0.5, 2.0, 0.35, 3.0)
+"""Multiples of the nominal focal length that are tried when nothing else fits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """A camera to start a fit from.
+
+    Attributes
+    ----------
+    name
+        What it was made of, for the record.
+    camera
+        Without distortion.
+    """
+
+    name: str
+    camera: CameraModel
+
+
+def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> list[Start]:
+    """Return cameras to start from, the most promising first.
+
+    Parameters
+    ----------
+    nominal
+        Sensor, pixel pitch and nominal focal length; the pose is not used.
+    points_world, uv
+        (n, 3), mm, and (n, 2), px; at least six points.
+    """
+    ideal = replace(
+        nominal,
+        aspect=1.0,
+        u0=0.5 * (nominal.width - 1),
+        v0=0.5 * (nominal.height - 1),
+        k1=0.0,
+        k2=0.0,
+        p1=0.0,
+        p2=0.0,
+    )
+    matrix = dlt(points_world, uv)
+    linear = camera_of_dlt(ideal, matrix) if matrix is not None else None
+    found = _posed("nominal focal length", ideal, points_world, uv, matrix)
+    if linear is not None:
+        found.append(Start("DLT", linear))
+        found += _posed(
+            "focal length of the DLT",
+            replace(ideal, focal=linear.focal), points_world, uv, matrix,
+        )  # fmt: skip
+    for factor in FOCAL_GRID:
+        found += _posed(
+            f"{factor:g} x nominal focal length",
+            replace(ideal, focal=factor * ideal.focal), points_world, uv, matrix,
+        )  # fmt: skip
+    return found
+
+
+def dlt(points_world: Points3, uv: Pixels) -> Float | None:
+    """Return the projection matrix (3, 4), px over mm, with the points in front of the camera.
+
+    None where the points lie in one plane.
+    """
+    whitened = _whitening(points_world)
+    if whitened is None:
+        return None
+    to_white, white = whitened
+    to_unit, image = _image_normalisation(uv)
+    n = len(white)
+    homogeneous = np.column_stack([white, np.ones(n)])
+    rows = np.zeros((2 * n, 12))
+    rows[0::2, 0:4] = rows[1::2, 4:8] = homogeneous
+    rows[0::2, 8:12] = -image[:, :1] * homogeneous
+    rows[1::2, 8:12] = -image[:, 1:] * homogeneous
+    # Whitened and normalised, the squared condition of the normal matrix does no harm to a start.
+    _, vectors = np.linalg.eigh(rows.T @ rows)
+    matrix: Float = np.linalg.inv(to_unit) @ vectors[:, 0].reshape(3, 4) @ to_white
+    depth = points_world @ matrix[2, :3] + matrix[2, 3]
+    if np.median(depth) < 0.0:
+        matrix = -matrix
+    return matrix / np.linalg.norm(matrix[2, :3])
+
+
+def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
+    """Return the camera without distortion of a projection matrix.
+
+    None where the matrix is a mirror image or has no sensible lens: the points are then in another
+    order or handedness than the spots, or nearly in one plane.
+    """
+    m1, m2, m3 = matrix[:, :3]
+    u0, v0 = float(m1 @ m3), float(m2 @ m3)
+    fx, fy = float(np.linalg.norm(m1 - u0 * m3)), float(np.linalg.norm(m2 - v0 * m3))
+    if np.linalg.det(matrix[:, :3]) <= 0.0 or not (fx > 0.0 and fy > 0.0):
+        return None
+    if not (0.2 < fx / fy < 5.0 and abs(u0) < 10 * nominal.width and abs(v0) < 10 * nominal.height):
+        return None
+    lens = np.array([[fx, 0.0, u0], [0.0, fy, v0], [0.0, 0.0, 1.0]])
+    return replace(
+        nominal,
+        focal=fy * nominal.pitch_mm,
+        aspect=fx / fy,
+        u0=u0,
+        v0=v0,
+        T_camera_from_world=_pose_of(np.linalg.solve(lens, matrix)),
+    )
+
+
+def pose_of_plane(camera: CameraModel, points_world: Points3, uv: Pixels) -> RigidTransform | None:
+    """Return the pose (camera from world) of points near a plane, for a known lens.
+
+    Homography of the plane, its columns made orthonormal. None where the points are on a line.
+    """
+    centre = points_world.mean(axis=0)
+    _, widths, axes = np.linalg.svd(points_world - centre, full_matrices=False)
+    if widths[1] < 1e-9 * widths[0]:
+        return None
+    axes[2] = np.cross(axes[0], axes[1])
+    size = widths[0] / np.sqrt(len(points_world))
+    plane = (points_world - centre) @ axes[:2].T / size
+    image = (uv - [camera.u0, camera.v0]) / [camera.sx * camera.focal, camera.sy * camera.focal]
+    to_unit, unit = _image_normalisation(image)
+    n = len(plane)
+    homogeneous = np.column_stack([plane, np.ones(n)])
+    rows = np.zeros((2 * n, 9))
+    rows[0::2, 0:3] = rows[1::2, 3:6] = homogeneous
+    rows[0::2, 6:9] = -unit[:, :1] * homogeneous
+    rows[1::2, 6:9] = -unit[:, 1:] * homogeneous
+    _, vectors = np.linalg.eigh(rows.T @ rows)
+    homography = np.linalg.inv(to_unit) @ vectors[:, 0].reshape(3, 3)
+    if homography[2, 2] < 0.0:
+        homography = -homography
+    norm = 0.5 * (np.linalg.norm(homography[:, 0]) + np.linalg.norm(homography[:, 1]))
+    if not norm > 0.0:
+        return None
+    homography /= norm
+    first, second = homography[:, 0], homography[:, 1]
+    camera_from_plane = _nearest_rotation(
+        np.column_stack([first, second, np.cross(first, second)])
+    )
+    rotation = camera_from_plane @ axes
+    return RigidTransform(rotation, homography[:, 2] * size - rotation @ centre)
+
+
+def flatness(points_world: Points3) -> float:
+    """Return depth over width: the least over the greatest extent along the principal axes."""
+    centred = points_world - points_world.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    extents = np.ptp(centred @ axes.T, axis=0)
+    return float(extents.min() / extents.max()) if extents.max() > 0.0 else 0.0
+
+
+def _posed(
+    name: str, camera: CameraModel, points_world: Points3, uv: Pixels, matrix: Float | None
+) -> list[Start]:
+    """Return starts with this lens; the pose by plane and by DLT, the likelier one first."""
+    poses = []
+    plane = pose_of_plane(camera, points_world, uv)
+    if plane is not None:
+        poses.append(Start(f"{name}, plane", replace(camera, T_camera_from_world=plane)))
+    if matrix is not None:
+        lens = np.array(
+            [
+                [camera.focal * camera.sx, 0.0, camera.u0],
+                [0.0, camera.focal * camera.sy, camera.v0],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+        seen = np.linalg.solve(lens, matrix)
+        if np.linalg.det(seen[:, :3]) > 0.0:
+            pose = _pose_of(seen)
+            poses.append(Start(f"{name}, DLT", replace(camera, T_camera_from_world=pose)))
+    if flatness(points_world) >= FLAT:
+        poses.reverse()
+    return poses
+
+
+def _pose_of(matrix: Float) -> RigidTransform:
+    """Return the motion nearest to ``matrix`` (3, 4), whose left part is a scaled rotation."""
+    left, sizes, right = np.linalg.svd(matrix[:, :3])
+    rotation = left @ right
+    return RigidTransform(rotation, rotation @ np.linalg.solve(matrix[:, :3], matrix[:, 3]))
+
+
+def _nearest_rotation(matrix: Float) -> Float:
+    left, _, right = np.linalg.svd(matrix)
+    rotation: Float = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    return rotation
+
+
+def _whitening(points: Points3) -> tuple[Float, Points3] | None:
+    """Return the matrix (4, 4) that makes the points' covariance the unit matrix, and the points.
+
+    None where they have no extent in one direction.
+    """
+    centre = points.mean(axis=0)
+    _, widths, axes = np.linalg.svd(points - centre, full_matrices=False)
+    if widths[2] < 1e-9 * widths[0]:
+        return None
+    linear = axes / (widths[:, None] / np.sqrt(len(points)))
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = linear, -linear @ centre
+    return matrix, (points - centre) @ linear.T
+
+
+def _image_normalisation(image: Float) -> tuple[Float, Float]:
+    """Return the matrix (3, 3) that centres and scales image points, and the points (n, 2)."""
+    centre = image.mean(axis=0)
+    size = float(np.sqrt(np.mean((image - centre) ** 2))) or 1.0
+    matrix = np.array([[1 / size, 0, -centre[0] / size], [0, 1 / size, -centre[1] / size], [0, 0, 1.0]])
+    return matrix, (image - centre) / size

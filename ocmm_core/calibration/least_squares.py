@@ -1,0 +1,133 @@
+"""Levenberg-Marquardt for any projection that knows its derivatives.
+
+Marquardt's scaling by the columns' norms, damping by the ratio of achieved to predicted decrease.
+The problem says what its residuals are and how its state moves, so that rotations are turned and
+never added.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+
+S = TypeVar("S")
+
+FIRST_DAMPING = 1e-4
+LARGEST_DAMPING = 1e12
+RELATIVE_DECREASE = 1e-11
+ABSOLUTE_DECREASE = 1e-12
+"""Residuals are in units of their sigma: a chi-square that can fall by no more is at its bottom."""
+
+
+class Projector(Protocol[S]):
+    """What is fitted."""
+
+    def linearise(self, state: S) -> tuple[Float, Float]:
+        """Return the residuals (m,), predicted minus observed over sigma, and d/d(step), (m, p).
+
+        Residuals that are not finite say that the state is impossible.
+        """
+        ...
+
+    def moved(self, state: S, step: Float) -> S:
+        """Return the state after a small ``step`` (p,)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Minimum(Generic[S]):
+    """Where a fit ended.
+
+    Attributes
+    ----------
+    state
+        The best state found.
+    residuals, jacobian
+        (m,) and (m, p) there.
+    cost
+        Sum of the squared residuals.
+    iterations
+        Number of linearisations after the first.
+    converged
+        Whether the cost cannot fall any further.
+    """
+
+    state: S
+    residuals: Float
+    jacobian: Float
+    cost: float
+    iterations: int
+    converged: bool
+
+
+def minimise(problem: Projector[S], start: S, max_iterations: int = 60) -> Minimum[S]:
+    """Return the minimum of the squared residuals that is reached from ``start``.
+
+    A start that is impossible itself is returned with an infinite cost.
+    """
+    state = start
+    residuals, jacobian = problem.linearise(state)
+    cost = _cost(residuals)
+    if not np.isfinite(cost):
+        return Minimum(state, residuals, jacobian, np.inf, 0, converged=False)
+    normal, gradient, scale = _normal_equations(residuals, jacobian)
+    damping = FIRST_DAMPING
+    for iteration in range(1, max_iterations + 1):
+        damped = normal.copy()
+        damped[np.diag_indices_from(damped)] += damping
+        step = -np.linalg.solve(damped, gradient)
+        predicted = -float(step @ (2.0 * gradient + normal @ step))
+        small = predicted <= RELATIVE_DECREASE * cost + ABSOLUTE_DECREASE
+        if small and damping <= 1.0:
+            return Minimum(state, residuals, jacobian, cost, iteration - 1, converged=True)
+        trial = problem.moved(state, step / scale)
+        trial_residuals, trial_jacobian = problem.linearise(trial)
+        trial_cost = _cost(trial_residuals)
+        ratio = (cost - trial_cost) / predicted if predicted > 0.0 else -np.inf
+        if not ratio > 0.0:
+            damping *= 10.0
+            if damping > LARGEST_DAMPING:
+                # No step of any length helps: rounding is all that is left of the slope.
+                return Minimum(state, residuals, jacobian, cost, iteration, converged=small)
+            continue
+        state, residuals, jacobian, cost = trial, trial_residuals, trial_jacobian, trial_cost
+        normal, gradient, scale = _normal_equations(residuals, jacobian)
+        if ratio > 0.75:
+            damping = max(0.1 * damping, 1e-15)
+        elif ratio < 0.25:
+            damping *= 4.0
+    return Minimum(state, residuals, jacobian, cost, max_iterations, converged=False)
+
+
+def covariance_of(jacobian: Float) -> Float | None:
+    """Return the covariance (p, p) of the parameters whose residuals have unit variance.
+
+    None where the observations do not determine the parameters.
+    """
+    scale = np.linalg.norm(jacobian, axis=0)
+    if not np.all(scale > 0.0):
+        return None
+    scaled = jacobian / scale
+    normal = scaled.T @ scaled
+    # Above this the first digit of a variance is rounding.
+    if not np.linalg.cond(normal) < 1e14:
+        return None
+    covariance: Float = np.linalg.inv(normal) / np.outer(scale, scale)
+    return 0.5 * (covariance + covariance.T)
+
+
+def _cost(residuals: Float) -> float:
+    cost = float(residuals @ residuals)
+    return cost if np.isfinite(cost) else np.inf
+
+
+def _normal_equations(residuals: Float, jacobian: Float) -> tuple[Float, Float, Float]:
+    """Return the normal matrix and gradient in scaled parameters, and the scale (p,)."""
+    normal = jacobian.T @ jacobian
+    scale = np.sqrt(np.diag(normal))
+    scale[scale == 0.0] = 1.0
+    return normal / np.outer(scale, scale), (jacobian.T @ residuals) / scale, scale
