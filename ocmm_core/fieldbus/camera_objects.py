@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ocmm_core.fieldbus.camera_slave import (
     DEVICE_NAME,
     INPUT_PDOS,
+    N_SLOTS,
     OUTPUT_PDO,
     PRODUCT_CODE,
     REVISION,
@@ -27,6 +28,7 @@ SM_TYPES = 0x1C00
 SM_ASSIGNMENT = 0x1C10
 """Index of the assignment of sync manager 0."""
 CONFIGURATION = 0x8000
+WINDOWS = 0x8001
 CALIBRATION = 0x8010
 COUNTERS = 0xA000
 
@@ -97,6 +99,16 @@ def object_dictionary(serial: int) -> dict[int, DictionaryObject]:
                 ObjectEntry("Frame period ns", DataType.UDINT, _u32(config.frame_period_ns), True),
                 ObjectEntry("Exposure ns", DataType.UDINT, _u32(config.exposure_ns), True),
                 ObjectEntry("Threshold", DataType.UINT, struct.pack("<H", config.threshold), True),
+                ObjectEntry("Mode", DataType.USINT, bytes([config.mode]), True),
+                ObjectEntry("LED strobe", DataType.UINT, struct.pack("<H", config.strobe), True),
+            ],
+        ),
+        WINDOWS: _record(
+            "Windows",
+            [
+                ObjectEntry(f"Window {slot} {name}", DataType.UINT, bytes(2), True)
+                for slot in range(N_SLOTS)
+                for name in ("left", "top", "width", "height")
             ],
         ),
         CALIBRATION: _variable(
@@ -116,6 +128,22 @@ def object_dictionary(serial: int) -> dict[int, DictionaryObject]:
             [ObjectEntry(entry.name, DataType.UDINT, _u32(entry.mapping)) for entry in pdo.entries],
         )
     return objects
+
+
+def configuration_values(config: CameraConfig) -> tuple[tuple[int, int, bytes], ...]:
+    """Return index, entry and value of everything that makes up the configuration."""
+    numbers = (number for window in config.all_windows for number in window)
+    return (
+        (CONFIGURATION, 1, _u32(config.frame_period_ns)),
+        (CONFIGURATION, 2, _u32(config.exposure_ns)),
+        (CONFIGURATION, 3, struct.pack("<H", config.threshold)),
+        (CONFIGURATION, 4, bytes([config.mode])),
+        (CONFIGURATION, 5, struct.pack("<H", config.strobe)),
+        *(
+            (WINDOWS, sub, struct.pack("<H", number))
+            for sub, number in enumerate(numbers, start=1)
+        ),
+    )
 
 
 def _u32(value: int) -> bytes:

@@ -10,11 +10,14 @@ from __future__ import annotations
 
 import binascii
 import struct
+import zlib
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ocmm_core.errors import BusError, InputError
 
 VENDOR_ID = 0xFA4E0001
 """Not assigned by the EtherCAT Technology Group: it spells out that the device is not real."""
@@ -28,6 +31,8 @@ FRAMES_PER_CYCLE = 12
 """Frames that one cycle carries at most: the 8 of 1 ms and room to catch up."""
 SUBPIXELS = 65536
 """Steps of a pixel on the wire."""
+SUBMILLIMETRES = 1 << 24
+"""Steps of a millimetre on the wire in mode CORRECTED: 0.06 nm, and +-128 mm fit."""
 DEFAULT_FRAME_PERIOD_NS = 125_000
 COUNTER_MODULUS = 1 << 32
 """The frame counter on the wire has 32 bits."""
@@ -125,6 +130,7 @@ HEADER_PDO = Pdo(
         ("status", DataType.UINT),
         ("config_crc", DataType.UINT),
         ("boot_counter", DataType.UINT),
+        ("data_crc", DataType.UDINT),
     ),
 )
 FRAME_PDOS = tuple(
@@ -159,8 +165,12 @@ HEADER_DTYPE = np.dtype(_plain_dtype(HEADER_PDO))
 FRAME_DTYPE = np.dtype([("valid", "<u2"), ("flags", "<u2"), ("xy", "<i4", (N_SLOTS, 2))])
 INPUT_DTYPE = np.dtype([("header", HEADER_DTYPE), ("frames", FRAME_DTYPE, (FRAMES_PER_CYCLE,))])
 OUTPUT_DTYPE = np.dtype(_plain_dtype(OUTPUT_PDO))
-HEADER_STRUCT = struct.Struct("<IQIBBHHH")
+HEADER_STRUCT = struct.Struct("<IQIBBHHHI")
 OUTPUT_STRUCT = struct.Struct("<HHII")
+DATA_CRC = struct.Struct("<I")
+DATA_CRC_AT = HEADER_STRUCT.size - DATA_CRC.size
+"""Where the check sum of the input stands in it."""
+_NO_CRC = bytes(DATA_CRC.size)
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +185,7 @@ class Header:
     status: int
     config_crc: int
     boot_counter: int
+    data_crc: int = 0
 
     @classmethod
     def decode(cls, content: bytes) -> Header:
@@ -182,9 +193,37 @@ class Header:
         return cls(*HEADER_STRUCT.unpack_from(content))
 
 
+def data_crc(content: bytes | bytearray | memoryview) -> int:
+    """Return the check sum (CRC-32 of ISO 3309) of a camera's whole input.
+
+    The field that holds it counts as zero.
+    """
+    crc = zlib.crc32(_NO_CRC, zlib.crc32(content[:DATA_CRC_AT]))
+    return zlib.crc32(content[DATA_CRC_AT + DATA_CRC.size :], crc)
+
+
+def check_data_crc(content: bytes) -> bool:
+    """Return whether a camera's whole input arrived as the camera sent it."""
+    found: int = DATA_CRC.unpack_from(content, DATA_CRC_AT)[0]
+    return len(content) == INPUT_DTYPE.itemsize and found == data_crc(content)
+
+
+class CameraMode(IntEnum):
+    """What the camera sends."""
+
+    RAW = 0
+    """Spots as the sensor sees them, px."""
+    CORRECTED = 1
+    """Ideal image points, mm: the camera applies the intrinsics that it stores."""
+
+
+Window = tuple[int, int, int, int]
+"""Left, top, width and height, px."""
+
+
 @dataclass(frozen=True, slots=True)
 class CameraConfig:
-    """What the master sets in object 0x8000 before the camera runs.
+    """What the master sets in objects 0x8000 and 0x8001 before the camera runs.
 
     Attributes
     ----------
@@ -194,20 +233,85 @@ class CameraConfig:
         Duration of an exposure.
     threshold
         Grey level above which a pixel belongs to a spot.
+    mode
+        What the camera sends.
+    strobe
+        Bit s lights LED s during the exposures; 0 lights all.
+    windows
+        Up to 8 windows, one for each slot in turn; without any the camera chooses by itself.
     """
 
     frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
     exposure_ns: int = 20_000
     threshold: int = 200
+    mode: CameraMode = CameraMode.RAW
+    strobe: int = 0
+    windows: tuple[Window, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be sent.
+
+        Raises
+        ------
+        InputError
+            A number does not fit into its object, or there are too many windows.
+        """
+        for name, value, bits in (
+            ("frame_period_ns", self.frame_period_ns, 32),
+            ("exposure_ns", self.exposure_ns, 32),
+            ("threshold", self.threshold, 16),
+            ("strobe", self.strobe, 16),
+            *(("windows", number, 16) for window in self.windows for number in window),
+        ):
+            if not 0 <= value < 1 << bits:
+                raise InputError(
+                    "bus.configuration",
+                    f"Field '{name}' of the camera's configuration is {value}, "
+                    f"but must be 0 to {(1 << bits) - 1}.",
+                    "Correct that field.",
+                )
+        if len(self.windows) > N_SLOTS:
+            raise InputError(
+                "bus.configuration",
+                f"There are {len(self.windows)} windows, but a camera has {N_SLOTS}.",
+                "Leave windows out.",
+            )
+
+    @property
+    def all_windows(self) -> tuple[Window, ...]:
+        """Return 8 windows; those that are not set are empty."""
+        return self.windows + ((0, 0, 0, 0),) * (N_SLOTS - len(self.windows))
 
     def crc(self) -> int:
-        """Return the check sum that the camera must show while this configuration is in force."""
-        packed = struct.pack("<IIH", self.frame_period_ns, self.exposure_ns, self.threshold)
+        """Return the check sum that the camera must show while this configuration is in force.
+
+        CRC-16/CCITT-FALSE of all values in the order of the objects, little-endian.
+        """
+        numbers = (number for window in self.all_windows for number in window)
+        packed = struct.pack(
+            f"<IIHBH{4 * N_SLOTS}H",
+            self.frame_period_ns, self.exposure_ns, self.threshold, self.mode, self.strobe,
+            *numbers,
+        )  # fmt: skip
         return binascii.crc_hqx(packed, 0xFFFF)
 
 
+def require_raw(config: CameraConfig) -> None:
+    """Raise BusError where a camera would send anything but raw pixel coordinates."""
+    if config.mode != CameraMode.RAW:
+        raise BusError(
+            "bus.mode",
+            "The cameras are set to send corrected image points, but this program measures with "
+            "raw pixel coordinates and its own calibration.",
+            "Set the mode of the cameras to raw.",
+        )
+
+
 def encode_frames(
-    valid: NDArray[np.uint16], flags: NDArray[np.uint16], uv: NDArray[np.float64]
+    valid: NDArray[np.uint16],
+    flags: NDArray[np.uint16],
+    uv: NDArray[np.float64],
+    mode: CameraMode = CameraMode.RAW,
 ) -> NDArray[np.void]:
     """Return frames as the camera sends them.
 
@@ -218,7 +322,9 @@ def encode_frames(
     flags
         (n,): frame flags.
     uv
-        (n, 8, 2), px; what is not valid is sent as zero.
+        (n, 8, 2), px, or mm in mode CORRECTED; what is not valid is sent as zero.
+    mode
+        Which of the two it is.
 
     Returns
     -------
@@ -229,13 +335,20 @@ def encode_frames(
     frames["valid"] = valid
     frames["flags"] = flags
     seen = (valid[:, None] >> np.arange(N_SLOTS, dtype=np.uint16)) & 1 == 1
-    frames["xy"] = np.round(np.where(seen[:, :, None], uv, 0.0) * SUBPIXELS)
+    steps = SUBPIXELS if mode == CameraMode.RAW else SUBMILLIMETRES
+    frames["xy"] = np.round(np.where(seen[:, :, None], uv, 0.0) * steps)
     return frames
 
 
-def decode_spots(frames: NDArray[np.void]) -> NDArray[np.float64]:
-    """Return the spots (n, 8, 2), px, of frames (n,) of `FRAME_DTYPE`; NaN where not valid."""
+def decode_spots(
+    frames: NDArray[np.void], mode: CameraMode = CameraMode.RAW
+) -> NDArray[np.float64]:
+    """Return the spots (n, 8, 2) of frames (n,) of `FRAME_DTYPE`; NaN where not valid.
+
+    They are in px in mode RAW and ideal image points in mm in mode CORRECTED.
+    """
     seen = (frames["valid"][:, None] >> np.arange(N_SLOTS, dtype=np.uint16)) & 1 == 1
-    spots: NDArray[np.float64] = frames["xy"] / float(SUBPIXELS)
+    steps = SUBPIXELS if mode == CameraMode.RAW else SUBMILLIMETRES
+    spots: NDArray[np.float64] = frames["xy"] / float(steps)
     spots[~seen] = np.nan
     return spots

@@ -9,6 +9,7 @@ buffer that is full drops the oldest and says so.
 from __future__ import annotations
 
 import struct
+import zlib
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +18,22 @@ from ocmm_core.fieldbus.camera_objects import (
     CONFIGURATION,
     COUNTERS,
     SM_ASSIGNMENT,
+    WINDOWS,
     object_dictionary,
 )
 from ocmm_core.fieldbus.camera_slave import (
     COUNTER_MODULUS,
+    DATA_CRC,
+    DATA_CRC_AT,
     FRAME_DTYPE,
     FRAMES_PER_CYCLE,
     HEADER_STRUCT,
+    INPUT_DTYPE,
+    N_SLOTS,
     OUTPUT_STRUCT,
     SM_INPUTS,
     CameraConfig,
+    CameraMode,
     CameraStatus,
     Control,
     encode_frames,
@@ -158,6 +165,7 @@ class SoftwareCamera:
         self.esc = Esc(sii_image(serial, alias), 7_000_000_000 * (index + 1), self)
         self.buffer = FrameBuffer(provider, index)
         self.frozen = False
+        self._inputs = memoryview(self.esc.memory)[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
         self._boot_counter = boot_counter
         self._cycle = 0
         self._crc = CameraConfig().crc()
@@ -217,8 +225,11 @@ class SoftwareCamera:
             status,
             self._crc,
             self._boot_counter,
+            0,
         )
         buffer.copy(first, count, memory, INPUT_START + HEADER_STRUCT.size)
+        crc = zlib.crc32(self._inputs)
+        DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
 
     def generate(self, now_ns: int) -> bool:
         """Work ahead; say whether something was done."""
@@ -231,7 +242,13 @@ class SoftwareCamera:
         self.coe.set_value(SM_ASSIGNMENT + SM_INPUTS, position, value)
 
     def _config(self) -> CameraConfig:
-        period, exposure, threshold = (
-            int.from_bytes(self.coe.value(CONFIGURATION, sub), "little") for sub in (1, 2, 3)
+        period, exposure, threshold, mode, strobe = (
+            int.from_bytes(self.coe.value(CONFIGURATION, sub), "little") for sub in range(1, 6)
         )
-        return CameraConfig(period, exposure, threshold)
+        numbers = [
+            int.from_bytes(self.coe.value(WINDOWS, sub), "little")
+            for sub in range(1, 4 * N_SLOTS + 1)
+        ]
+        left, top, width, height = (numbers[part::4] for part in range(4))
+        windows = tuple(zip(left, top, width, height, strict=True))
+        return CameraConfig(period, exposure, threshold, CameraMode(mode), strobe, windows)

@@ -5,15 +5,17 @@ from __future__ import annotations
 import struct
 
 import numpy as np
+import pytest
 
 from ocmm_core.acquisition.frames import SUBPIXEL, FrameFlag, quantise
 from ocmm_core.camera.rig import MAX_CAMERAS, MAX_SLOTS
+from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus import camera_slave as model
 from ocmm_core.fieldbus.camera_objects import object_dictionary
 from ocmm_core.fieldbus.mapping import IO_MAP_BYTES
 from ocmm_core.simulation import sii
 from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.software_camera import _OVERRUN_FLAG
+from ocmm_core.simulation.software_camera import _OVERRUN_FLAG, SoftwareCamera
 
 
 def bits(pdos: tuple[model.Pdo, ...]) -> int:
@@ -42,7 +44,7 @@ def test_as_many_cameras_as_a_rig_may_have_fit_into_the_process_image() -> None:
 
 
 def test_header_survives_the_way_through_numpy_and_struct() -> None:
-    header = model.Header(4_000_000_000, 2**40, 125_000, 12, 255, 7, 0xBEEF, 3)
+    header = model.Header(4_000_000_000, 2**40, 125_000, 12, 255, 7, 0xBEEF, 3, 0xDEADBEEF)
     content = model.HEADER_STRUCT.pack(
         *(getattr(header, entry.name) for entry in model.HEADER_PDO.entries)
     )
@@ -107,5 +109,46 @@ def test_configuration_check_sum_depends_on_every_field() -> None:
         model.CameraConfig(frame_period_ns=250_000).crc(),
         model.CameraConfig(exposure_ns=1).crc(),
         model.CameraConfig(threshold=1).crc(),
+        model.CameraConfig(mode=model.CameraMode.CORRECTED).crc(),
+        model.CameraConfig(strobe=1).crc(),
+        model.CameraConfig(windows=((1, 0, 0, 0),)).crc(),
+        model.CameraConfig(windows=((0, 0, 0, 0), (0, 0, 0, 1))).crc(),
     }
-    assert len(sums) == 4
+    assert len(sums) == 8
+
+
+def test_configuration_refuses_what_cannot_be_sent() -> None:
+    with pytest.raises(InputError, match="'threshold'"):
+        model.CameraConfig(threshold=65536)
+    with pytest.raises(InputError, match="'windows'"):
+        model.CameraConfig(windows=((-1, 0, 0, 0),))
+    with pytest.raises(InputError, match="9 windows"):
+        model.CameraConfig(windows=((0, 0, 1, 1),) * 9)
+
+
+def test_only_raw_coordinates_are_measured_with() -> None:
+    model.require_raw(model.CameraConfig())
+    with pytest.raises(BusError, match="raw"):
+        model.require_raw(model.CameraConfig(mode=model.CameraMode.CORRECTED))
+
+
+def test_no_changed_bit_of_the_input_goes_unnoticed() -> None:
+    camera = SoftwareCamera(0, 1001, 1, TestPattern())
+    camera.refresh_inputs()
+    size = model.INPUT_DTYPE.itemsize
+    content = bytearray(camera.esc.memory[sii.INPUT_START : sii.INPUT_START + size])
+    assert model.check_data_crc(bytes(content))
+    for bit in range(8 * size):
+        content[bit // 8] ^= 1 << bit % 8
+        assert not model.check_data_crc(bytes(content)), bit
+        content[bit // 8] ^= 1 << bit % 8
+    assert not model.check_data_crc(bytes(content) + b"\0")
+
+
+def test_corrected_image_points_survive_the_wire() -> None:
+    uv = np.linspace(-12.3, 12.3, 3 * 16).reshape(3, 8, 2)
+    mode = model.CameraMode.CORRECTED
+    frames = model.encode_frames(
+        np.full(3, 0xFF, np.uint16), np.zeros(3, np.uint16), uv, mode
+    )
+    np.testing.assert_allclose(model.decode_spots(frames, mode), uv, rtol=0.0, atol=2.0**-25)
