@@ -1,0 +1,122 @@
+"""The rights of a process and of a program file, and giving up those that are not needed.
+
+Linux divides what root may do into capabilities (capabilities(7)). The bus process needs three:
+raw Ethernet frames, the promiscuous mode that the EtherCAT library switches on, and a real-time
+priority. Everything else it gives up before it does anything, also when it was started by root.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import struct
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+
+class Capability(IntEnum):
+    """Capabilities by their number in the kernel (linux/capability.h)."""
+
+    NET_ADMIN = 12
+    NET_RAW = 13
+    SYS_NICE = 23
+
+
+NEEDED: frozenset[int] = frozenset(Capability)
+"""What the bus process may do beyond an ordinary process."""
+
+_HEADER_VERSION_3 = 0x20080522
+_PR_CAPBSET_DROP = 24
+_PR_SET_NO_NEW_PRIVS = 38
+_PR_CAP_AMBIENT = 47
+_PR_CAP_AMBIENT_CLEAR_ALL = 4
+_FILE_REVISIONS = (0x02000000, 0x03000000)
+_FILE_REVISION_MASK = 0xFF000000
+_FILE_EFFECTIVE = 1
+_FILE_STRUCT = struct.Struct("<5I")
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessRights:
+    """Capabilities of a process by number, as ``/proc/PID/status`` tells them.
+
+    Attributes
+    ----------
+    effective, permitted, inheritable, bounding, ambient
+        The five sets of capabilities(7).
+    no_new_privileges
+        Nothing that it starts can have more rights than itself.
+    """
+
+    effective: frozenset[int]
+    permitted: frozenset[int]
+    inheritable: frozenset[int]
+    bounding: frozenset[int]
+    ambient: frozenset[int]
+    no_new_privileges: bool
+
+
+def rights_of(pid: int | None = None) -> ProcessRights:
+    """Return the rights of a process, by default of this one; raise OSError where it is gone."""
+    status = Path("/proc", "self" if pid is None else str(pid), "status")
+    lines = status.read_text(encoding="ascii", errors="replace").splitlines()
+    fields = dict(line.split(":", 1) for line in lines)
+
+    def held(name: str) -> frozenset[int]:
+        return _numbers(int(fields[f"Cap{name}"], 16))
+
+    return ProcessRights(
+        effective=held("Eff"),
+        permitted=held("Prm"),
+        inheritable=held("Inh"),
+        bounding=held("Bnd"),
+        ambient=held("Amb"),
+        no_new_privileges=fields["NoNewPrivs"].strip() == "1",
+    )
+
+
+def granted_by(program: Path) -> frozenset[int]:
+    """Return the capabilities that whoever starts ``program`` gets from the file; may be none.
+
+    The layout of the attribute is that of ``struct vfs_ns_cap_data`` (linux/capability.h).
+    """
+    try:
+        content = os.getxattr(program, "security.capability")
+    except OSError:
+        return frozenset()
+    if len(content) < _FILE_STRUCT.size:
+        return frozenset()
+    magic, low, _inheritable_low, high, _inheritable_high = _FILE_STRUCT.unpack_from(content)
+    if magic & _FILE_REVISION_MASK not in _FILE_REVISIONS or not magic & _FILE_EFFECTIVE:
+        return frozenset()
+    return _numbers(high << 32 | low)
+
+
+def give_up_all_but(kept: Iterable[int]) -> None:
+    """Give up every capability of this process but those in ``kept``, and gaining any again.
+
+    Works on the calling thread and those it starts, so call it before there are others. What
+    this process never had it does not get. Does nothing where there are no capabilities.
+    """
+    if sys.platform != "linux":
+        return
+    kept = frozenset(kept)
+    libc = ctypes.CDLL(None)
+    own = rights_of()
+    # Limits the rights of anything that is started from here; not allowed to everyone, and then
+    # the last line does the same.
+    for number in own.bounding - kept:
+        libc.prctl(_PR_CAPBSET_DROP, number, 0, 0, 0)
+    libc.prctl(_PR_CAP_AMBIENT, _PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0)
+    mask = sum(1 << number for number in own.permitted & kept)
+    header = struct.pack("<Ii", _HEADER_VERSION_3, 0)
+    low, high = mask & 0xFFFFFFFF, mask >> 32
+    libc.capset(header, struct.pack("<6I", low, low, 0, high, high, 0))
+    libc.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
+
+
+def _numbers(mask: int) -> frozenset[int]:
+    return frozenset(number for number in range(mask.bit_length()) if mask >> number & 1)

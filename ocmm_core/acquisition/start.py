@@ -1,0 +1,20 @@
+"""Where the bus process begins: with one thread, and with no more rights than it needs."""
+
+from __future__ import annotations
+
+from ocmm_core.acquisition.rights import NEEDED, give_up_all_but
+from ocmm_core.blas import use_one_thread
+
+
+def main() -> None:
+    """Give up rights, then be the bus process; ``ocmm-acq [CONFIG.json]``."""
+    # Both act on threads that numpy makes when it is imported, so that comes after them.
+    use_one_thread()
+    give_up_all_but(NEEDED)
+    from ocmm_core.acquisition.process import main as run
+
+    run()
+
+
+if __name__ == "__main__":
+    main()
