@@ -40,10 +40,19 @@ COUNTER_MODULUS = 1 << 32
 SM_MAILBOX_OUT, SM_MAILBOX_IN, SM_OUTPUTS, SM_INPUTS = range(4)
 """Sync managers, named from the master's side."""
 
+MAILBOX_BYTES = 256
+MAILBOX_OUT_START = 0x1000
+MAILBOX_IN_START = MAILBOX_OUT_START + MAILBOX_BYTES
+OUTPUT_START = 0x1400
+INPUT_START = 0x1800
+"""Three buffers of the inputs end at 0x21E4, inside the 8 KiB of an ET1100."""
+
 
 class DataType(IntEnum):
     """CoE data types (ETG.1000.6) that the camera uses."""
 
+    BOOLEAN = 0x0001
+    INT = 0x0003
     DINT = 0x0004
     USINT = 0x0005
     UINT = 0x0006
@@ -54,6 +63,8 @@ class DataType(IntEnum):
 
 
 _FORMAT = {
+    DataType.BOOLEAN: "u1",
+    DataType.INT: "<i2",
     DataType.DINT: "<i4",
     DataType.USINT: "u1",
     DataType.UINT: "<u2",
@@ -71,6 +82,10 @@ class CameraStatus(IntFlag):
     """SYNC0 starts the exposures; without it the frame counters of two cameras do not agree."""
     OVERRUN = 4
     """The camera's buffer lost frames just before the first one of this block."""
+    DARK = 8
+    """A black image is being measured: the LEDs are off and no spot is valid."""
+    DIAGNOSIS = 16
+    """The diagnosis history holds a message that nobody has acknowledged."""
 
 
 class Control(IntFlag):
@@ -82,12 +97,14 @@ class Control(IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class PdoEntry:
-    """One mapped variable: its place in the object dictionary, name and type."""
+    """One mapped variable: its place in the object dictionary, name, type, unit and meaning."""
 
     index: int
     sub: int
     name: str
     kind: DataType
+    unit: str = ""
+    text: str = ""
 
     @property
     def bits(self) -> int:
@@ -109,28 +126,37 @@ class Pdo:
     entries: tuple[PdoEntry, ...]
 
 
-def _entries(index: int, *variables: tuple[str, DataType]) -> tuple[PdoEntry, ...]:
+def _entries(index: int, *variables: tuple[str, DataType, str, str]) -> tuple[PdoEntry, ...]:
     return tuple(
-        PdoEntry(index, sub, name, kind) for sub, (name, kind) in enumerate(variables, start=1)
+        PdoEntry(index, sub, *variable) for sub, variable in enumerate(variables, start=1)
     )
 
 
-_SPOTS = tuple((f"{axis}{slot}", DataType.DINT) for slot in range(N_SLOTS) for axis in "xy")
+_SPOTS = tuple(
+    (
+        f"{axis}{slot}",
+        DataType.DINT,
+        "2^-16 px",
+        f"Spot in slot {slot}; in mode CORRECTED in 2^-24 mm.",
+    )
+    for slot in range(N_SLOTS)
+    for axis in "xy"
+)
 
 HEADER_PDO = Pdo(
     0x1A00,
     "Header",
     _entries(
         0x6000,
-        ("counter", DataType.UDINT),
-        ("start_ns", DataType.ULINT),
-        ("period_ns", DataType.UDINT),
-        ("frames_valid", DataType.USINT),
-        ("cycle_counter", DataType.USINT),
-        ("status", DataType.UINT),
-        ("config_crc", DataType.UINT),
-        ("boot_counter", DataType.UINT),
-        ("data_crc", DataType.UDINT),
+        ("counter", DataType.UDINT, "", "Number of the first frame's exposure, modulo 2^32."),
+        ("start_ns", DataType.ULINT, "ns", "Bus time of the first frame's exposure."),
+        ("period_ns", DataType.UDINT, "ns", "Between two exposures; 0 while none are made."),
+        ("frames_valid", DataType.USINT, "", "How many of the frames that follow are valid."),
+        ("cycle_counter", DataType.USINT, "", "One more at each renewal, modulo 256."),
+        ("status", DataType.UINT, "", "Bits, see below."),
+        ("config_crc", DataType.UINT, "", "Check sum of the configuration in force, see below."),
+        ("boot_counter", DataType.UINT, "", "How often the camera was switched on."),
+        ("data_crc", DataType.UDINT, "", "CRC-32 of the whole input, this field being zero."),
     ),
 )
 FRAME_PDOS = tuple(
@@ -138,7 +164,10 @@ FRAME_PDOS = tuple(
         0x1A10 + frame,
         f"Frame {frame}",
         _entries(
-            0x6100 + 0x10 * frame, ("valid", DataType.UINT), ("flags", DataType.UINT), *_SPOTS
+            0x6100 + 0x10 * frame,
+            ("valid", DataType.UINT, "", "Bit s: slot s holds a spot."),
+            ("flags", DataType.UINT, "", "Bits, see below."),
+            *_SPOTS,
         ),
     )
     for frame in range(FRAMES_PER_CYCLE)
@@ -149,10 +178,10 @@ OUTPUT_PDO = Pdo(
     "Control",
     _entries(
         0x7000,
-        ("control", DataType.UINT),
-        ("led_pattern", DataType.UINT),
-        ("ack_counter", DataType.UDINT),
-        ("heartbeat", DataType.UDINT),
+        ("control", DataType.UINT, "", "Bits, see below."),
+        ("led_pattern", DataType.UINT, "", "Reserved; write 0."),
+        ("ack_counter", DataType.UDINT, "", "Counter of the last frame that the master has."),
+        ("heartbeat", DataType.UDINT, "", "Bus cycle of the master, modulo 2^32."),
     ),
 )
 
@@ -167,6 +196,21 @@ INPUT_DTYPE = np.dtype([("header", HEADER_DTYPE), ("frames", FRAME_DTYPE, (FRAME
 OUTPUT_DTYPE = np.dtype(_plain_dtype(OUTPUT_PDO))
 HEADER_STRUCT = struct.Struct("<IQIBBHHHI")
 OUTPUT_STRUCT = struct.Struct("<HHII")
+
+# Start, length, control, status, activate, type (1 to 4: mailbox out, in, outputs, inputs).
+SYNC_MANAGERS = (
+    (MAILBOX_OUT_START, MAILBOX_BYTES, 0x26, 0, 1, 1),
+    (MAILBOX_IN_START, MAILBOX_BYTES, 0x22, 0, 1, 2),
+    (OUTPUT_START, OUTPUT_DTYPE.itemsize, 0x64, 0, 1, 3),
+    (INPUT_START, INPUT_DTYPE.itemsize, 0x20, 0, 1, 4),
+)
+SYNC0_NS, SYNC1_NS = DEFAULT_FRAME_PERIOD_NS, 875_000
+"""Default periods of the clock's two signals: SYNC0 exposes, SYNC1 ends the bus cycle."""
+SII_BYTES = 4096
+"""Size of the EEPROM."""
+DC_ACTIVATE = 0x0700
+"""What a master writes into the activation register (0x0980) for both signals."""
+
 DATA_CRC = struct.Struct("<I")
 DATA_CRC_AT = HEADER_STRUCT.size - DATA_CRC.size
 """Where the check sum of the input stands in it."""
@@ -270,6 +314,13 @@ class CameraConfig:
                     f"but must be 0 to {(1 << bits) - 1}.",
                     "Correct that field.",
                 )
+        if self.exposure_ns >= self.frame_period_ns:
+            raise InputError(
+                "bus.configuration",
+                f"The exposure of {self.exposure_ns} ns does not end within the frame period of "
+                f"{self.frame_period_ns} ns.",
+                "Shorten the exposure.",
+            )
         if len(self.windows) > N_SLOTS:
             raise InputError(
                 "bus.configuration",

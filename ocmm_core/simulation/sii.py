@@ -5,41 +5,32 @@ from __future__ import annotations
 import struct
 
 from ocmm_core.fieldbus.camera_slave import (
+    DC_ACTIVATE,
     DEVICE_NAME,
-    INPUT_DTYPE,
     INPUT_PDOS,
-    OUTPUT_DTYPE,
+    MAILBOX_BYTES,
+    MAILBOX_IN_START,
+    MAILBOX_OUT_START,
     OUTPUT_PDO,
     PRODUCT_CODE,
     REVISION,
+    SII_BYTES,
     SM_INPUTS,
     SM_OUTPUTS,
+    SYNC0_NS,
+    SYNC1_NS,
     VENDOR_ID,
     Pdo,
 )
+from ocmm_core.fieldbus.camera_slave import INPUT_START as INPUT_START
+from ocmm_core.fieldbus.camera_slave import SYNC_MANAGERS as SYNC_MANAGERS
 
-MAILBOX_BYTES = 256
-MAILBOX_OUT_START = 0x1000
-MAILBOX_IN_START = MAILBOX_OUT_START + MAILBOX_BYTES
-OUTPUT_START = 0x1400
-INPUT_START = 0x1800
-"""Three buffers of the inputs end at 0x21D8, inside the 8 KiB of an ET1100."""
-
-_IMAGE_BYTES = 4096
 _PROTOCOL_COE = 0x0004
-_COE_DETAILS = 0x03
-"""SDO and SDO information; neither assignment nor mapping can be changed."""
+_COE_DETAILS = 0x23
+"""SDO, SDO information and complete access; neither assignment nor mapping can be changed."""
 _CATEGORY_STRINGS, _CATEGORY_GENERAL, _CATEGORY_FMMU = 10, 30, 40
 _CATEGORY_SYNC_MANAGERS, _CATEGORY_TX_PDO, _CATEGORY_RX_PDO = 41, 50, 51
 _CATEGORY_CLOCK = 60
-
-# Start, length, control, status, activate, type (1 to 4: mailbox out, in, outputs, inputs).
-SYNC_MANAGERS = (
-    (MAILBOX_OUT_START, MAILBOX_BYTES, 0x26, 0, 1, 1),
-    (MAILBOX_IN_START, MAILBOX_BYTES, 0x22, 0, 1, 2),
-    (OUTPUT_START, OUTPUT_DTYPE.itemsize, 0x64, 0, 1, 3),
-    (INPUT_START, INPUT_DTYPE.itemsize, 0x20, 0, 1, 4),
-)
 
 
 def sii_image(serial: int, alias: int) -> bytes:
@@ -65,7 +56,7 @@ def sii_image(serial: int, alias: int) -> bytes:
         _PROTOCOL_COE,
     )
     head = head.ljust(0x7C, b"\x00")
-    head += struct.pack("<HH", _IMAGE_BYTES * 8 // 1024 - 1, 1)
+    head += struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)
     body = _category(_CATEGORY_STRINGS, _strings("OCMM", DEVICE_NAME))
     body += _category(
         _CATEGORY_GENERAL,
@@ -77,8 +68,9 @@ def sii_image(serial: int, alias: int) -> bytes:
     )
     body += b"".join(_pdo(_CATEGORY_TX_PDO, pdo, SM_INPUTS) for pdo in INPUT_PDOS)
     body += _pdo(_CATEGORY_RX_PDO, OUTPUT_PDO, SM_OUTPUTS)
-    body += _category(_CATEGORY_CLOCK, struct.pack("<IIIhHH", 125_000, 875_000, 0, 0, 0, 0x0700))
-    return (bytes(head) + body + b"\xff\xff").ljust(_IMAGE_BYTES, b"\xff")
+    clock = struct.pack("<IIIhHH", SYNC0_NS, SYNC1_NS, 0, 0, 0, DC_ACTIVATE)
+    body += _category(_CATEGORY_CLOCK, clock)
+    return (bytes(head) + body + b"\xff\xff").ljust(SII_BYTES, b"\xff")
 
 
 def _category(kind: int, content: bytes) -> bytes:

@@ -29,7 +29,10 @@ from ocmm_core.fieldbus.camera_slave import (
     FRAMES_PER_CYCLE,
     HEADER_STRUCT,
     INPUT_DTYPE,
+    INPUT_START,
+    MAILBOX_BYTES,
     N_SLOTS,
+    OUTPUT_START,
     OUTPUT_STRUCT,
     SM_INPUTS,
     CameraConfig,
@@ -42,7 +45,7 @@ from ocmm_core.simulation.coe import CoeServer
 from ocmm_core.simulation.esc import Esc
 from ocmm_core.simulation.pattern import CameraFrames
 from ocmm_core.simulation.registers import OP, SAFEOP
-from ocmm_core.simulation.sii import INPUT_START, MAILBOX_BYTES, OUTPUT_START, sii_image
+from ocmm_core.simulation.sii import sii_image
 
 FIFO_FRAMES = 1024
 """128 ms at 8 kHz: a master that stalls for less than the watchdog's 100 ms loses nothing."""
