@@ -62,6 +62,10 @@ def why_not(granted: Path, ordinary: Path) -> str:
         return f"this user is not in the group that may run {granted}"
     if missing := NEEDED - granted_by(granted):
         return f"{granted} lacks {len(missing)} of {len(NEEDED)} rights; {again}"
-    if os.statvfs(granted).f_flag & os.ST_NOSUID or rights_of().no_new_privileges:
-        return f"{granted} lies on a file system, or was asked for by a program, without rights"
+    if os.statvfs(granted).f_flag & os.ST_NOSUID:
+        return f"{granted} lies on a file system that ignores rights (mounted 'nosuid')"
+    own = rights_of()
+    # The kernel does not even start it then.
+    if own.no_new_privileges or not own.bounding >= NEEDED:
+        return "this program was started in a way that forbids these rights to all that it starts"
     return ""

@@ -1,0 +1,255 @@
+"""Least rights, tried with a user who has none.
+
+The kernel's own word counts (``/proc/PID/status``), for every thread. The tests with another
+user need root, because only root can become somebody else; they make their environment in a
+folder of their own and leave nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.rights import NEEDED, rights_of
+from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.worker import AcquisitionState, read_status
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.simulation.camera_process import SegmentConfig
+from ocmm_core.simulation.virtual_bus import VirtualBus, namespace_command
+
+# Two processes must answer each other within a millisecond: not beside other tests.
+pytestmark = [
+    pytest.mark.timing,
+    pytest.mark.skipif(sys.platform != "linux", reason="capabilities are Linux's"),
+]
+
+_ROOT = Path(__file__).resolve().parents[2]
+_GRANT = _ROOT / "installer" / "linux" / "grant-rights.sh"
+_SCENARIO = Path(__file__).with_name("rights_scenario.py")
+_NOBODY, _OUTSIDER = 65534, 65533
+CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
+_EXACTLY = [sorted(NEEDED)]
+_NONE: list[list[int]] = [[]]
+
+
+def as_nobody(*command: str | Path, drop: str = "", number: int = _NOBODY) -> list[str]:
+    """Return the command as a user without rights; ``drop`` can never be had, not even by file."""
+    limits = [f"--bounding-set=-{drop}"] if drop else []
+    # setpriv itself may start anything, so the shell, which has no rights any more, does it.
+    return [
+        "setpriv", f"--reuid={number}", f"--regid={number}", "--clear-groups", *limits, "--",
+        "sh", "-c", 'exec "$0" "$@"', *map(str, command),
+    ]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def environment() -> Iterator[Path]:
+    """Return a Python environment that anybody may run, with the packages of this one."""
+    if os.geteuid() != 0:
+        pytest.skip("only root can become another user")
+    for tool in ("setpriv", "setcap", "findmnt", "unshare"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"'{tool}' is not installed")
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    # An interpreter below a home folder cannot be reached by others.
+    bases = (f"{sys.base_prefix}/bin/{version}", f"/usr/bin/{version}")
+    base = next((b for b in bases if subprocess.call(as_nobody("test", "-x", b)) == 0), None)
+    if base is None:
+        pytest.skip(f"there is no {version} that another user may run")
+    if subprocess.call(as_nobody("test", "-r", _SCENARIO)) != 0:
+        pytest.skip("another user cannot read this checkout")
+    folder = Path(tempfile.mkdtemp(prefix="ocmm-rights-"))
+    try:
+        folder.chmod(0o755)
+        subprocess.run([base, "-m", "venv", "--without-pip", str(folder / "venv")], check=True)
+        packages = next(path for path in sys.path if path.endswith("site-packages"))
+        (folder / "venv" / "lib" / version / "site-packages" / "these.pth").write_text(
+            f"import site; site.addsitedir({packages!r})\n", encoding="utf-8"
+        )
+        python = folder / "venv" / "bin" / "python"
+        if subprocess.call(as_nobody(python, "-I", "-c", "import ocmm_core, numpy, pysoem")) != 0:
+            pytest.skip("another user cannot import the packages of this environment")
+        yield folder / "venv"
+    finally:
+        shutil.rmtree(folder)
+
+
+@pytest.fixture
+def granted(environment: Path) -> Iterator[Path]:
+    """Return the environment after `grant-rights.sh`; the rights are taken back afterwards."""
+    command = ["sh", str(_GRANT), "--venv", str(environment)]
+    done = subprocess.run(
+        [*command, "--group", "nogroup"], capture_output=True, text=True, check=False
+    )
+    if "does not keep rights" in done.stderr or "nosuid" in done.stderr:
+        pytest.skip(done.stderr)
+    assert done.returncode == 0, done.stderr
+    yield environment
+    subprocess.run([*command, "--remove"], check=True, capture_output=True)
+
+
+_HOST = """
+import subprocess, sys
+from ocmm_core.simulation.network import make_link
+make_link("right0", "right1")
+cameras = subprocess.Popen(
+    [sys.executable, "-m", "ocmm_core.simulation.camera_process"],
+    stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+)
+cameras.stdin.write(sys.argv[1].encode()); cameras.stdin.flush()
+assert cameras.stdout.readline() == b"ready\\n"
+code = subprocess.call(sys.argv[2:])
+cameras.stdin.close(); cameras.wait(5); sys.exit(code)
+"""
+
+
+def play(environment: Path, drop: str = "", limits: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Let nobody measure on a virtual cable in a private network; return what was seen."""
+    segment = SegmentConfig(
+        interface="right1", cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')
+    )
+    window = as_nobody(environment / "bin" / "python", _SCENARIO, "right0", drop=drop)
+    done = subprocess.run(
+        # Root's network namespace, so that rights in it are real ones.
+        ["unshare", "-n", sys.executable, "-c", _HOST, segment.to_json().decode(),
+         *limits, *window],
+        capture_output=True, text=True, timeout=50, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    seen: dict[str, Any] = json.loads(done.stdout)
+    return seen
+
+
+def test_window_without_any_right_measures_through_a_bus_process_with_three(
+    granted: Path,
+) -> None:
+    seen = play(granted)
+    assert seen["user"] == _NOBODY
+    assert seen["window"]["effective"] == seen["window"]["permitted"] == _NONE
+    assert "bus" in seen, seen
+    assert seen["command"][:2] == [str(granted / "bin" / "ocmm-acq-python"), "-I"]
+    assert seen["bus"]["effective"] == seen["bus"]["permitted"] == _EXACTLY
+    assert seen["bus"]["inheritable"] == seen["bus"]["ambient"] == _NONE
+    assert seen["bus"]["no_new_privileges"]
+    assert seen["frames"] >= 2000
+    assert seen["ended"]
+    assert seen["runs"]["policy"] == os.SCHED_FIFO
+    assert not any("priority" in note for note in seen["notes"])
+
+
+def test_without_the_rights_the_message_says_what_to_type(environment: Path) -> None:
+    seen = play(environment)
+    assert "bus" not in seen
+    assert "sudo installer/linux/grant-rights.sh" in seen["message"]
+
+
+@pytest.mark.parametrize("right", ["net_raw", "net_admin"])
+def test_a_right_that_the_system_forbids_is_missed_with_a_clear_message(
+    granted: Path, right: str
+) -> None:
+    """The kernel does not start a file with rights that it may not give: not even tried."""
+    seen = play(granted, drop=right)
+    assert "bus" not in seen
+    assert "may not send raw Ethernet frames" in seen["message"]
+
+
+def test_the_copy_cannot_be_run_by_other_groups(granted: Path) -> None:
+    command = as_nobody(granted / "bin" / "ocmm-acq-python", "-I", "-c", "", number=_OUTSIDER)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 126
+    assert "denied" in done.stderr
+
+
+def test_granting_twice_and_removing_twice_is_fine_and_check_knows(granted: Path) -> None:
+    def call(*options: str) -> int:
+        return subprocess.call(
+            ["sh", str(_GRANT), "--venv", str(granted), *options], stderr=subprocess.DEVNULL
+        )
+
+    assert call("--check") == 0
+    assert call("--group", "nogroup") == 0
+    assert call("--check") == 0
+    before = sorted(path.name for path in (granted / "bin").iterdir())
+    assert not [name for name in before if name.startswith(".")]
+    assert call("--remove") == call("--remove") == 0
+    assert call("--check") == 1
+
+
+def test_granting_needs_root_and_a_group_that_exists(environment: Path) -> None:
+    command = ["sh", str(_GRANT), "--venv", str(environment)]
+    done = subprocess.run(as_nobody(*command), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "Type: sudo" in done.stderr
+    plain = {name: value for name, value in os.environ.items() if name != "SUDO_USER"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=plain)
+    assert done.returncode == 2
+    assert "--group NAME" in done.stderr
+    done = subprocess.run(
+        [*command, "--group", "no-such-group"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "groupadd" in done.stderr
+    assert not (environment / "bin" / "ocmm-acq-python").exists()
+
+
+def test_a_link_in_the_way_is_replaced_and_not_followed(environment: Path, tmp_path: Path) -> None:
+    """Whoever owns the environment must not make root write elsewhere."""
+    precious = tmp_path / "precious"
+    precious.write_text("mine", encoding="utf-8")
+    target = environment / "bin" / "ocmm-acq-python"
+    target.symlink_to(precious)
+    command = ["sh", str(_GRANT), "--venv", str(environment)]
+    try:
+        subprocess.run([*command, "--group", "nogroup"], check=True, capture_output=True)
+        assert precious.read_text(encoding="utf-8") == "mine"
+        assert not target.is_symlink()
+    finally:
+        subprocess.run([*command, "--remove"], check=True, capture_output=True)
+
+
+def test_on_the_virtual_wire_the_bus_process_keeps_three_rights_of_all() -> None:
+    """There it starts as root of a namespace of its own, and gives up the rest by itself."""
+    try:
+        namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+    ring = FrameRing.create(len(CAMERAS))
+    bus = VirtualBus(
+        BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS),
+        SegmentConfig(
+            interface="", cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')
+        ),
+        ring,
+    )
+    try:
+        bus.start()
+        end = time.monotonic() + 20.0
+        while read_status(ring).state is not AcquisitionState.RUNNING:
+            assert time.monotonic() < end, read_status(ring)
+            time.sleep(0.01)
+        children = Path(f"/proc/{bus.pid}/task/{bus.pid}/children").read_text(encoding="ascii")
+        [process] = map(int, children.split())
+        threads = [int(entry.name) for entry in Path(f"/proc/{process}/task").iterdir()]
+        for thread in threads:
+            own = rights_of(thread)
+            assert own.effective == own.permitted == NEEDED
+            assert own.bounding == NEEDED
+            assert not own.inheritable
+            assert own.no_new_privileges
+    finally:
+        bus.request_stop()
+        assert bus.join(5.0)
+        ring.close()
