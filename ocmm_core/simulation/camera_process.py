@@ -20,9 +20,11 @@ from ocmm_core.acquisition.realtime import CAMERA_PRIORITY, take_priority
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.simulation.pattern import CameraFrames, TestPattern
-from ocmm_core.simulation.software_camera import CHUNK_FRAMES, SoftwareCamera
-from ocmm_core.simulation.wire import Faults, Wire
+from ocmm_core.simulation.chain import Chain, Unit
+from ocmm_core.simulation.faults import Faults
+from ocmm_core.simulation.pattern import CameraFrames, ClockPattern, TestPattern
+from ocmm_core.simulation.software_camera import CHUNK_FRAMES
+from ocmm_core.simulation.wire import Wire
 
 READY = "ready"
 
@@ -32,12 +34,13 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
     Attributes
     ----------
-    interface
-        Network interface that they answer on.
+    interface, second_interface
+        Network interface that they answer on; the second one closes a ring, empty: none.
     cameras
         In the order in which a frame passes them.
     provider
-        What they see, as JSON: ``{"pattern": "test"}`` or a script of the virtual rig.
+        What they see, as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}`` or a script of
+        the virtual rig.
     sees
         For each of them, the number of the camera of the rig whose picture it shows; empty:
         in the same order.
@@ -45,14 +48,19 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         Part of the answers that get lost while the cameras are in operation, 0 to 1.
     seed
         Which answers get lost.
+    control
+        Path of the socket over which faults can be made while they run, see `faults.CameraDeed`;
+        empty: none.
     """
 
     interface: str
+    second_interface: str = ""
     cameras: tuple[CameraIdentity, ...]
     provider: msgspec.Raw
     sees: tuple[int, ...] = ()
     drop: float = 0.0
     seed: int = 0
+    control: str = ""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -60,7 +68,7 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class _Pattern(msgspec.Struct, forbid_unknown_fields=True):
-    pattern: Literal["test"]
+    pattern: Literal["test", "clock"]
 
 
 def input_ended() -> bool:
@@ -75,13 +83,13 @@ def input_ended() -> bool:
 def make_provider(text: bytes) -> CameraFrames:
     """Return what ``text`` describes: the test pattern, or the virtual rig of a script."""
     try:
-        msgspec.json.decode(text, type=_Pattern)
+        pattern = msgspec.json.decode(text, type=_Pattern)
     except msgspec.DecodeError:
         # The physics needs a compiler; the test pattern must not pay for that.
         from ocmm_core.simulation.rig import provider_from_json
 
         return provider_from_json(text.decode("utf-8"))
-    return TestPattern()
+    return TestPattern() if pattern.pattern == "test" else ClockPattern()
 
 
 def make_wire(config: SegmentConfig) -> Wire:
@@ -95,11 +103,17 @@ def make_wire(config: SegmentConfig) -> Wire:
     for camera in sees:
         # The first call may compile code, which takes longer than a master waits.
         provider.camera_frames(camera, 0, CHUNK_FRAMES)
-    cameras = [
-        SoftwareCamera(camera, identity.serial, identity.alias, provider)
+    units = [
+        Unit(camera, identity, provider)
         for camera, identity in zip(sees, config.cameras, strict=True)
     ]
-    return Wire(config.interface, cameras, Faults(config.drop, config.seed))
+    return Wire(
+        config.interface,
+        Chain(units, ends=2 if config.second_interface else 1),
+        Faults(config.drop, config.seed),
+        config.second_interface,
+        config.control,
+    )
 
 
 def main() -> None:

@@ -38,7 +38,9 @@ from ocmm_core.simulation.registers import (
     PREOP,
     RAM,
     RECEIVE_TIME,
+    RX_ERRORS,
     SAFEOP,
+    SPEED_COUNTER,
     STATION_ALIAS,
     SYNC0_CYCLE,
     SYNC0_START,
@@ -46,6 +48,7 @@ from ocmm_core.simulation.registers import (
     SYNC_MANAGER,
     SYSTEM_TIME,
     TIME_DELAY,
+    TIME_DIFFERENCE,
     TIME_OFFSET,
     WATCHDOG_COUNT,
     WATCHDOG_DIVIDER,
@@ -54,6 +57,7 @@ from ocmm_core.simulation.registers import (
     WRITABLE,
 )
 from ocmm_core.simulation.sii import SYNC_MANAGERS
+from ocmm_core.simulation.slave_clock import SlaveClock, difference_register, time_difference
 
 _MIN_SYNC0_NS = 50_000
 _MAX_REPLIES = 4
@@ -100,16 +104,21 @@ class Esc:
         Registers and process memory.
     now_ns
         Host time at which the frame being handled arrived; set by the segment.
+    clock
+        The free-running clock.
     mapping_changed
         Called whenever logical addresses may reach other memory than before.
+    spoil
+        Fault: called with the memory after the application renewed its inputs.
     """
 
     def __init__(self, sii: bytes, clock_offset_ns: int, application: Application) -> None:
         self.memory = bytearray(_MEMORY_BYTES)
         self.now_ns = 0
         self.mapping_changed: Callable[[], object] = lambda: None
+        self.spoil: Callable[[bytearray], object] | None = None
         self._sii = bytearray(sii)
-        self._clock_offset_ns = clock_offset_ns
+        self.clock = SlaveClock(clock_offset_ns)
         self._application = application
         self._replies: deque[bytes] = deque(maxlen=_MAX_REPLIES)
         self._last_reply = b""
@@ -141,8 +150,7 @@ class Esc:
     def system_time_ns(self) -> int:
         """Return the distributed-clock time."""
         return int(
-            self.now_ns
-            + self._clock_offset_ns
+            self.clock.local_ns(self.now_ns)
             + self._get(TIME_OFFSET, "<q")
             + self._get(TIME_DELAY, "<i")
         )
@@ -161,9 +169,9 @@ class Esc:
 
     def latch_receive_times(self, arrival_ns: int, return_ns: int) -> None:
         """Keep when a frame came in on port 0 and came back on port 1, host times."""
-        arrival = arrival_ns + self._clock_offset_ns
+        arrival = self.clock.local_ns(arrival_ns)
         self._set(PORT_TIME, "<I", arrival & 0xFFFFFFFF)
-        self._set(PORT_TIME + 4, "<I", return_ns + self._clock_offset_ns & 0xFFFFFFFF)
+        self._set(PORT_TIME + 4, "<I", self.clock.local_ns(return_ns) & 0xFFFFFFFF)
         self._set(RECEIVE_TIME, "<Q", arrival)
 
     def read(self, address: int, length: int) -> bytes | None:
@@ -185,6 +193,10 @@ class Esc:
                 self.memory[address + offset] = byte
         if address <= AL_CONTROL < end:
             self._al_control()
+        if address == SYSTEM_TIME and len(data) >= 4:
+            self._compare_clock(bytes(data[:4]))
+        if address <= SPEED_COUNTER < end:
+            self._set(TIME_DIFFERENCE, "<I", 0)
         if address <= EEPROM_CONTROL + 1 and end > EEPROM_CONTROL:
             self._eeprom()
         if address < FMMU + 16 * N_FMMU and end > FMMU:
@@ -208,6 +220,8 @@ class Esc:
     def refresh_inputs(self) -> None:
         """Have the application renew the inputs."""
         self._application.refresh_inputs()
+        if self.spoil is not None:
+            self.spoil(self.memory)
 
     def poll(self, now_ns: int) -> None:
         """Fall back to SAFEOP where the outputs stayed away for longer than the watchdog time."""
@@ -217,11 +231,30 @@ class Esc:
             self.memory[WATCHDOG_COUNT] = min(255, self.memory[WATCHDOG_COUNT] + 1)
             self.fall_back(SAFEOP, AL_WATCHDOG)
 
+    def post(self, mailbox: bytes) -> bool:
+        """Send a mailbox that nobody asked for; say whether there was room for it."""
+        if self.state < PREOP or len(self._replies) >= _MAX_REPLIES:
+            return False
+        self._replies.append(mailbox)
+        self._load_reply()
+        return True
+
     def fall_back(self, state: int, code: int) -> None:
         """Leave the present state by the slave's own decision, with an AL status code."""
         self._enter(state)
         self.memory[AL_STATUS] = state | ERROR
         self._set(AL_STATUS_CODE, "<H", code)
+
+    def count_link_errors(self, port: int, count: int) -> None:
+        """Count broken frames seen at a port, as a damaged cable makes them."""
+        at = RX_ERRORS + 2 * port
+        self.memory[at] = min(255, self.memory[at] + count)
+
+    def _compare_clock(self, received: bytes) -> None:
+        """Compare the own time with the reference time that passes, and follow it."""
+        difference = time_difference(self.system_time_ns, received)
+        self._set(TIME_DIFFERENCE, "<I", difference_register(difference))
+        self.clock.follow(difference, self.now_ns)
 
     def _al_control(self) -> None:
         request = self.memory[AL_CONTROL] & 0x0F

@@ -19,6 +19,7 @@ from ocmm_core.acquisition.frames import SUBPIXEL
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.camera_slave import INPUT_DTYPE
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.camera_process import SegmentConfig
 from ocmm_core.simulation.pattern import TestPattern
@@ -229,4 +230,5 @@ def test_a_second_master_brings_the_cameras_to_operation(tmp_path: Path) -> None
         if done.returncode == 0:
             break
     assert done.returncode == 0, done.stderr + done.stdout
-    assert "[1001, 1002] [840, 840] ['OPERATIONAL', 'OPERATIONAL']" in done.stdout
+    size = INPUT_DTYPE.itemsize
+    assert f"[1001, 1002] [{size}, {size}] ['OPERATIONAL', 'OPERATIONAL']" in done.stdout

@@ -27,23 +27,24 @@ from ocmm_core.fieldbus.bus import BusSettings, CameraBus
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.fieldbus.interface import check_interface
 from ocmm_core.fieldbus.master import Master
+from ocmm_core.simulation.chain import Chain, Unit
+from ocmm_core.simulation.faults import Faults
 from ocmm_core.simulation.network import make_link
 from ocmm_core.simulation.pattern import TestPattern
 from ocmm_core.simulation.registers import INIT
-from ocmm_core.simulation.software_camera import SoftwareCamera
-from ocmm_core.simulation.wire import Faults, Wire
+from ocmm_core.simulation.wire import Wire
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 HOST, FAR = "wire0", "wire1"
 FRAME_NS, CYCLE_NS = 125_000, 1_000_000
-Cameras = list[SoftwareCamera]
+Cameras = list[Unit]
 
 
 def cameras(*identities: CameraIdentity) -> Cameras:
     """Return software cameras that show the test pattern."""
     pattern = TestPattern()
     return [
-        SoftwareCamera(index, identity.serial, identity.alias, pattern)
+        Unit(index, identity, pattern)
         for index, identity in enumerate(identities)
     ]
 
@@ -58,9 +59,9 @@ def serve(made: Cameras, faults: Faults | None = None) -> int:
         os.read(ready, 1)
         os.close(ready)
         return child
-    wire = Wire(FAR, made, faults)
-    signal.signal(signal.SIGUSR1, lambda *_: setattr(made[-1], "frozen", True))
-    signal.signal(signal.SIGUSR2, lambda *_: made[-1].esc.fall_back(INIT, 0))
+    wire = Wire(FAR, Chain(made), faults)
+    signal.signal(signal.SIGUSR1, lambda *_: setattr(made[-1].camera, "frozen", True))
+    signal.signal(signal.SIGUSR2, lambda *_: made[-1].camera.esc.fall_back(INIT, 0))
     take_priority(CAMERA_PRIORITY)
     os.write(tell, b"r")
     wire.run(lambda: os.getppid() != parent)
@@ -165,7 +166,7 @@ def refusals() -> dict[str, Any]:
         "none": ([], (LEFT, RIGHT)),
         "too many": (cameras(*(CameraIdentity("x", n, n) for n in range(1, 6))), (LEFT, RIGHT)),
     }
-    cases["mapping"][0][1].remap(3, 0x1A1F)
+    cases["mapping"][0][1].camera.remap(3, 0x1A1F)
     return {name: _refusal(*case) for name, case in cases.items()}
 
 

@@ -1,0 +1,119 @@
+"""Doing to the software cameras what `faults.Deed` names."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.simulation.chain import Chain, Unit
+from ocmm_core.simulation.faults import CameraDeed, Deed, DeedAnswer
+from ocmm_core.simulation.registers import AL_STATUS, STATION_ADDRESS
+from ocmm_core.simulation.sii import INPUT_START
+
+_CLOCK_STEP_NS = 1_234_567_891
+"""What the clock of a restarted camera shows more than the time before."""
+_SPOILED_BYTES = 160
+"""Header and first two frames of a camera's inputs: always used, unlike the last frames."""
+
+
+class Deeds:
+    """Does one deed after the other to the cameras of a chain.
+
+    Parameters
+    ----------
+    chain
+        The cameras.
+    seed
+        Which bits of a spoiled answer are wrong.
+    """
+
+    def __init__(self, chain: Chain, seed: int = 0) -> None:
+        self._chain = chain
+        self._random = np.random.default_rng(seed)
+        self._to_unit: dict[Deed, Callable[[Unit, CameraDeed, int], object]] = {
+            Deed.NOTHING: lambda _unit, _deed, _now: None,
+            Deed.POWER_OFF: lambda unit, _deed, _now: setattr(unit, "powered", False),
+            Deed.POWER_ON: lambda unit, _deed, _now: _restart(unit),
+            Deed.RESTART: lambda unit, _deed, _now: _restart(unit),
+            Deed.MUTE: lambda unit, deed, _now: setattr(unit, "muted", bool(deed.value)),
+            Deed.FREEZE: lambda unit, deed, _now: setattr(unit.camera, "frozen", bool(deed.value)),
+            Deed.FALL_BACK: lambda unit, deed, _now: unit.camera.esc.fall_back(
+                deed.value, deed.code
+            ),
+            Deed.STATION: lambda unit, deed, _now: unit.camera.esc.write(
+                STATION_ADDRESS, deed.value.to_bytes(2, "little")
+            ),
+            Deed.SERIAL: lambda unit, deed, _now: _exchange(
+                unit, replace(unit.identity, serial=deed.value)
+            ),
+            Deed.ALIAS: lambda unit, deed, _now: _exchange(
+                unit, replace(unit.identity, alias=deed.value)
+            ),
+            Deed.SWAP: self._swap,
+            Deed.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
+            Deed.PLUG: _plug,
+            Deed.CLOCK_JUMP: lambda unit, deed, _now: unit.camera.esc.clock.jump(deed.value),
+            Deed.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
+                deed.value, now
+            ),
+            Deed.CORRUPT: self._corrupt,
+            Deed.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
+            Deed.LINK_ERRORS: lambda unit, deed, _now: unit.camera.esc.count_link_errors(
+                0, deed.value
+            ),
+            Deed.BREAK: lambda unit, deed, _now: setattr(
+                unit, "broken_behind", bool(deed.value)
+            ),
+        }
+
+    def do(self, deed: CameraDeed, now_ns: int) -> DeedAnswer:
+        """Do it and return how things stand then."""
+        units = self._chain.units
+        error = ""
+        if not 0 <= deed.camera < len(units):
+            error = f"there is no camera {deed.camera}"
+        else:
+            self._to_unit[deed.do](units[deed.camera], deed, now_ns)
+            self._chain.lay()
+        return DeedAnswer(
+            monotonic_ns=now_ns,
+            utc_ns=time.time_ns(),
+            order=tuple(number for number in self._chain.order if units[number].plugged),
+            states=tuple(
+                unit.camera.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units
+            ),
+            boots=tuple(unit.boots for unit in units),
+            error=error,
+        )
+
+    def _swap(self, unit: Unit, deed: CameraDeed, _now_ns: int) -> None:
+        order, other = self._chain.order, self._chain.units[deed.value]
+        one, two = order.index(deed.camera), order.index(deed.value)
+        order[one], order[two] = order[two], order[one]
+        _restart(unit)
+        _restart(other)
+
+    def _corrupt(self, unit: Unit, deed: CameraDeed, _now_ns: int) -> None:
+        def spoil(memory: bytearray) -> None:
+            bit = int(self._random.integers(8 * _SPOILED_BYTES))
+            memory[INPUT_START + bit // 8] ^= 1 << bit % 8
+
+        unit.camera.esc.spoil = spoil if deed.value else None
+
+
+def _restart(unit: Unit) -> None:
+    unit.switch_on(_CLOCK_STEP_NS * unit.boots)
+
+
+def _plug(unit: Unit, _deed: CameraDeed, _now_ns: int) -> None:
+    unit.plugged = True
+    _restart(unit)
+
+
+def _exchange(unit: Unit, identity: CameraIdentity) -> None:
+    unit.identity = identity
+    _restart(unit)
