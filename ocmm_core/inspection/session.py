@@ -127,8 +127,7 @@ class InspectionSession:
             outcome = self._point(touch, feature if feature is not None else self._active)
             self._view = None
             if isinstance(outcome, Refusal):
-                self._refusal = outcome
-                self._job.append_event("refused", f"{outcome.code.value}: {outcome.what}")
+                self._note(outcome)
                 return outcome
             self._append(outcome)
             self._refusal = None
@@ -227,7 +226,24 @@ class InspectionSession:
                 if feature.name not in self._done
             ]
 
+    def refuse(self, refusal: Refusal) -> None:
+        """Note that a trigger got no answer from the cameras."""
+        with self._lock:
+            self._note(refusal)
+
+    def _note(self, refusal: Refusal) -> None:
+        self._refusal = refusal
+        self._job.append_event("refused", f"{refusal.code.value}: {refusal.what}")
+        self._view = None
+
     def _point(self, touch: Touch, feature: str) -> MeasuredPoint | Refusal:
+        if touch.interrupted:
+            return Refusal(
+                RefusalCode.GAP,
+                "The frames of the cameras were interrupted during the touch.",
+                "Touch again when the machine is ready.",
+                0.0,
+            )
         stable = average(touch.window, touch.expected, self._rig, self._options.point)
         if isinstance(stable, Refusal):
             return stable

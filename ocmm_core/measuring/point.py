@@ -80,6 +80,7 @@ class RefusalCode(Enum):
     DOUBTFUL = "doubtful"
     MOVING = "moving"
     GAP = "gap"
+    NOT_READY = "not_ready"
     UNCERTAIN = "uncertain"
     OUTSIDE = "outside"
     NO_FEATURE = "no_feature"

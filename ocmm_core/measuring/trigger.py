@@ -6,14 +6,15 @@ Works on exposure counters, so that a point does not depend on how the stream is
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.stable_point import PointOptions
-from ocmm_core.tracking.result import FrameStatus, TrackBlock, cut, join
+from ocmm_core.tracking.result import FrameStatus, TrackBlock, cut, interruptions, join
 
 MIN_FRAMES = 25
 """A window has at least this many frames, so that its scatter can be judged."""
@@ -44,19 +45,23 @@ class Touch:
         How many frames the window should have.
     trail_world
         (m, 3), mm: where the ball was before the trigger, oldest first.
+    interrupted
+        The stream of frames was interrupted before the window was full.
     """
 
     first_frame: int
     window: TrackBlock
     expected: int
     trail_world: Float
+    interrupted: bool = False
 
 
 class TouchCollector:
     """Watch tracked frames and cut out the window of every trigger.
 
     A trigger is the probe button going down, or `arm` (key, pedal). A trigger during a window is
-    ignored: one touch gives one answer. Used by one thread.
+    ignored: one touch gives one answer. Where the stream was interrupted the open window ends, and
+    the way of the ball begins anew. Used by one thread.
 
     Parameters
     ----------
@@ -74,6 +79,7 @@ class TouchCollector:
         self._end = -1
         self._armed = False
         self._button = True
+        self._before_ns = 0
 
     @property
     def collecting(self) -> bool:
@@ -86,6 +92,16 @@ class TouchCollector:
 
     def feed(self, block: TrackBlock) -> list[Touch]:
         """Take in tracked frames and return the touches that were completed."""
+        touches: list[Touch] = []
+        breaks = interruptions(block.time_ns, self._before_ns)
+        for first, last in pairwise(sorted({0, *breaks, len(block)})):
+            if first in breaks:
+                touches += self._interrupt(block, first)
+            touches += self._feed(cut(block, first, last) if breaks else block)
+        self._before_ns = int(block.time_ns[-1])
+        return touches
+
+    def _feed(self, block: TrackBlock) -> list[Touch]:
         touches: list[Touch] = []
         start = 0
         while start < len(block):
@@ -100,6 +116,20 @@ class TouchCollector:
                     return touches
                 touches.append(self._complete(block, stop))
                 start = stop
+        return touches
+
+    def _interrupt(self, block: TrackBlock, first: int) -> list[Touch]:
+        """Forget what was before frame ``first``; a trigger that waits gets its answer."""
+        if self._armed:
+            self._end = int(block.counter[first]) + self._expected
+        touches = []
+        if self.collecting:
+            touch = self._complete(block, first)
+            touches.append(replace(touch, interrupted=len(touch.window) < touch.expected))
+        self._armed = False
+        # A button that went down meanwhile is no trigger: where the ball was then is not known.
+        self._button = True
+        self._trail.clear()
         return touches
 
     def _watch(self, block: TrackBlock, start: int) -> int:

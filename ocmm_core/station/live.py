@@ -11,16 +11,21 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.errors import TrackingError
+from ocmm_core.fieldbus.report import BusPhase
+from ocmm_core.fieldbus.report_words import trouble_words
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.view import LiveView, StatusWord
 from ocmm_core.measuring.stable_point import PointOptions, explain
 from ocmm_core.measuring.uncertainty import point_uncertainty
+from ocmm_core.station.bus_watch import SILENCE_S, BusWatch
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pipeline import TrackingPipeline
 from ocmm_core.tracking.result import FrameStatus, TrackBlock
 from ocmm_core.tracking.sensitivity import tip_sensitivity
 
 _STALE_S = 0.3
+"""Tracking that lags by more than this shows the past, even where the cameras deliver."""
+
 _SHOWN_FRAMES = 80
 """The live position is the mean of so many latest frames, 10 ms at 8 kHz."""
 
@@ -37,17 +42,17 @@ class LiveState:
         What is measured with.
     options
         For the limit of the uncertainty.
-    live_source
-        Frames come by themselves, so that silence means a fault.
+    bus
+        Where the frames come by themselves, so that silence means a fault; None elsewhere.
     """
 
     def __init__(
-        self, rig: Rig, body: ProbeBody, options: PointOptions, *, live_source: bool
+        self, rig: Rig, body: ProbeBody, options: PointOptions, bus: BusWatch | None
     ) -> None:
         self._rig = rig
         self._body = body
         self._options = options
-        self._live_source = live_source
+        self._bus = bus
         self._no_spots = np.full((len(rig.cameras), MAX_SLOTS, 2), np.nan)
         self._no_labels = np.full((len(rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
         self._raw: FrameBlock | None = None
@@ -58,6 +63,7 @@ class LiveState:
         self._uncertainty: float | None = None
         self._uncertainty_at = -np.inf
         self._fed_at = -np.inf
+        self._disturbed_at = -np.inf
         self._rate: deque[tuple[int, int]] = deque()
 
     def feed(
@@ -67,6 +73,9 @@ class LiveState:
         now = time.monotonic()
         self._raw, self._labels, self._reason = raw, pipeline.slot_leds(), pipeline.reason
         self._collecting = collecting
+        if self._rate and int(raw.time_ns[-1]) < self._rate[-1][0]:
+            # The bus clock was set anew.
+            self._rate.clear()
         self._rate.append((int(raw.time_ns[-1]), len(raw)))
         while self._rate[-1][0] - self._rate[0][0] > 1_000_000_000:
             self._rate.popleft()
@@ -111,11 +120,12 @@ class LiveState:
             return StatusWord.NOT_READY, acquisition.message or "The acquisition has failed."
         if acquisition.state is AcquisitionState.STOPPED:
             return StatusWord.NOT_READY, "The acquisition has stopped."
+        if self._bus is not None:
+            trouble = self._trouble_of(self._bus, acquisition)
+            if trouble:
+                return StatusWord.NOT_READY, trouble
         if track is None:
             return StatusWord.NOT_READY, "Waiting for the cameras."
-        if self._live_source and time.monotonic() - self._fed_at > _STALE_S:
-            detail = f" ({acquisition.message})" if acquisition.message else ""
-            return StatusWord.NOT_READY, f"No new frames from the cameras{detail}."
         status = FrameStatus(int(track.status[-1]))
         if status is FrameStatus.LOST:
             return StatusWord.LOST, explain(track, self._rig, 0.0).what
@@ -124,6 +134,23 @@ class LiveState:
         if status is FrameStatus.DOUBTFUL:
             return StatusWord.INACCURATE, "The spots do not fit the probe."
         return self._judge_tip(track.tip_world[-1])
+
+    def _trouble_of(self, bus: BusWatch, acquisition: AcquisitionStatus) -> str:
+        """Return why nothing that comes from the bus can be trusted now, or an empty text."""
+        now = time.monotonic()
+        report = bus.report()
+        if report is not None and report.phase is not BusPhase.OPERATION:
+            self._disturbed_at = now
+            return " ".join(trouble_words(report)).strip()
+        silence_s = bus.silence_s()
+        if silence_s is not None and silence_s > SILENCE_S:
+            self._disturbed_at = now
+            return "No new frames from the cameras."
+        if now - self._fed_at > _STALE_S and self._track is not None:
+            detail = f" ({acquisition.message})" if acquisition.message else ""
+            return f"No new frames from the cameras{detail}."
+        # What was tracked last is of before the disturbance until new frames went through.
+        return "Waiting for the cameras." if self._fed_at < self._disturbed_at else ""
 
     def _judge_tip(self, tip_world: Float) -> tuple[StatusWord, str]:
         low, high = self._rig.volume_world

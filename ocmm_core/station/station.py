@@ -27,12 +27,15 @@ from ocmm_core.acquisition.worker import (
 )
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import OcmmError
+from ocmm_core.export.files import write_together
 from ocmm_core.export.polyworks import export_polyworks
+from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, SessionOptions
-from ocmm_core.inspection.view import JobView, LiveView
-from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.inspection.view import JobView, LiveView, StatusWord
+from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.trigger import TouchCollector
+from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
 from ocmm_core.station.live import LiveState
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
@@ -68,7 +71,7 @@ class StationOptions:
     session, tracking
         Options of the session and of the tracking.
     live_source
-        Frames come by themselves, so that silence means a fault.
+        Frames come by themselves, over a bus, so that silence means a fault.
     intent
         For scripted operators: which feature the touch that ends at an exposure is meant for;
         None where the active feature of the session takes every point.
@@ -128,7 +131,8 @@ class MeasuringStation:
         self._options = options
         self._recorder = recorder
         self._session = InspectionSession(plan, rig, body, job, options.session)
-        self._live = LiveState(rig, body, options.session.point, live_source=options.live_source)
+        self._bus = BusWatch(ring) if options.live_source else None
+        self._live = LiveState(rig, body, options.session.point, self._bus)
         self._take = threading.Event()
         self._stop = threading.Event()
         self._drained = threading.Event()
@@ -163,6 +167,8 @@ class MeasuringStation:
         if not self.join(_STOP_S):
             _log.error("The acquisition did not end within %s s.", _STOP_S)
         self._last_status = self.acquisition_status()
+        if self._bus is not None:
+            self._bus.close()
         self._ring.close()
         if self._recorder is not None:
             self._recorder.close()
@@ -184,9 +190,47 @@ class MeasuringStation:
         """Return the job as it stands."""
         return self._session.view
 
+    def bus(self) -> BusView | None:
+        """Return what is known about the bus; None where the frames do not come over one."""
+        if self._bus is None:
+            return None
+        status = self.acquisition_status()
+        ended = ""
+        if status.state is AcquisitionState.STOPPED:
+            ended = status.message or "The acquisition has ended."
+        return self._bus.view(ended)
+
+    def bus_report(self) -> BusReport | None:
+        """Return what the bus process said last; None without one, or before its first report."""
+        return self._bus.report() if self._bus is not None else None
+
+    def save_bus_text(self, path: Path) -> None:
+        """Write the report of the bus as text for support.
+
+        Raises
+        ------
+        InputError
+            There is nothing to report on.
+        StorageError
+            The file cannot be written.
+        """
+        write_together({path: bus_text(self._bus, self.rig.name).encode("utf-8")})
+
     def take(self) -> None:
-        """Take a point now; the answer comes by signal."""
-        self._take.set()
+        """Take a point now; the answer comes by signal.
+
+        Where the machine is not ready the answer is a refusal, and nothing is taken later.
+        """
+        live = self.live()
+        if live.status is not StatusWord.NOT_READY:
+            self._take.set()
+            return
+        refusal = Refusal(
+            RefusalCode.NOT_READY, live.reason, "Touch again when it says READY.", live.time_s
+        )
+        self._session.refuse(refusal)
+        self.point_refused.emit(refusal)
+        self.changed.emit()
 
     def undo(self) -> None:
         """Take back the last point."""

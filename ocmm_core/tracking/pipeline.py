@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from ocmm_core.tracking.identify import (
     ordered_spots,
 )
 from ocmm_core.tracking.pose import Method, solve
-from ocmm_core.tracking.result import FrameStatus, TrackBlock, join
+from ocmm_core.tracking.result import FrameStatus, TrackBlock, interruptions, join
 
 _EXTEND_GATE_PX = 2.0
 """A spot that is offered to a free LED lies this close to where the LED must be, px."""
@@ -93,6 +94,14 @@ class TrackingPipeline:
     def process(self, block: FrameBlock) -> TrackBlock:
         """Return what the frames of ``block`` say."""
         pieces: list[TrackBlock] = []
+        breaks = interruptions(block.time_ns, self._before_ns)
+        for first, last in pairwise(sorted({0, *breaks, len(block)})):
+            if first in breaks:
+                self._forget("the frames were interrupted")
+            self._track(_part(block, first, last) if breaks else block, pieces)
+        return pieces[0] if len(pieces) == 1 else join(pieces)
+
+    def _track(self, block: FrameBlock, pieces: list[TrackBlock]) -> None:
         start = 0
         while start < len(block):
             if self.slot_of_led is None:
@@ -100,7 +109,11 @@ class TrackingPipeline:
             else:
                 start = self._follow(block, start, self.slot_of_led, pieces)
         self._before_ns = int(block.time_ns[-1])
-        return pieces[0] if len(pieces) == 1 else join(pieces)
+
+    def _forget(self, reason: str) -> None:
+        """Throw the labels away and seek them anew with the next frame."""
+        self.slot_of_led, self.reason = None, reason
+        self._search_at_ns = self._patience_ns = self._doubtful = 0
 
     def _search(self, block: FrameBlock, start: int, pieces: list[TrackBlock]) -> int:
         end = start
@@ -144,8 +157,7 @@ class TrackingPipeline:
         end = int(dark[0]) if len(dark) else len(status)
         end = min(end, self._end_of_trust(status))
         if end < len(status):
-            self.slot_of_led, self._search_at_ns, self._patience_ns = None, 0, 0
-            self.reason = "all targets are hidden" if len(dark) else "the labels went wrong"
+            self._forget("all targets are hidden" if len(dark) else "the labels went wrong")
         if end == 0:
             return start
         part = slice(0, end)
@@ -225,6 +237,14 @@ class TrackingPipeline:
             seen=np.zeros((n, shape[0]), dtype=np.uint16),
             uv=np.full((n, *shape, 2), np.nan),
         )
+
+
+def _part(block: FrameBlock, first: int, last: int) -> FrameBlock:
+    part = slice(first, last)
+    return FrameBlock(
+        block.counter[part], block.time_ns[part], block.flags[part], block.valid[part],
+        block.uv[part],
+    )  # fmt: skip
 
 
 def _enough_spots(uv: Float) -> NDArray[np.bool_]:

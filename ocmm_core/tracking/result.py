@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float, Int
 
+INTERRUPTION_NS = 50_000_000
+"""After a longer pause between two frames nothing of before counts any more, neither which slot
+follows which LED nor where the ball came from: a camera may have been restarted meanwhile."""
+
 
 class FrameStatus(IntEnum):
     """Whether a frame has a tip position, and if not why."""
@@ -66,6 +70,26 @@ class TrackBlock:
 
     def __len__(self) -> int:
         return len(self.counter)
+
+
+def interruptions(time_ns: Int, before_ns: int) -> list[int]:
+    """Return before which frames the stream was interrupted.
+
+    Parameters
+    ----------
+    time_ns
+        (n,), bus time of consecutive frames.
+    before_ns
+        Of the last frame before them; 0 where these are the first.
+
+    Returns
+    -------
+    list of int
+        Indices of frames that come later than `INTERRUPTION_NS` after the one before, or not
+        after it at all, because the bus clock was set anew.
+    """
+    steps = np.diff(time_ns, prepend=before_ns or time_ns[:1] - 1)
+    return np.flatnonzero((steps <= 0) | (steps > INTERRUPTION_NS)).tolist()
 
 
 def join(pieces: list[TrackBlock]) -> TrackBlock:

@@ -69,6 +69,17 @@ def test_a_job_goes_on_where_it_was_interrupted_with_the_same_results(bench: Ben
         assert bench.session(again).view.complete
 
 
+def test_an_interrupted_touch_gives_no_point(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    whole = bench.touches[0]
+    refused = session.take_touch(replace(whole, interrupted=True))
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.GAP
+    assert "interrupted" in refused.what
+    assert not job.points()
+    assert isinstance(session.take_touch(whole), MeasuredPoint)
+
+
 def test_undo_takes_the_last_point_back_and_keeps_its_observation(
     bench: Bench, job: JobFile
 ) -> None:

@@ -10,7 +10,7 @@ from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.measuring.trigger import MIN_FRAMES, Touch, TouchCollector, approach_direction
-from ocmm_core.tracking.result import FrameStatus, TrackBlock, cut
+from ocmm_core.tracking.result import FrameStatus, TrackBlock, cut, join
 
 PERIOD_S = 125e-6
 WINDOW = 2000
@@ -123,6 +123,61 @@ def test_a_window_whose_frames_are_all_lost_is_still_answered(tracked: Tracked) 
     (touch,) = collector.feed(tracked(np.zeros((10, 3)), first=50_000))
     assert touch.first_frame == 99
     assert len(touch.window) == 1
+
+
+def joined(*blocks: TrackBlock) -> TrackBlock:
+    return join(list(blocks))
+
+
+def test_an_interruption_ends_the_open_window(tracked: Tracked) -> None:
+    before = tracked(np.zeros((1900, 3)))
+    press(before, 99, 99)
+    block = joined(before, tracked(np.zeros((6000, 3)), first=1900 + 401))
+    for cuts in ([], [1900], [1950], list(range(80, 7800, 80))):
+        (touch,) = touches_of(block, cuts)
+        assert touch.interrupted
+        assert (touch.first_frame, len(touch.window)) == (99, 1801)
+    # 90 % of the frames are there, and would do if the stream had gone on.
+    short = joined(before, tracked(np.zeros((6000, 3)), first=1900 + 199))
+    (touch,) = touches_of(short, [])
+    assert not touch.interrupted
+
+
+def test_a_window_that_was_full_before_the_interruption_counts(tracked: Tracked) -> None:
+    before = tracked(np.zeros((WINDOW + 100, 3)))
+    press(before, 100, 100)
+    (touch,) = touches_of(joined(before, tracked(np.zeros((100, 3)), first=90_000)), [])
+    assert not touch.interrupted
+    assert len(touch.window) == WINDOW
+
+
+def test_a_clock_that_was_set_back_is_an_interruption(tracked: Tracked) -> None:
+    block = tracked(np.zeros((1000, 3)))
+    press(block, 99, 99)
+    block.time_ns[500:] -= 50_000_000
+    assert [touch.interrupted for touch in touches_of(block, [])] == [True]
+
+
+def test_nothing_of_before_an_interruption_is_used(tracked: Tracked) -> None:
+    before = tracked(approaching(3000, 100))
+    after = tracked(np.zeros((3000, 3)), first=20_000)
+    press(after, 0, 500)
+    press(after, 700, 800)
+    (touch,) = touches_of(joined(before, after), [])
+    # The button went down while nobody looked: no trigger. Where the ball came from is not known.
+    assert touch.first_frame == 20_700
+    assert len(touch.trail_world) == 1
+    assert approach_direction(touch.trail_world, np.zeros(3), 2.0) is None
+
+
+def test_a_key_during_an_interruption_is_answered_and_takes_nothing(tracked: Tracked) -> None:
+    collector = TouchCollector(PERIOD_S, PointOptions())
+    collector.feed(tracked(np.zeros((100, 3))))
+    collector.arm()
+    (touch,) = collector.feed(tracked(np.zeros((5000, 3)), first=20_000))
+    assert touch.interrupted
+    assert len(touch.window) == 0
+    assert not collector.feed(tracked(np.zeros((5000, 3)), first=25_000))
 
 
 def test_a_slow_rig_still_gets_frames_enough() -> None:

@@ -162,6 +162,21 @@ def test_swapped_slots_are_doubtful_and_then_named_anew(make: Make) -> None:
     assert np.count_nonzero(leds < 0) == 4
 
 
+@pytest.mark.parametrize("step_ns", [2_000_000_000, -3_600_000_000_000])
+def test_after_an_interruption_the_labels_are_sought_anew(step_ns: int, make: Make) -> None:
+    """A camera that was restarted gives its slots to the LEDs in another order."""
+    virtual = make(5, None)
+    block = virtual.frames(0, 1200)
+    block.uv[400:, 0] = block.uv[400:, 0, ::-1]
+    # The bus clock may begin at another time as well.
+    block.time_ns[:] += 7_200_000_000_000
+    block.time_ns[400:] += step_ns
+    for cuts in ([], [400], list(range(10, 1190, 10))):
+        tracked = track(virtual.rig, virtual.body, block, cuts)
+        assert (tracked.status == FrameStatus.OK).all()
+        assert errors_mm(tracked, virtual).max() < WRONG_TIP_MM
+
+
 @pytest.mark.parametrize("cameras", [(0,), (0, 1)])
 def test_any_exchange_of_two_leds_is_noticed(cameras: tuple[int, ...], make: Make) -> None:
     virtual = make(6, None)
@@ -189,7 +204,8 @@ def test_a_symmetric_exchange_breaks_the_rules_of_the_rectangle(
     uv[:100, :, :4] = seen[:100]
     # Half a turn about the normal: 0 and 3, 1 and 2 change places.
     uv[100:, :, :4] = seen[100:, :, [3, 2, 1, 0]]
-    counter = np.concatenate([np.arange(100), np.arange(5000, 5100)])
+    # 25 ms: short enough for the labels to be kept.
+    counter = np.concatenate([np.arange(100), np.arange(300, 400)])
     valid = np.full((n, 2), 0b1111, dtype=np.uint16)
     block = FrameBlock(counter, counter * 125_000, np.zeros(n, np.uint32), valid, uv)
     tracked = track(thesis_rig, body, block, [])
