@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import select
 import subprocess
 import threading
+import time
 from collections.abc import Sequence
 from typing import Protocol
 
+from ocmm_core.acquisition.bus_commands import LineBuffer
 from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.launch import bus_command
+from ocmm_core.acquisition.remote_objects import ObjectLine
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.acquisition.worker import AcquisitionState, StopReason
 from ocmm_core.errors import AcquisitionError, BusError
 
 _KILL_S = 2.0
+_SEND_S = 2.0
+_READ_BYTES = 65536
 
 
 class Acquisition(Protocol):
@@ -34,31 +41,40 @@ class Acquisition(Protocol):
 
 
 class ChildProcess:
-    """A process that fills a ring, fed with one line of JSON and watched until it ends.
+    """A process that fills a ring, fed with lines of JSON and watched until it ends.
 
     Parameters
     ----------
     command
         What to start.
-    first_line
-        What to write to its standard input, which then stays open: its end tells the process
-        that this one is gone.
+    first_lines
+        What to write to its standard input, which then stays open for requests: its end tells
+        the process that this one is gone.
     ring
         The ring it fills; this process keeps it.
     """
 
-    def __init__(self, command: Sequence[str], first_line: bytes, ring: FrameRing) -> None:
+    def __init__(self, command: Sequence[str], first_lines: bytes, ring: FrameRing) -> None:
         self._command = list(command)
-        self._first_line = first_line
+        self._first_lines = first_lines
         self._ring = ring
         self._process: subprocess.Popen[bytes] | None = None
         self._watch: threading.Thread | None = None
         self._stop_asked = False
+        self._objects = ObjectLine()
+        self._sending = threading.Lock()
+        self._fed = threading.Event()
+        self._cut = False
 
     @property
     def pid(self) -> int | None:
         """Return the process number, or None before the start."""
         return None if self._process is None else self._process.pid
+
+    @property
+    def objects(self) -> ObjectLine:
+        """Return the requests for camera objects that are under way; see `RemoteObjects`."""
+        return self._objects
 
     def start(self) -> None:
         """Start the process.
@@ -77,7 +93,7 @@ class ChildProcess:
             self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
                 self._command,
                 stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
             )
         except OSError as error:
@@ -96,6 +112,12 @@ class ChildProcess:
         self._stop_asked = True
         self._ring.set_word(Word.STOP_REQUEST, 1)
 
+    def close_input(self) -> None:
+        """End the process's input, as if this program had ended; no more requests then."""
+        if self._process is not None and self._process.stdin is not None:
+            with self._sending, contextlib.suppress(BrokenPipeError):
+                self._process.stdin.close()
+
     def join(self, timeout_s: float) -> bool:
         """Wait for the end; a process that does not end in time is killed.
 
@@ -113,23 +135,62 @@ class ChildProcess:
             self._watch.join(_KILL_S)
         return in_time
 
+    def send(self, line: bytes) -> None:
+        """Pass a line on to the process.
+
+        Raises
+        ------
+        BusError
+            The process is not there, or takes nothing.
+        """
+        process = self._process
+        if process is None or process.stdin is None:
+            raise _gone("is not started")
+        deadline = time.monotonic() + _SEND_S
+        if not self._fed.wait(_SEND_S):
+            raise _gone("takes nothing")
+        with self._sending:
+            if process.stdin.closed:
+                raise _gone("has ended")
+            if self._cut:
+                raise _gone("takes nothing")
+            rest = memoryview(line)
+            while rest:
+                left = max(0.0, deadline - time.monotonic())
+                if not select.select([], [process.stdin], [], left)[1]:
+                    # Half a line may be on its way; nothing that follows would be understood.
+                    self._cut = len(rest) < len(line)
+                    raise _gone("takes nothing")
+                try:
+                    rest = rest[os.write(process.stdin.fileno(), rest) :]
+                except BrokenPipeError:
+                    raise _gone("has ended") from None
+
     def _until_end(self, process: subprocess.Popen[bytes]) -> None:
         """Feed the process, wait for its end and leave the reason in the ring."""
-        if process.stdin is None or process.stderr is None:
+        if process.stdin is None or process.stdout is None or process.stderr is None:
             return
         # A process that ended at once says why in its last words.
-        with contextlib.suppress(BrokenPipeError):
-            process.stdin.write(self._first_line)
-            process.stdin.flush()
+        with self._sending:
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.write(self._first_lines)
+                process.stdin.flush()
+            os.set_blocking(process.stdin.fileno(), False)
+        self._fed.set()
+        answers = threading.Thread(
+            target=self._read_answers, args=(process.stdout.fileno(),), name="ocmm-bus-answers"
+        )
+        answers.start()
         complaint = ""
         for line in process.stderr:
             text = line.decode("utf-8", errors="replace").strip()
             if text and not text.startswith("note: "):
                 complaint = text
         code = process.wait()
+        answers.join()
+        process.stdout.close()
         process.stderr.close()
-        with contextlib.suppress(BrokenPipeError):
-            process.stdin.close()
+        self.close_input()
         if self._ring.word(Word.STATE) == AcquisitionState.STOPPED:
             return
         if code and not (self._stop_asked and code < 0):
@@ -138,6 +199,20 @@ class ChildProcess:
         else:
             self._ring.set_word(Word.STOP_REASON, StopReason.REQUESTED)
         self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
+
+
+    def _read_answers(self, descriptor: int) -> None:
+        lines = LineBuffer()
+        while content := os.read(descriptor, _READ_BYTES):
+            for line in lines.push(content):
+                self._objects.receive(line)
+        self._objects.end(_gone("has ended"))
+
+
+def _gone(why: str) -> BusError:
+    return BusError(
+        "bus.process", f"The bus process {why}.", "Start the acquisition and repeat the request."
+    )
 
 
 class BusProcess(ChildProcess):

@@ -9,18 +9,20 @@ and the cable with the last process inside.
 from __future__ import annotations
 
 import os
+import select
 import subprocess
 import sys
 
 import msgspec
 
+from ocmm_core.acquisition.bus_commands import read_first_line
 from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.client import ChildProcess
 from ocmm_core.acquisition.launch import bus_command
 from ocmm_core.acquisition.realtime import CAMERA_PRIORITY, take_priority
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.errors import BusError, OcmmError
-from ocmm_core.simulation.camera_process import SegmentConfig, input_ended, make_wire
+from ocmm_core.simulation.camera_process import SegmentConfig, make_wire
 from ocmm_core.simulation.network import make_link, run, tool
 
 HOST_INTERFACE = "ocmm-host"
@@ -31,13 +33,6 @@ _ALTERNATIVE = (
     "kernel.apparmor_restrict_unprivileged_userns=0), or run 'ocmm rig up' as root and give "
     "--source ethercat:ocmm0, or use --source simulated."
 )
-
-
-class VirtualBusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Both ends of the virtual cable; their interfaces are named by `VirtualBus`."""
-
-    bus: BusConfig
-    segment: SegmentConfig
 
 
 class VirtualBus(ChildProcess):
@@ -54,13 +49,11 @@ class VirtualBus(ChildProcess):
     """
 
     def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
-        config = VirtualBusConfig(
-            bus=msgspec.structs.replace(bus, interface=HOST_INTERFACE),
-            segment=msgspec.structs.replace(segment, interface=CAMERA_INTERFACE),
-        )
+        cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+        master = msgspec.structs.replace(bus, interface=HOST_INTERFACE)
         super().__init__(
             [sys.executable, "-m", "ocmm_core.simulation.virtual_bus"],
-            msgspec.json.encode(config) + b"\n",
+            cameras.to_json() + master.to_json(),
             ring,
         )
 
@@ -104,30 +97,27 @@ def namespace_command() -> list[str]:
 def main() -> None:
     """Run inside the namespace: make the cable, start the bus process, be the cameras."""
     try:
-        sys.exit(_run(sys.stdin.buffer.readline()))
+        sys.exit(_run(read_first_line(sys.stdin.fileno())))
     except OcmmError as error:
         sys.stderr.write(f"{error}\n")
         sys.exit(2)
 
 
 def _run(content: bytes) -> int:
-    config = msgspec.json.decode(content, type=VirtualBusConfig)
-    make_link(config.bus.interface, config.segment.interface)
-    wire = make_wire(config.segment)
-    # Its complaints go where those of this process go.
-    bus = subprocess.Popen(bus_command(), stdin=subprocess.PIPE)  # noqa: S603 - our own interpreter and modules, no shell
-    if bus.stdin is None:
-        return 2
+    config = msgspec.json.decode(content, type=SegmentConfig)
+    make_link(HOST_INTERFACE, config.interface)
+    wire = make_wire(config)
+    # Standard input, from its second line on, and the other streams are the bus process's own.
+    bus = subprocess.Popen(bus_command())  # noqa: S603 - our own interpreter and modules, no shell
     # After the bus process was started, which chooses its own.
     take_priority(CAMERA_PRIORITY)
+    parent = select.poll()
+    parent.register(sys.stdin.fileno(), 0)
     try:
-        bus.stdin.write(config.bus.to_json())
-        bus.stdin.flush()
-        wire.run(lambda: bus.poll() is not None or input_ended())
+        # The end of its input, which is told without reading it, asks the bus process to stop.
+        wire.run(lambda: bus.poll() is not None or bool(parent.poll(0)))
     finally:
         wire.close()
-        # The end of its input asks the bus process to stop.
-        bus.stdin.close()
         try:
             code = bus.wait(_STOP_S)
         except subprocess.TimeoutExpired:
