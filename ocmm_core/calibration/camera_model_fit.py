@@ -84,14 +84,6 @@ class CameraFit:
         """Return the RMS residual of the used points, px per coordinate."""
         return float(np.sqrt(np.mean(self.residuals_px[self.used] ** 2)))
 
-    @property
-    def expected_rms_px(self) -> float:
-        """Return the RMS that the sigmas predict, px per coordinate."""
-        whitening = whitening_of(
-            self.camera, self.points_world[self.used], self.sigma_px, self.reference_sigma
-        )
-        return float(np.sqrt(np.mean(np.linalg.inv(whitening) ** 2) * 2.0))
-
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
@@ -171,8 +163,6 @@ def _from_start(
 ) -> _Candidate | None:
     """Return the minimum from one start, with wrong points left out; None where there is none."""
     camera = LensCamera(start.camera)
-    if not np.isfinite(project_extended(camera, points_world)).all():
-        return None
     problem = CameraProblem(
         points_world,
         uv,
@@ -180,10 +170,12 @@ def _from_start(
         free_parameters(extra_terms),
     )
     minimum = minimise(problem, camera)
+    if not np.isfinite(minimum.cost):
+        return None
     if reference_sigma > 0.0:
         problem, minimum = _whitened_again(problem, minimum, sigma_px, reference_sigma)
     used = np.ones(len(uv), dtype=np.bool_)
-    distances = _distances(problem, minimum.state)
+    distances = np.linalg.norm(minimum.residuals.reshape(2, -1), axis=0)
     if distances.max() > _limit(distances):
         minimum = _robust(problem, minimum.state)
         if reference_sigma > 0.0:
@@ -212,7 +204,7 @@ def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
     """Return the minimum with Cauchy weights whose scale follows the median residual."""
     last = np.inf
     for _ in range(_ROUNDS):
-        distances = _distances(problem, camera)
+        distances = problem.distances(problem.miss(camera))
         scale = 3.0 * _scale_of(distances)
         weights = 1.0 / np.sqrt(1.0 + (distances / scale) ** 2)
         minimum = minimise(problem.scaled(weights), camera, _STEPS_PER_ROUND)
@@ -230,23 +222,17 @@ def _without_wrong_points(
 
     All points are judged again after every fit, so that one wrongly left out comes back.
     """
-    distances = _distances(problem, camera)
+    distances = problem.distances(problem.miss(camera))
     used = distances <= _limit(distances)
     for _ in range(_ROUNDS):
         minimum = minimise(problem.scaled(used.astype(np.float64)), camera)
         camera = minimum.state
-        distances = _distances(problem, camera)
+        distances = problem.distances(problem.miss(camera))
         again = distances <= _limit(distances)
         if np.array_equal(again, used):
             break
         used = again
     return minimum, used
-
-
-def _distances(problem: CameraProblem, camera: LensCamera) -> Float:
-    miss = project_extended(camera, problem.points_world) - problem.uv
-    distances: Float = np.linalg.norm(problem.whitening @ miss[:, :, None], axis=(1, 2))
-    return np.where(np.isfinite(distances), distances, 1e12)
 
 
 def _scale_of(distances: Float) -> float:
@@ -272,23 +258,22 @@ def _result(
     extra_terms: tuple[str, ...],
 ) -> CameraFit:
     camera = best.minimum.state
+    free = free_parameters(extra_terms)
     problem = CameraProblem(
-        points_world,
-        uv,
-        whitening_of(camera, points_world, sigma_px, reference_sigma),
-        free_parameters(extra_terms),
+        points_world, uv, whitening_of(camera, points_world, sigma_px, reference_sigma), free
     )
+    residuals_px = uv - project_extended(camera, points_world)
     return CameraFit(
         camera=camera,
-        free=problem.free,
+        free=free,
         covariance=covariance_of(best.minimum.jacobian),
         points_world=points_world,
         uv=uv,
         used=best.used,
-        distances=_distances(problem, camera),
-        residuals_px=uv - project_extended(camera, points_world),
+        distances=problem.distances(residuals_px),
+        residuals_px=residuals_px,
         chi2=best.minimum.cost,
-        dof=2 * int(best.used.sum()) - len(problem.free),
+        dof=2 * int(best.used.sum()) - len(free),
         sigma_px=sigma_px,
         reference_sigma=reference_sigma,
         converged=best.minimum.converged,

@@ -6,12 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.lens import (
-    ALL_PARAMETERS,
-    LensCamera,
-    extended_jacobians,
-    project_extended,
-)
+from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, project_extended, see
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS
 from ocmm_core.geometry import Float, Pixels, Points3
 
@@ -25,8 +20,8 @@ class CameraProblem:
     points_world, uv
         (n, 3), mm, and (n, 2), px.
     whitening
-        (n, 2, 2), 1/px: brings a residual to unit variance; rows of points that are left out or
-        weighted down are scaled down.
+        (3, n), 1/px: the lower triangle (00, 10, 11) that brings each point's residual to unit
+        variance; that of a point weighted down is scaled down.
     free
         Indices into `ALL_PARAMETERS` of what is fitted; the rest stays at its start.
     """
@@ -37,17 +32,26 @@ class CameraProblem:
     free: tuple[int, ...]
 
     def linearise(self, state: LensCamera) -> tuple[Float, Float]:
-        """Return whitened residuals (2n,), predicted minus observed, and derivatives (2n, p)."""
-        miss = project_extended(state, self.points_world) - self.uv
-        if not np.isfinite(miss).all():
-            return np.full(miss.size, np.inf), np.zeros((miss.size, len(self.free)))
-        extra = self.free[-1] >= N_PARAMETERS or bool(state.extra.any())
-        _, d_parameters = extended_jacobians(state, self.points_world, extra)
-        if self.free != tuple(range(d_parameters.shape[2])):
-            d_parameters = d_parameters[:, :, self.free]
-        residuals = (self.whitening @ miss[:, :, None])[:, :, 0]
-        jacobian = self.whitening @ d_parameters
-        return residuals.ravel(), jacobian.reshape(-1, len(self.free))
+        """Return whitened residuals (2n,), predicted minus observed, and derivatives (2n, p).
+
+        All of u come before all of v.
+        """
+        seen = see(state, self.points_world, max(N_PARAMETERS, self.free[-1] + 1))
+        columns = seen.d_parameters
+        if len(columns) != len(self.free):
+            columns = columns[list(self.free)]
+        residuals = self._whitened(seen.uv - self.uv.T)
+        jacobian = self._whitened(columns)
+        return residuals.reshape(-1), jacobian.reshape(len(self.free), -1).T
+
+    def miss(self, state: LensCamera) -> Pixels:
+        """Return predicted minus observed, (n, 2), px."""
+        return project_extended(state, self.points_world) - self.uv
+
+    def distances(self, miss: Pixels) -> Float:
+        """Return the whitened length (n,) of each point's residual (n, 2), px."""
+        distances: Float = np.linalg.norm(self._whitened(miss.T), axis=0)
+        return np.where(np.isfinite(distances), distances, 1e12)
 
     def moved(self, state: LensCamera, step: Float) -> LensCamera:
         """Return the camera after ``step`` (p,) of what is free."""
@@ -57,7 +61,18 @@ class CameraProblem:
 
     def scaled(self, factors: Float) -> CameraProblem:
         """Return the problem with every point's residual multiplied by its factor (n,)."""
-        return replace(self, whitening=self.whitening * factors[:, None, None])
+        return replace(self, whitening=self.whitening * factors)
+
+    def _whitened(self, rows: Float) -> Float:
+        """Return pixels (..., 2, n) in units of their standard deviations."""
+        first, across, second = self.whitening
+        out = np.empty_like(rows)
+        np.multiply(first, rows[..., 0, :], out=out[..., 0, :])
+        np.multiply(second, rows[..., 1, :], out=out[..., 1, :])
+        if across.any():
+            with np.errstate(invalid="ignore"):
+                out[..., 1, :] += across * rows[..., 0, :]
+        return out
 
 
 def free_parameters(extra_terms: tuple[str, ...] = ()) -> tuple[int, ...]:
@@ -72,24 +87,26 @@ def free_parameters(extra_terms: tuple[str, ...] = ()) -> tuple[int, ...]:
 def whitening_of(
     camera: LensCamera, points_world: Points3, sigma_px: float, reference_sigma: float
 ) -> Float:
-    """Return the whitening (n, 2, 2), 1/px, for uncertain spots and uncertain reference points.
+    """Return the whitening (3, n), 1/px, for uncertain spots and uncertain reference points.
 
     A reference point that is wrong by ``reference_sigma`` (mm, each axis, independent) moves its
     spot by d(pixel)/d(point). In the fit of one camera each point occurs once, so weighting with
     this sum is, to first order, the fit with the points as unknowns (errors in variables).
     """
     n = len(points_world)
+    whitening = np.zeros((3, n))
     if reference_sigma == 0.0:
-        return np.broadcast_to(np.eye(2) / sigma_px, (n, 2, 2))
-    d_point, _ = extended_jacobians(camera, points_world, bool(camera.extra.any()))
-    spread = reference_sigma**2 * (d_point @ d_point.transpose(0, 2, 1))
-    spread += sigma_px**2 * np.eye(2)
+        whitening[0] = whitening[2] = 1.0 / sigma_px
+        return whitening
+    u, v = see(camera, points_world, N_PARAMETERS).d_point(camera)
+    variance_u = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", u, u)
+    variance_v = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", v, v)
+    common = reference_sigma**2 * np.einsum("in,in->n", u, v)
     # Inverse of the lower Cholesky factor, written out.
-    first = np.sqrt(spread[:, 0, 0])
-    across = spread[:, 1, 0] / first
-    second = np.sqrt(spread[:, 1, 1] - across**2)
-    whitening = np.zeros((n, 2, 2))
-    whitening[:, 0, 0] = 1.0 / first
-    whitening[:, 1, 0] = -across / (first * second)
-    whitening[:, 1, 1] = 1.0 / second
+    first = np.sqrt(variance_u)
+    across = common / first
+    second = np.sqrt(variance_v - across**2)
+    whitening[0] = 1.0 / first
+    whitening[1] = -across / (first * second)
+    whitening[2] = 1.0 / second
     return whitening

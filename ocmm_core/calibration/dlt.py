@@ -7,6 +7,7 @@ along their principal axes, so that a flat volume is not also badly scaled.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,8 +38,8 @@ class Start:
     camera: CameraModel
 
 
-def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> list[Start]:
-    """Return cameras to start from, the most promising first.
+def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
+    """Yield cameras to start from, the most promising first.
 
     Parameters
     ----------
@@ -57,21 +58,16 @@ def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> list[Star
         p1=0.0,
         p2=0.0,
     )
+    yield from _posed("nominal focal length", ideal, points_world, uv)
     matrix = dlt(points_world, uv)
     linear = camera_of_dlt(ideal, matrix) if matrix is not None else None
-    found = _posed("nominal focal length", ideal, points_world, uv, matrix)
     if linear is not None:
-        found.append(Start("DLT", linear))
-        found += _posed(
-            "focal length of the DLT",
-            replace(ideal, focal=linear.focal), points_world, uv, matrix,
-        )  # fmt: skip
+        yield Start("DLT", linear)
+        guess = replace(ideal, focal=linear.focal)
+        yield from _posed("focal length of the DLT", guess, points_world, uv)
     for factor in FOCAL_GRID:
-        found += _posed(
-            f"{factor:g} x nominal focal length",
-            replace(ideal, focal=factor * ideal.focal), points_world, uv, matrix,
-        )  # fmt: skip
-    return found
+        guess = replace(ideal, focal=factor * ideal.focal)
+        yield from _posed(f"{factor:g} x nominal focal length", guess, points_world, uv)
 
 
 def dlt(points_world: Points3, uv: Pixels) -> Float | None:
@@ -84,15 +80,7 @@ def dlt(points_world: Points3, uv: Pixels) -> Float | None:
         return None
     to_white, white = whitened
     to_unit, image = _image_normalisation(uv)
-    n = len(white)
-    homogeneous = np.column_stack([white, np.ones(n)])
-    rows = np.zeros((2 * n, 12))
-    rows[0::2, 0:4] = rows[1::2, 4:8] = homogeneous
-    rows[0::2, 8:12] = -image[:, :1] * homogeneous
-    rows[1::2, 8:12] = -image[:, 1:] * homogeneous
-    # Whitened and normalised, the squared condition of the normal matrix does no harm to a start.
-    _, vectors = np.linalg.eigh(rows.T @ rows)
-    matrix: Float = np.linalg.inv(to_unit) @ vectors[:, 0].reshape(3, 4) @ to_white
+    matrix: Float = np.linalg.inv(to_unit) @ _homogeneous_solution(white, image) @ to_white
     depth = points_world @ matrix[2, :3] + matrix[2, 3]
     if np.median(depth) < 0.0:
         matrix = -matrix
@@ -128,23 +116,14 @@ def pose_of_plane(camera: CameraModel, points_world: Points3, uv: Pixels) -> Rig
 
     Homography of the plane, its columns made orthonormal. None where the points are on a line.
     """
-    centre = points_world.mean(axis=0)
-    _, widths, axes = np.linalg.svd(points_world - centre, full_matrices=False)
-    if widths[1] < 1e-9 * widths[0]:
+    centre, widths, axes = principal_axes(points_world)
+    if widths[1] < 1e-6 * widths[0]:
         return None
-    axes[2] = np.cross(axes[0], axes[1])
-    size = widths[0] / np.sqrt(len(points_world))
+    size = widths[0]
     plane = (points_world - centre) @ axes[:2].T / size
     image = (uv - [camera.u0, camera.v0]) / [camera.sx * camera.focal, camera.sy * camera.focal]
     to_unit, unit = _image_normalisation(image)
-    n = len(plane)
-    homogeneous = np.column_stack([plane, np.ones(n)])
-    rows = np.zeros((2 * n, 9))
-    rows[0::2, 0:3] = rows[1::2, 3:6] = homogeneous
-    rows[0::2, 6:9] = -unit[:, :1] * homogeneous
-    rows[1::2, 6:9] = -unit[:, 1:] * homogeneous
-    _, vectors = np.linalg.eigh(rows.T @ rows)
-    homography = np.linalg.inv(to_unit) @ vectors[:, 0].reshape(3, 3)
+    homography = np.linalg.inv(to_unit) @ _homogeneous_solution(plane, unit)
     if homography[2, 2] < 0.0:
         homography = -homography
     norm = 0.5 * (np.linalg.norm(homography[:, 0]) + np.linalg.norm(homography[:, 1]))
@@ -159,42 +138,75 @@ def pose_of_plane(camera: CameraModel, points_world: Points3, uv: Pixels) -> Rig
     return RigidTransform(rotation, homography[:, 2] * size - rotation @ centre)
 
 
+def pose_of_dlt(camera: CameraModel, points_world: Points3, uv: Pixels) -> RigidTransform | None:
+    """Return the pose (camera from world) nearest to the DLT, for a known lens.
+
+    None where the points lie in a plane, or are a mirror image of what the spots show.
+    """
+    matrix = dlt(points_world, uv)
+    if matrix is None:
+        return None
+    scale = [camera.focal * camera.sx, camera.focal * camera.sy]
+    seen = matrix.copy()
+    seen[:2] = (matrix[:2] - np.outer([camera.u0, camera.v0], matrix[2])) / np.array(scale)[:, None]
+    return _pose_of(seen) if np.linalg.det(seen[:, :3]) > 0.0 else None
+
+
 def flatness(points_world: Points3) -> float:
     """Return depth over width: the least over the greatest extent along the principal axes."""
-    centred = points_world - points_world.mean(axis=0)
-    _, _, axes = np.linalg.svd(centred, full_matrices=False)
-    extents = np.ptp(centred @ axes.T, axis=0)
+    _, _, axes = principal_axes(points_world)
+    extents = np.ptp(points_world @ axes.T, axis=0)
     return float(extents.min() / extents.max()) if extents.max() > 0.0 else 0.0
 
 
-def _posed(
-    name: str, camera: CameraModel, points_world: Points3, uv: Pixels, matrix: Float | None
-) -> list[Start]:
-    """Return starts with this lens; the pose by plane and by DLT, the likelier one first."""
-    poses = []
-    plane = pose_of_plane(camera, points_world, uv)
-    if plane is not None:
-        poses.append(Start(f"{name}, plane", replace(camera, T_camera_from_world=plane)))
-    if matrix is not None:
-        lens = np.array(
-            [
-                [camera.focal * camera.sx, 0.0, camera.u0],
-                [0.0, camera.focal * camera.sy, camera.v0],
-                [0.0, 0.0, 1.0],
-            ]
-        )
-        seen = np.linalg.solve(lens, matrix)
-        if np.linalg.det(seen[:, :3]) > 0.0:
-            pose = _pose_of(seen)
-            poses.append(Start(f"{name}, DLT", replace(camera, T_camera_from_world=pose)))
+def principal_axes(points: Points3) -> tuple[Float, Float, Float]:
+    """Return the mean (3,), the standard deviations along the principal axes and these (3, 3).
+
+    The axes are rows of a proper rotation, the longest first.
+    """
+    centre = points.mean(axis=0)
+    centred = points - centre
+    squares, vectors = np.linalg.eigh(centred.T @ centred / len(points))
+    axes = vectors.T[::-1]
+    axes[2] = np.cross(axes[0], axes[1])
+    return centre, np.sqrt(np.maximum(squares[::-1], 0.0)), axes
+
+
+def _posed(name: str, camera: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
+    """Yield starts with this lens; the pose by plane and by DLT, the likelier one first."""
+    methods = [("plane", pose_of_plane), ("DLT", pose_of_dlt)]
     if flatness(points_world) >= FLAT:
-        poses.reverse()
-    return poses
+        methods.reverse()
+    for method, pose_by in methods:
+        pose = pose_by(camera, points_world, uv)
+        if pose is not None:
+            yield Start(f"{name}, {method}", replace(camera, T_camera_from_world=pose))
+
+
+def _homogeneous_solution(points: Float, image: Float) -> Float:
+    """Return the matrix (3, d + 1) that takes points (n, d) to image points (n, 2).
+
+    The unit vector that makes all rows [h, 0, -u h] and [0, h, -v h] least, h = (point, 1); what
+    squares of these rows sum up to is written out. Points and image are normalised, so that the
+    squared condition does no harm to a start.
+    """
+    h = np.column_stack([points, np.ones(len(points))])
+    d = h.shape[1]
+    u, v = image.T
+    normal = np.zeros((3 * d, 3 * d))
+    normal[:d, :d] = normal[d : 2 * d, d : 2 * d] = h.T @ h
+    normal[:d, 2 * d :] = -(h.T * u) @ h
+    normal[d : 2 * d, 2 * d :] = -(h.T * v) @ h
+    normal[2 * d :, 2 * d :] = (h.T * (u * u + v * v)) @ h
+    # eigh reads the upper triangle only.
+    _, vectors = np.linalg.eigh(normal, UPLO="U")
+    solution: Float = vectors[:, 0].reshape(3, d)
+    return solution
 
 
 def _pose_of(matrix: Float) -> RigidTransform:
     """Return the motion nearest to ``matrix`` (3, 4), whose left part is a scaled rotation."""
-    left, sizes, right = np.linalg.svd(matrix[:, :3])
+    left, _, right = np.linalg.svd(matrix[:, :3])
     rotation = left @ right
     return RigidTransform(rotation, rotation @ np.linalg.solve(matrix[:, :3], matrix[:, 3]))
 
@@ -210,11 +222,10 @@ def _whitening(points: Points3) -> tuple[Float, Points3] | None:
 
     None where they have no extent in one direction.
     """
-    centre = points.mean(axis=0)
-    _, widths, axes = np.linalg.svd(points - centre, full_matrices=False)
-    if widths[2] < 1e-9 * widths[0]:
+    centre, widths, axes = principal_axes(points)
+    if widths[2] < 1e-6 * widths[0]:
         return None
-    linear = axes / (widths[:, None] / np.sqrt(len(points)))
+    linear = axes / widths[:, None]
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear, -linear @ centre
     return matrix, (points - centre) @ linear.T
@@ -224,5 +235,6 @@ def _image_normalisation(image: Float) -> tuple[Float, Float]:
     """Return the matrix (3, 3) that centres and scales image points, and the points (n, 2)."""
     centre = image.mean(axis=0)
     size = float(np.sqrt(np.mean((image - centre) ** 2))) or 1.0
-    matrix = np.array([[1 / size, 0, -centre[0] / size], [0, 1 / size, -centre[1] / size], [0, 0, 1.0]])
+    matrix = np.diag([1.0 / size, 1.0 / size, 1.0])
+    matrix[:2, 2] = -centre / size
     return matrix, (image - centre) / size

@@ -78,7 +78,7 @@ def minimise(problem: Projector[S], start: S, max_iterations: int = 60) -> Minim
     damping = FIRST_DAMPING
     for iteration in range(1, max_iterations + 1):
         damped = normal.copy()
-        damped[np.diag_indices_from(damped)] += damping
+        damped.flat[:: len(damped) + 1] += damping
         step = -np.linalg.solve(damped, gradient)
         predicted = -float(step @ (2.0 * gradient + normal @ step))
         small = predicted <= RELATIVE_DECREASE * cost + ABSOLUTE_DECREASE

@@ -1,0 +1,97 @@
+"""Are k3 and the thin prism needed? The fit with them against the fit without."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from ocmm_core.calibration.camera_model_fit import CameraFit
+from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
+from ocmm_core.calibration.least_squares import covariance_of, minimise
+from ocmm_core.calibration.lens import EXTRA_TERMS, project_extended
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+
+SIGNIFICANT = 1e-4
+"""Probability below which chance does not explain the gain of the extra terms."""
+
+
+@dataclass(frozen=True, slots=True)
+class LensTerms:
+    """What the extra lens terms would be and what they would change.
+
+    Attributes
+    ----------
+    values, sigmas
+        (3,), in the order of `lens.EXTRA_TERMS`.
+    f_statistic, p_value
+        Gain in chi-square per term over the remaining chi-square per degree of freedom, and the
+        probability of at least that gain by chance (F-test of nested models, which holds also
+        where the spots' sigma is known to a factor only).
+    effect_rms_px, effect_max_px
+        How far the calibrated spots move, per coordinate and at most, when the terms are added
+        and everything else is fitted again. This is the error that the running model makes.
+    """
+
+    values: Float
+    sigmas: Float
+    f_statistic: float
+    p_value: float
+    effect_rms_px: float
+    effect_max_px: float
+
+    @property
+    def significant(self) -> bool:
+        """Return whether chance does not explain the gain."""
+        return self.p_value < SIGNIFICANT
+
+    def strongest(self) -> str:
+        """Return the name of the term that differs most from zero, in sigmas."""
+        return EXTRA_TERMS[int(np.argmax(np.abs(self.values) / self.sigmas))]
+
+
+def judge_lens_terms(fit: CameraFit) -> LensTerms:
+    """Return what the extra terms would be, from the points that ``fit`` used.
+
+    Parameters
+    ----------
+    fit
+        A fit of the running model, without extra terms.
+
+    Raises
+    ------
+    CalibrationError
+        The points do not determine the extra terms.
+    """
+    points, uv = fit.points_world[fit.used], fit.uv[fit.used]
+    problem = CameraProblem(
+        points,
+        uv,
+        whitening_of(fit.camera, points, fit.sigma_px, fit.reference_sigma),
+        free_parameters(EXTRA_TERMS),
+    )
+    base = minimise(replace(problem, free=fit.free), fit.camera)
+    full = minimise(problem, base.state)
+    covariance = covariance_of(full.jacobian)
+    dof = 2 * len(uv) - len(problem.free)
+    if covariance is None or dof < 1:
+        name = fit.camera.model.name
+        raise CalibrationError(
+            "calibration.lens_terms",
+            f"The points of camera '{name}' do not show whether more lens terms are needed.",
+            "Spread the points over more of the sensor and over a deeper volume.",
+        )
+    terms = len(EXTRA_TERMS)
+    gain = max(base.cost - full.cost, 0.0) / terms
+    statistic = gain / (full.cost / dof) if full.cost > 0.0 else 0.0
+    effect = project_extended(full.state, points) - project_extended(base.state, points)
+    return LensTerms(
+        values=full.state.extra,
+        sigmas=np.sqrt(np.diag(covariance)[-terms:]),
+        f_statistic=statistic,
+        p_value=float(f_distribution.sf(statistic, terms, dof)),
+        effect_rms_px=float(np.sqrt(np.mean(effect**2))),
+        effect_max_px=float(np.linalg.norm(effect, axis=1).max()),
+    )

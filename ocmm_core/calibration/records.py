@@ -1,0 +1,294 @@
+"""Calibration records: what a calibration found, how, when and with what, sealed by a hash.
+
+A record is one JSON file that is written once. Its text is canonical (sorted fields, no blanks),
+and the SHA-256 over the content stands beside it, so that any single changed byte is noticed:
+either the hash no longer fits, or the text is no longer the canonical one. This reveals damage
+and casual change; somebody who computes a new hash is revealed by the chain of events that names
+the hashes (`calibration.history`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Literal, TypeVar
+
+import msgspec
+import numpy as np
+
+from ocmm_core.camera.model import N_PARAMETERS
+from ocmm_core.camera.rig import CameraEntry, Rig, SpotNoise, Vector3, camera_of
+from ocmm_core.documents import read_bytes, write_atomic
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+
+Method = Literal["known points", "relocation"]
+
+
+class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the calibration leaves over, by place on the sensor; the monitor compares with it.
+
+    Attributes
+    ----------
+    columns, rows
+        Cells over the width and the height of the sensor.
+    mean_u_px, mean_v_px
+        Mean residual of each cell, row by row; zero where no spot was.
+    count
+        Spots in each cell.
+    """
+
+    columns: int
+    rows: int
+    mean_u_px: tuple[float, ...]
+    mean_v_px: tuple[float, ...]
+    count: tuple[int, ...]
+
+
+class ArtefactUse(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An artefact that a result rests on, with its certificate."""
+
+    name: str
+    serial: str
+    certificate: str
+    certificate_sha256: str
+    due_utc: str
+
+
+class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A calibration of the cameras of one rig.
+
+    Attributes
+    ----------
+    schema
+        `SCHEMA`.
+    rig
+        Name of the rig.
+    method
+        How the cameras were calibrated.
+    made_utc, valid_until_utc
+        ISO 8601 text, UTC.
+    made_by, software
+        Who calibrated, with which version.
+    temperature_c
+        Of the cameras' surroundings; None where nobody measured it.
+    frame_rate_hz, noise
+        As in the rig document.
+    cameras
+        In the order of the frames.
+    covariance
+        Rows of the covariance of all parameters (14 C, 14 C), camera by camera in the order of
+        `camera.model.PARAMETERS`.
+    volume_min, volume_max
+        Box in which points are accepted.
+    hull
+        Corners of the convex hull of the data, mm, world.
+    residual_maps
+        One for each camera.
+    rms_px, chi2_per_dof
+        Of the residuals of all cameras.
+    points
+        Reference positions or poses that were used.
+    outliers
+        Names of those that were left out.
+    data_sha256
+        Of the observations.
+    artefacts
+        What lengths and positions rest on.
+    previous
+        Hash of the record before; empty for the first one.
+    """
+
+    schema: str
+    rig: str
+    method: Method
+    made_utc: str
+    valid_until_utc: str
+    made_by: str
+    software: str
+    temperature_c: float | None
+    frame_rate_hz: int
+    noise: SpotNoise
+    cameras: tuple[CameraEntry, ...]
+    covariance: tuple[tuple[float, ...], ...]
+    volume_min: Vector3
+    volume_max: Vector3
+    hull: tuple[Vector3, ...]
+    residual_maps: tuple[ResidualMap, ...]
+    rms_px: float
+    chi2_per_dof: float
+    points: int
+    outliers: tuple[str, ...]
+    data_sha256: str
+    artefacts: tuple[ArtefactUse, ...]
+    previous: str
+
+
+SCHEMA = "ocmm.camera-calibration/1"
+VERIFICATION_SCHEMA = "ocmm.verification/1"
+
+
+class Check(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One measured length or diameter of a verification.
+
+    Attributes
+    ----------
+    name
+        Line and length, or sphere and place.
+    measured_mm, certified_mm, expanded_mm, limit_mm
+        Value, certified value at the temperature of the test, expanded uncertainty (k = 2) of
+        the test value, and permissible error.
+    """
+
+    name: str
+    measured_mm: float
+    certified_mm: float
+    expanded_mm: float
+    limit_mm: float
+
+    @property
+    def error_mm(self) -> float:
+        """Return measured less certified."""
+        return self.measured_mm - self.certified_mm
+
+
+class VerificationRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An independent check of a calibration.
+
+    Attributes
+    ----------
+    schema
+        `VERIFICATION_SCHEMA`.
+    calibration
+        Hash of the record that was checked.
+    made_utc, made_by, software, temperature_c
+        As in `CameraRecord`.
+    rule
+        How the checks were judged, in words.
+    checks
+        All of them, also those that failed.
+    artefacts
+        What they rest on.
+    data_sha256
+        Of the observations; must not be those of the calibration.
+    passed
+        The verdict by the rule.
+    """
+
+    schema: str
+    calibration: str
+    made_utc: str
+    made_by: str
+    software: str
+    temperature_c: float | None
+    rule: str
+    checks: tuple[Check, ...]
+    artefacts: tuple[ArtefactUse, ...]
+    data_sha256: str
+    passed: bool
+
+
+R = TypeVar("R", CameraRecord, VerificationRecord)
+
+
+class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    content: msgspec.Raw
+    sha256: str
+
+
+def seal(record: CameraRecord | VerificationRecord) -> bytes:
+    """Return the file content of a record."""
+    content = msgspec.json.encode(record, order="sorted")
+    sealed = _Sealed(msgspec.Raw(content), hashlib.sha256(content).hexdigest())
+    return msgspec.json.encode(sealed)
+
+
+def record_hash(record: CameraRecord | VerificationRecord) -> str:
+    """Return the hash that names a record."""
+    return hashlib.sha256(msgspec.json.encode(record, order="sorted")).hexdigest()
+
+
+def unseal(path: Path, content: bytes, kind: type[R]) -> R:
+    """Return the record in ``content``; ``path`` is for messages.
+
+    Raises
+    ------
+    CalibrationError
+        It is no record of this kind, or a byte of it is not as it was written.
+    """
+    try:
+        record = msgspec.json.decode(msgspec.json.decode(content, type=_Sealed).content, type=kind)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise _changed(path, f"it cannot be read ({error})") from error
+    if seal(record) != content:
+        raise _changed(path, "its content does not fit its hash")
+    return record
+
+
+def save(folder: Path, record: CameraRecord | VerificationRecord) -> Path:
+    """Write a record under its hash and return the file.
+
+    Raises
+    ------
+    CalibrationError
+        The folder cannot be written.
+    """
+    path = folder / f"{record_hash(record)}.json"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomic(path, seal(record))
+    except OSError as error:
+        raise CalibrationError(
+            "record.unwritable",
+            f"{path}: the record cannot be written ({error.strerror}).",
+            "Free the disk or give a folder that you may write, then store it again.",
+        ) from error
+    return path
+
+
+def load(path: Path, kind: type[R]) -> R:
+    """Return the record of a file; raise CalibrationError where it was changed."""
+    return unseal(path, read_bytes(path), kind)
+
+
+def rig_from_record(record: CameraRecord) -> Rig:
+    """Return the rig with the cameras of a record.
+
+    Raises
+    ------
+    CalibrationError
+        The covariance has not the shape that the cameras need, or is none.
+    """
+    size = N_PARAMETERS * len(record.cameras)
+    rows = [list(row) for row in record.covariance]
+    if len(rows) != size or any(len(row) != size for row in rows):
+        raise CalibrationError(
+            "record.covariance",
+            f"The record of rig '{record.rig}' has no covariance of {size} parameters.",
+            "Calibrate the cameras again.",
+        )
+    covariance: Float = np.array(rows)
+    if not np.array_equal(covariance, covariance.T) or np.any(np.diag(covariance) < 0.0):
+        raise CalibrationError(
+            "record.covariance",
+            f"The covariance in the record of rig '{record.rig}' is none.",
+            "Calibrate the cameras again.",
+        )
+    return Rig(
+        name=record.rig,
+        cameras=tuple(camera_of(entry) for entry in record.cameras),
+        aliases=tuple(entry.alias for entry in record.cameras),
+        frame_rate_hz=record.frame_rate_hz,
+        noise=record.noise,
+        volume_world=np.array([record.volume_min, record.volume_max]),
+        parameter_covariance=covariance,
+        identity=record_hash(record),
+    )
+
+
+def _changed(path: Path, how: str) -> CalibrationError:
+    return CalibrationError(
+        "record.changed",
+        f"{path}: this calibration record is not as it was written: {how}.",
+        "Restore the file from a backup, or calibrate again; it is not used.",
+    )
