@@ -145,7 +145,7 @@ def load_rig(path: Path | str) -> Rig:
     """
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)
-    cameras = tuple(_camera(entry) for entry in document.cameras)
+    cameras = tuple(camera_of(entry) for entry in document.cameras)
     covariance = np.zeros((N_PARAMETERS * len(cameras),) * 2)
     for index, camera in enumerate(cameras):
         part = slice(index * N_PARAMETERS, (index + 1) * N_PARAMETERS)
@@ -202,7 +202,8 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     return 0.5 * (covariance + covariance.T)
 
 
-def _camera(entry: CameraEntry) -> CameraModel:
+def camera_of(entry: CameraEntry) -> CameraModel:
+    """Return the camera that an entry describes."""
     rotation = rotation_from_vector(np.array(entry.rotation_vector))
     return CameraModel(
         name=entry.name,

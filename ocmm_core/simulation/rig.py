@@ -185,13 +185,33 @@ class VirtualRig:
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
         """Return what one camera sees in ``count`` frames from ``first`` on."""
         motion = self.motion(first, count)
-        valid, uv = self._see(camera, motion, first, count)
+        valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
         return valid, np.where(motion.button, FrameFlag.BUTTON, 0).astype(np.uint16), uv
+
+    def led_images(self, camera: int, first: int, count: int) -> tuple[NDArray[np.bool_], Float]:
+        """Return where the LEDs truly shine on a sensor in ``count`` frames from ``first`` on.
+
+        Returns
+        -------
+        visible
+            (count, L) bool, by number of the LED.
+        uv
+            (count, L, 2), px: without white noise, with the pattern of the optics; NaN where not
+            visible.
+        """
+        slots = self._world.slots[camera]
+        white = np.zeros((count, len(slots), 2))
+        _, uv = self._see(camera, self.motion(first, count), first, count, white)
+        by_led = uv[:, slots]
+        return np.isfinite(by_led[..., 0]), by_led
 
     def frames(self, first: int, count: int) -> FrameBlock:
         """Return what all cameras see in ``count`` frames from ``first`` on."""
         motion = self.motion(first, count)
-        seen = [self._see(camera, motion, first, count) for camera in range(len(self._packed))]
+        seen = [
+            self._see(camera, motion, first, count, self._white(camera, first, count))
+            for camera in range(len(self._packed))
+        ]
         counter = np.arange(first, first + count, dtype=np.int64)
         return FrameBlock(
             counter=counter,
@@ -201,15 +221,17 @@ class VirtualRig:
             uv=np.stack([uv for _, uv in seen], axis=1),
         )
 
+    def _white(self, camera: int, first: int, count: int) -> Float:
+        """Return the noise of each frame (count, L, 2), px."""
+        n_leds = len(self._world.leds_probe)
+        if not (self.options.white_noise and count):
+            return np.zeros((count, n_leds, 2))
+        return white_noise(self.seed, camera, n_leds, first, count) * self.rig.noise.white_px
+
     def _see(
-        self, camera: int, motion: Motion, first: int, count: int
+        self, camera: int, motion: Motion, first: int, count: int, white: Float
     ) -> tuple[NDArray[np.uint16], Float]:
         world, leds = self._world, self._world.leds_probe
-        if self.options.white_noise and count:
-            white = white_noise(self.seed, camera, len(leds), first, count)
-            white = white * self.rig.noise.white_px
-        else:
-            white = np.zeros((count, len(leds), 2))
         hidden = hidden_leds(
             self.options, self.seed, camera, len(leds), first, self._times(first, count)
         )
