@@ -41,8 +41,7 @@ class CameraFit:
     free
         Indices into `lens.ALL_PARAMETERS` of what was fitted.
     covariance
-        (p, p) of what was fitted, from the sigma of spots and of reference points; None where
-        the points do not determine the camera.
+        (p, p) of what was fitted, from the sigma of spots and of reference points.
     points_world, uv
         (n, 3), mm, and (n, 2), px: all points that the camera saw.
     used
@@ -65,7 +64,7 @@ class CameraFit:
 
     camera: LensCamera
     free: tuple[int, ...]
-    covariance: Float | None
+    covariance: Float
     points_world: Points3
     uv: Pixels
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]
@@ -123,7 +122,7 @@ def fit_camera(
     Raises
     ------
     CalibrationError
-        There are fewer than `MINIMUM_POINTS` points, or they lie on a line.
+        There are fewer than `MINIMUM_POINTS` points, or they do not determine the camera.
     """
     if len(points_world) < MINIMUM_POINTS:
         raise CalibrationError(
@@ -262,11 +261,18 @@ def _result(
     problem = CameraProblem(
         points_world, uv, whitening_of(camera, points_world, sigma_px, reference_sigma), free
     )
+    covariance = covariance_of(best.minimum.jacobian)
+    if covariance is None:
+        raise CalibrationError(
+            "calibration.undetermined",
+            f"The points do not determine camera '{camera.model.name}'.",
+            "Take points that fill a volume, not a plane or a line.",
+        )
     residuals_px = uv - project_extended(camera, points_world)
     return CameraFit(
         camera=camera,
         free=free,
-        covariance=covariance_of(best.minimum.jacobian),
+        covariance=covariance,
         points_world=points_world,
         uv=uv,
         used=best.used,

@@ -40,8 +40,8 @@ class CameraProblem:
         columns = seen.d_parameters
         if len(columns) != len(self.free):
             columns = columns[list(self.free)]
-        residuals = self._whitened(seen.uv - self.uv.T)
-        jacobian = self._whitened(columns)
+        residuals = self.whitened(seen.uv - self.uv.T)
+        jacobian = self.whitened(columns)
         return residuals.reshape(-1), jacobian.reshape(len(self.free), -1).T
 
     def miss(self, state: LensCamera) -> Pixels:
@@ -50,7 +50,7 @@ class CameraProblem:
 
     def distances(self, miss: Pixels) -> Float:
         """Return the whitened length (n,) of each point's residual (n, 2), px."""
-        distances: Float = np.linalg.norm(self._whitened(miss.T), axis=0)
+        distances: Float = np.linalg.norm(self.whitened(miss.T), axis=0)
         return np.where(np.isfinite(distances), distances, 1e12)
 
     def moved(self, state: LensCamera, step: Float) -> LensCamera:
@@ -63,7 +63,7 @@ class CameraProblem:
         """Return the problem with every point's residual multiplied by its factor (n,)."""
         return replace(self, whitening=self.whitening * factors)
 
-    def _whitened(self, rows: Float) -> Float:
+    def whitened(self, rows: Float) -> Float:
         """Return pixels (..., 2, n) in units of their standard deviations."""
         first, across, second = self.whitening
         out = np.empty_like(rows)

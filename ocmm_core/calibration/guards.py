@@ -234,15 +234,6 @@ def _volume(fit: CameraFit, name: str) -> list[Finding]:
 
 
 def _focal(fit: CameraFit, name: str) -> list[Finding]:
-    if fit.covariance is None:
-        return [
-            Finding(
-                "calibration.undetermined",
-                f"The points do not determine camera '{name}'.",
-                "Take points that fill a volume, not a plane or a line.",
-                refuses=True,
-            )
-        ]
     focal = PARAMETERS.index("focal")
     sigma = float(np.sqrt(fit.covariance[focal, focal])) / fit.camera.model.focal
     if sigma <= FOCAL_SIGMA:

@@ -10,6 +10,7 @@ import numpy as np
 from ocmm_core.calibration.camera_model_fit import fit_camera
 from ocmm_core.calibration.guards import OUTLIERS_REFUSED, RMS_REFUSED, Finding, ratio_of
 from ocmm_core.camera.model import CameraModel
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Pixels, Points3
 
 Pattern: TypeAlias = tuple[str, str, Points3, Pixels]
@@ -37,7 +38,10 @@ def explain_misfit(
     camera's pose takes up: they cannot be told apart, and are named together.
     """
     for code, sentence, points, spots in _patterns(points_world, uv):
-        fit = fit_camera(nominal, points, spots, sigma_px, reference_sigma)
+        try:
+            fit = fit_camera(nominal, points, spots, sigma_px, reference_sigma)
+        except CalibrationError:
+            continue
         good = ratio_of(fit) < RMS_REFUSED and np.mean(~fit.used) <= OUTLIERS_REFUSED
         if good:
             return Finding(

@@ -1,0 +1,309 @@
+"""All cameras of a rig from one list of known points.
+
+With the points from a CMM the cameras decouple (measured: their joint fit differs by less than a
+thousandth), so each is fitted by itself; what they have in common is the error of the reference
+points, and it couples their uncertainties.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ocmm_core.calibration.camera_model_fit import CameraFit, fit_camera, indices_of_wrong
+from ocmm_core.calibration.camera_problem import CameraProblem, whitening_of
+from ocmm_core.calibration.guards import (
+    OUTLIERS_REFUSED,
+    RMS_REFUSED,
+    Finding,
+    judge_fit,
+    judge_lens,
+    let_pass,
+    ratio_of,
+)
+from ocmm_core.calibration.lens import see
+from ocmm_core.calibration.lens_terms import LensTerms, judge_lens_terms
+from ocmm_core.calibration.mix_up import explain_baseline, explain_misfit
+from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
+from ocmm_core.camera.model import N_PARAMETERS, CameraModel
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Int, Pixels, Points3
+
+
+@dataclass(frozen=True, slots=True)
+class Outlier:
+    """A point that was left out.
+
+    Attributes
+    ----------
+    name
+        Of the reference point.
+    miss_px
+        (2,), observed minus predicted.
+    sigmas
+        Its length in standard deviations.
+    """
+
+    name: str
+    miss_px: Float
+    sigmas: float
+
+
+@dataclass(frozen=True, slots=True)
+class CameraCalibration:
+    """One calibrated camera and what may be said about it.
+
+    Attributes
+    ----------
+    model
+        The camera.
+    covariance
+        (14, 14), in the order of `camera.model.PARAMETERS`; grown by chi-square per degree of
+        freedom where that is above one, never shrunk.
+    rms_px, chi2, dof
+        RMS residual per coordinate, and how it compares with the stated uncertainties.
+    indices
+        (n,): which reference points the camera saw.
+    uv, residuals_px
+        (n, 2), px; residuals are observed minus predicted.
+    used
+        (n,): False for the outliers.
+    outliers
+        Named, the worst first.
+    lens_terms
+        Whether k3 and the thin prism are needed.
+    warnings
+        What speaks against this camera and was not refused.
+    start
+        Which start led to the minimum.
+    """
+
+    model: CameraModel
+    covariance: Float
+    rms_px: float
+    chi2: float
+    dof: int
+    indices: Int
+    uv: Pixels
+    residuals_px: Pixels
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    outliers: tuple[Outlier, ...]
+    lens_terms: LensTerms
+    warnings: tuple[Finding, ...]
+    start: str
+
+
+@dataclass(frozen=True, slots=True)
+class RigCalibration:
+    """All cameras of a rig, calibrated together.
+
+    Attributes
+    ----------
+    cameras
+        In the order of the rig.
+    covariance
+        (14 C, 14 C), with what the common reference points do to all cameras.
+    warnings
+        Of all cameras and of the rig.
+    hull_world
+        (h, 3), mm: corners of the convex hull of the points that at least two cameras used.
+    forced
+        Whether a person overruled a guard.
+    """
+
+    cameras: tuple[CameraCalibration, ...]
+    covariance: Float
+    warnings: tuple[Finding, ...]
+    hull_world: Points3
+    forced: bool
+
+    @property
+    def volume_world(self) -> Float:
+        """Return the box around the calibrated volume, (2, 3), mm."""
+        return np.stack([self.hull_world.min(axis=0), self.hull_world.max(axis=0)])
+
+    def applied_to(self, rig: Rig, identity: str) -> Rig:
+        """Return the rig with these cameras; ``identity`` is that of the calibration's record."""
+        return replace(
+            rig,
+            cameras=tuple(camera.model for camera in self.cameras),
+            volume_world=self.volume_world,
+            parameter_covariance=self.covariance,
+            identity=identity,
+        )
+
+
+def calibrate_rig(
+    rig: Rig, points: ReferencePoints, spots: SpotTable, force: bool = False
+) -> RigCalibration:
+    """Calibrate all cameras of ``rig`` from known points (thesis 3.1).
+
+    Parameters
+    ----------
+    rig
+        Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
+    points, spots
+        What was seen where.
+    force
+        Overrule the guards that question the design of the calibration; each becomes a warning.
+
+    Raises
+    ------
+    CalibrationError
+        A guard refuses, see `guards`; the sentence says which, why and what to do.
+    """
+    rows = _rows_of(rig, spots)
+    fits: list[CameraFit] = []
+    indices: list[Int] = []
+    findings: list[list[Finding]] = []
+    terms: list[LensTerms] = []
+    for nominal, row in zip(rig.cameras, rows, strict=True):
+        seen = np.flatnonzero(np.isfinite(spots.uv[row]).all(axis=1)).astype(np.int64)
+        at, uv = points.positions_world[seen], spots.uv[row, seen]
+        fit = fit_camera(nominal, at, uv, spots.sigma_px, points.sigma)
+        found = judge_fit(fit, [points.names[i] for i in seen])
+        if ratio_of(fit) > RMS_REFUSED or np.mean(~fit.used) > OUTLIERS_REFUSED:
+            mixed_up = explain_misfit(nominal, at, uv, spots.sigma_px, points.sigma)
+            found = [mixed_up, *found] if mixed_up is not None else found
+        # What is hopeless is refused here: a test of its lens terms would mean nothing.
+        let_pass(found, force=True)
+        terms.append(judge_lens_terms(fit))
+        fits.append(fit)
+        indices.append(seen)
+        findings.append([*found, *judge_lens(fit, terms[-1])])
+    of_rig = _baselines(rig, fits)
+    everything = [*of_rig, *(one for found in findings for one in found)]
+    warnings = let_pass(everything, force)
+    cameras = tuple(
+        _camera_calibration(fit, points, seen, term, let_pass(found, force))
+        for fit, seen, term, found in zip(fits, indices, terms, findings, strict=True)
+    )
+    return RigCalibration(
+        cameras=cameras,
+        covariance=_joint_covariance(cameras, fits, indices, len(points.names)),
+        warnings=warnings,
+        hull_world=_hull(points, fits, indices),
+        forced=any(one.refuses for one in everything),
+    )
+
+
+def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
+    """Return the row of the spots for every camera of the rig, by serial number."""
+    expected = {camera.serial: camera.name for camera in rig.cameras}
+    strange = [serial for serial in spots.serials if serial not in expected]
+    missing = [serial for serial in expected if serial not in spots.serials]
+    if strange or missing:
+        said = [f"there are spots of camera {serial}, which this rig has not" for serial in strange]
+        said += [f"there are none of camera {s} ('{expected[s]}')" for s in missing]
+        raise CalibrationError(
+            "calibration.serial_mismatch",
+            f"The spots were not taken with the cameras of rig '{rig.name}': {'; '.join(said)}.",
+            "Choose the rig that the spots were taken with, or correct the serial numbers in its "
+            "document if a camera was replaced.",
+        )
+    return [spots.serials.index(camera.serial) for camera in rig.cameras]
+
+
+def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
+    """Return what the distance of the first camera to every other says about the unit."""
+    found = []
+    first = rig.cameras[0]
+    for nominal, fit in zip(rig.cameras[1:], fits[1:], strict=True):
+        centres = fits[0].camera.model.centre_world, fit.camera.model.centre_world
+        found += explain_baseline(
+            first.name,
+            nominal.name,
+            float(np.linalg.norm(centres[1] - centres[0])),
+            float(np.linalg.norm(nominal.centre_world - first.centre_world)),
+        )
+    return found
+
+
+def _camera_calibration(
+    fit: CameraFit,
+    points: ReferencePoints,
+    seen: Int,
+    terms: LensTerms,
+    warnings: tuple[Finding, ...],
+) -> CameraCalibration:
+    outliers = tuple(
+        Outlier(points.names[seen[i]], fit.residuals_px[i], float(fit.distances[i]))
+        for i in indices_of_wrong(fit)
+    )
+    return CameraCalibration(
+        model=fit.camera.model,
+        covariance=fit.covariance * max(1.0, fit.chi2 / fit.dof),
+        rms_px=fit.rms_px,
+        chi2=fit.chi2,
+        dof=fit.dof,
+        indices=seen,
+        uv=fit.uv,
+        residuals_px=fit.residuals_px,
+        used=fit.used,
+        outliers=outliers,
+        lens_terms=terms,
+        warnings=warnings,
+        start=fit.start,
+    )
+
+
+def _joint_covariance(
+    cameras: Sequence[CameraCalibration],
+    fits: Sequence[CameraFit],
+    indices: Sequence[Int],
+    n_points: int,
+) -> Float:
+    """Return the covariance (14 C, 14 C) of all cameras.
+
+    A reference point that is wrong by d moves the parameters of every camera that used it by
+    -C J' W Jp d, where C is the camera's covariance; the product of two cameras' gains times the
+    variance of d is what they have in common.
+    """
+    count = len(cameras)
+    covariance = np.zeros((N_PARAMETERS * count,) * 2)
+    gains = np.zeros((count, N_PARAMETERS, n_points, 3))
+    for c, (fit, seen) in enumerate(zip(fits, indices, strict=True)):
+        part = slice(c * N_PARAMETERS, (c + 1) * N_PARAMETERS)
+        covariance[part, part] = cameras[c].covariance
+        gains[c][:, seen[fit.used]] = _reference_gain(fit)
+    sigma = fits[0].reference_sigma
+    for a in range(count):
+        for b in range(a + 1, count):
+            common = sigma**2 * np.einsum("pni,qni->pq", gains[a], gains[b])
+            rows, columns = (slice(c * N_PARAMETERS, (c + 1) * N_PARAMETERS) for c in (a, b))
+            covariance[rows, columns] = common
+            covariance[columns, rows] = common.T
+    return covariance
+
+
+def _reference_gain(fit: CameraFit) -> Float:
+    """Return d(parameters)/d(reference position), (14, n, 3), of the used points."""
+    points = fit.points_world[fit.used]
+    whitening = whitening_of(fit.camera, points, fit.sigma_px, fit.reference_sigma)
+    problem = CameraProblem(points, fit.uv[fit.used], whitening, fit.free)
+    _, jacobian = problem.linearise(fit.camera)
+    by_point = problem.whitened(
+        see(fit.camera, points, N_PARAMETERS).d_point(fit.camera).transpose(1, 0, 2)
+    )
+    rows = jacobian.T.reshape(N_PARAMETERS, 2, -1)
+    gain: Float = -np.einsum("pq,qun,iun->pni", fit.covariance, rows, by_point, optimize=True)
+    return gain
+
+
+def _hull(points: ReferencePoints, fits: Sequence[CameraFit], indices: Sequence[Int]) -> Points3:
+    views = np.zeros(len(points.names), dtype=np.int64)
+    for fit, seen in zip(fits, indices, strict=True):
+        views[seen[fit.used]] += 1
+    common = points.positions_world[views >= 2]
+    try:
+        return common[ConvexHull(common).vertices]
+    except (QhullError, ValueError) as error:
+        raise CalibrationError(
+            "calibration.no_common_volume",
+            f"Only {len(common)} points, or points in one plane, were seen by two cameras.",
+            "Point the cameras at one common volume, and take the points there.",
+        ) from error
