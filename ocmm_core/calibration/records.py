@@ -15,8 +15,9 @@ from typing import Literal, TypeVar
 
 import msgspec
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from ocmm_core.camera.model import N_PARAMETERS
+from ocmm_core.camera.model import N_PARAMETERS, CameraModel
 from ocmm_core.camera.rig import CameraEntry, Rig, SpotNoise, Vector3, camera_of
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError
@@ -189,6 +190,7 @@ class VerificationRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
 
 
 R = TypeVar("R", CameraRecord, VerificationRecord)
+"""Kinds of records."""
 
 
 class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -283,6 +285,31 @@ def rig_from_record(record: CameraRecord) -> Rig:
         volume_world=np.array([record.volume_min, record.volume_max]),
         parameter_covariance=covariance,
         identity=record_hash(record),
+    )
+
+
+def entry_of(camera: CameraModel, alias: int) -> CameraEntry:
+    """Return the entry that describes a camera."""
+    rotation = camera.T_camera_from_world.rotation
+    vector: Float = Rotation.from_matrix(rotation).as_rotvec()
+    x, y, z = (float(value) for value in camera.centre_world)
+    return CameraEntry(
+        name=camera.name,
+        serial=camera.serial,
+        alias=alias,
+        width_px=camera.width,
+        height_px=camera.height,
+        pitch=camera.pitch_mm,
+        focal=camera.focal,
+        aspect=camera.aspect,
+        u0_px=camera.u0,
+        v0_px=camera.v0,
+        k1=camera.k1,
+        k2=camera.k2,
+        p1=camera.p1,
+        p2=camera.p2,
+        centre=(x, y, z),
+        rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
     )
 
 

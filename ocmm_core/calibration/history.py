@@ -1,0 +1,360 @@
+"""Which calibration is in force, and whether it may be trusted: a chain of events on the disk.
+
+Records are never changed. What happens to them - accepted, verified, put in doubt - is appended
+to one file of JSON lines for each rig; every line holds its own hash and that of the line before.
+The state of a calibration follows from its record and these events alone. A last line without its
+end was being written when the power went: nobody was told of it, and it is left out.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from enum import StrEnum
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.calibration.records import (
+    CameraRecord,
+    R,
+    VerificationRecord,
+    load,
+    record_hash,
+    save,
+)
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import CalibrationError
+
+DUE_BEFORE = timedelta(days=14)
+"""A calibration that ends within this time is DUE."""
+CLOCK_TOLERANCE = timedelta(seconds=60)
+"""The computer's clock may stand so far before the last event; further back it is not believed."""
+
+_FIRST_LINK = "0" * 64
+
+
+class State(StrEnum):
+    """Whether a calibration may be trusted."""
+
+    VALID = "VALID"
+    DUE = "DUE"
+    EXPIRED = "EXPIRED"
+    SUSPECT = "SUSPECT"
+
+    @property
+    def usable(self) -> bool:
+        """Return whether points may be taken with it."""
+        return self in (State.VALID, State.DUE)
+
+
+class EventKind(StrEnum):
+    """What can happen to a calibration."""
+
+    ACCEPTED = "accepted"
+    PASSED = "verification passed"
+    FAILED = "verification failed"
+    SUSPECTED = "put in doubt"
+
+
+class Event(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One line of the chain.
+
+    Attributes
+    ----------
+    number
+        1, 2, 3 ...
+    utc
+        ISO 8601 text.
+    kind
+        An `EventKind`.
+    calibration
+        Hash of the record it is about.
+    evidence
+        Hash of the verification record; empty for other kinds.
+    since_utc
+        For a doubt: last time at which all was well.
+    who, reason
+        For people.
+    previous
+        SHA-256 of the line before.
+    """
+
+    number: int
+    utc: str
+    kind: EventKind
+    calibration: str
+    evidence: str = ""
+    since_utc: str = ""
+    who: str
+    reason: str
+    previous: str
+
+
+class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    event: Event
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """The state of the calibration in force.
+
+    Attributes
+    ----------
+    state
+        See `State`.
+    reason
+        Why it is not VALID; empty where it is.
+    remedy
+        What to do about it.
+    since_utc
+        For SUSPECT: points taken after this time are in doubt. Empty otherwise.
+    """
+
+    state: State
+    reason: str = ""
+    remedy: str = ""
+    since_utc: str = ""
+
+
+class CalibrationStore:
+    """The calibrations of one rig, in a folder of their own; one process writes at a time.
+
+    Parameters
+    ----------
+    folder
+        Made at the first write.
+
+    Raises
+    ------
+    CalibrationError
+        The chain of events is broken.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._chain = folder / "events.jsonl"
+        self.events, self._length = _read_chain(self._chain)
+
+    def active(self) -> CameraRecord | None:
+        """Return the record that was accepted last, or None before the first one.
+
+        Raises
+        ------
+        CalibrationError
+            It is missing or was changed.
+        """
+        digest = self.active_hash
+        return None if digest is None else self._load(digest, CameraRecord)
+
+    @property
+    def active_hash(self) -> str | None:
+        """Return the hash of the record that was accepted last, or None."""
+        accepted = [event for event in self.events if event.kind is EventKind.ACCEPTED]
+        return accepted[-1].calibration if accepted else None
+
+    def records(self) -> tuple[CameraRecord, ...]:
+        """Return all accepted records, oldest first; raise CalibrationError for a changed one."""
+        hashes = dict.fromkeys(
+            event.calibration for event in self.events if event.kind is EventKind.ACCEPTED
+        )
+        return tuple(self._load(name, CameraRecord) for name in hashes)
+
+    def verifications(self) -> tuple[VerificationRecord, ...]:
+        """Return all verifications, oldest first; raise CalibrationError for a changed one."""
+        return tuple(
+            self._load(event.evidence, VerificationRecord)
+            for event in self.events
+            if event.evidence
+        )
+
+    def accept(self, record: CameraRecord, who: str, reason: str, now: datetime) -> str:
+        """Store a calibration, put it in force and return its hash.
+
+        It is SUSPECT until a verification has passed.
+        """
+        save(self._folder, record)
+        digest = record_hash(record)
+        self._append(EventKind.ACCEPTED, digest, who, reason, now)
+        return digest
+
+    def verify(self, record: VerificationRecord, now: datetime) -> None:
+        """Store a verification of the calibration in force.
+
+        Raises
+        ------
+        CalibrationError
+            It is about another calibration, or rests on the data of that calibration.
+        """
+        active = self.active()
+        if active is None or record.calibration != self.active_hash:
+            raise CalibrationError(
+                "verification.other",
+                "This verification is not about the calibration in force.",
+                "Verify the calibration in force.",
+            )
+        if record.data_sha256 == active.data_sha256:
+            raise CalibrationError(
+                "verification.data",
+                "This verification rests on the data that the cameras were calibrated with.",
+                "Take independent data.",
+            )
+        save(self._folder, record)
+        kind = EventKind.PASSED if record.passed else EventKind.FAILED
+        reason = f"{len(record.checks)} checks by the rule: {record.rule}"
+        self._append(
+            kind, record.calibration, record.made_by, reason, now, evidence=record_hash(record)
+        )
+
+    def suspect(self, who: str, reason: str, since: datetime, now: datetime) -> None:
+        """Put the calibration in force in doubt, for all points since a moment."""
+        digest = self.active_hash
+        if digest is not None:
+            self._append(EventKind.SUSPECTED, digest, who, reason, now, since=since)
+
+    def standing(self, now: datetime) -> Standing:
+        """Return whether the calibration in force may be trusted.
+
+        Raises
+        ------
+        CalibrationError
+            There is none, or its record was changed.
+        """
+        record = self.active()
+        if record is None:
+            raise CalibrationError(
+                "calibration.none", "The cameras were never calibrated.", "Calibrate the cameras."
+            )
+        return standing(record, self.events, now)
+
+    def _load(self, digest: str, kind: type[R]) -> R:
+        path = self._folder / f"{digest}.json"
+        record = load(path, kind)
+        if record_hash(record) != digest:
+            raise CalibrationError(
+                "record.exchanged",
+                f"{path}: this is another record than its name says.",
+                "Restore the file from a backup, or calibrate again; it is not used.",
+            )
+        return record
+
+    def _append(
+        self,
+        kind: EventKind,
+        calibration: str,
+        who: str,
+        reason: str,
+        now: datetime,
+        *,
+        evidence: str = "",
+        since: datetime | None = None,
+    ) -> None:
+        event = Event(
+            number=len(self.events) + 1,
+            utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
+            kind=kind,
+            calibration=calibration,
+            evidence=evidence,
+            since_utc="" if since is None else since.astimezone(UTC).isoformat(),
+            who=who,
+            reason=reason,
+            previous=_link(self.events[-1]) if self.events else _FIRST_LINK,
+        )
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(self._chain, os.O_WRONLY | os.O_CREAT, 0o644)
+            try:
+                content = msgspec.json.encode(_Line(event, _link(event))) + b"\n"
+                os.ftruncate(descriptor, self._length)
+                if os.pwrite(descriptor, content, self._length) != len(content):
+                    raise OSError(0, "only a part was written")
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+        except OSError as error:
+            raise CalibrationError(
+                "history.unwritable",
+                f"{self._chain}: the event '{kind}' cannot be stored ({error.strerror}).",
+                "Free the disk or restore the right to write, then do it again.",
+            ) from error
+        self.events = (*self.events, event)
+        self._length += len(content)
+
+
+def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:
+    """Return the state of a calibration at a moment; see `CalibrationStore.standing`."""
+    if events and now < datetime.fromisoformat(events[-1].utc) - CLOCK_TOLERANCE:
+        return Standing(
+            State.EXPIRED,
+            f"The clock of this computer stands before the last event ({events[-1].utc[:16]}).",
+            "Set the clock of the computer.",
+        )
+    own = [event for event in events if event.calibration == record_hash(record)]
+    judged = [event for event in own if event.kind is not EventKind.ACCEPTED]
+    if not judged:
+        return Standing(
+            State.SUSPECT,
+            "The calibration was not verified since it was made.",
+            "Verify it with the length bar.",
+            record.made_utc,
+        )
+    last = judged[-1]
+    if last.kind is not EventKind.PASSED:
+        return Standing(
+            State.SUSPECT,
+            last.reason if last.kind is EventKind.SUSPECTED else "The last verification failed.",
+            "Verify the calibration; if that fails, calibrate again.",
+            last.since_utc or record.made_utc,
+        )
+    until = datetime.fromisoformat(record.valid_until_utc)
+    if now >= until:
+        return Standing(
+            State.EXPIRED,
+            f"The calibration was valid until {until.date().isoformat()}.",
+            "Calibrate the cameras.",
+        )
+    if now >= until - DUE_BEFORE:
+        return Standing(
+            State.DUE,
+            f"The calibration ends on {until.date().isoformat()}.",
+            "Calibrate the cameras before that day.",
+        )
+    return Standing(State.VALID)
+
+
+def _read_chain(path: Path) -> tuple[tuple[Event, ...], int]:
+    """Return the events and how many bytes they take."""
+    if not path.exists():
+        return (), 0
+    content = read_bytes(path)
+    content = content[: content.rfind(b"\n") + 1]
+    events: list[Event] = []
+    previous = _FIRST_LINK
+    for number, text in enumerate(content.splitlines(keepends=True), start=1):
+        try:
+            line = msgspec.json.decode(text, type=_Line)
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            raise _broken(path, number) from error
+        event = line.event
+        whole = msgspec.json.encode(_Line(event, _link(event))) + b"\n" == text
+        if not whole or event.number != number or event.previous != previous:
+            raise _broken(path, number)
+        previous = line.sha256
+        events.append(event)
+    return tuple(events), len(content)
+
+
+def _link(event: Event) -> str:
+    return hashlib.sha256(msgspec.json.encode(event)).hexdigest()
+
+
+def _broken(path: Path, number: int) -> CalibrationError:
+    return CalibrationError(
+        "history.broken",
+        f"{path}: line {number} of the history of calibrations is not as it was written.",
+        "Restore the file from a backup; until then no calibration of this rig is used.",
+    )

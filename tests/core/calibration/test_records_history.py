@@ -1,0 +1,232 @@
+"""Records are sealed, their history is a chain, and the state follows from both."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from ocmm_core.calibration.history import CalibrationStore, State
+from ocmm_core.calibration.records import (
+    SCHEMA,
+    VERIFICATION_SCHEMA,
+    CameraRecord,
+    Check,
+    ResidualMap,
+    VerificationRecord,
+    entry_of,
+    load,
+    record_hash,
+    rig_from_record,
+    save,
+    seal,
+    unseal,
+)
+from ocmm_core.camera.model import project
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
+
+MADE = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
+RIG = load_rig(resource("rigs", "recommended.toml"))
+
+
+def make_record(**changes: object) -> CameraRecord:
+    """Return the record of a calibration that found what the rig document says."""
+    empty = ResidualMap(columns=1, rows=1, mean_u_px=(0.0,), mean_v_px=(0.0,), count=(0,))
+    record = CameraRecord(
+        schema=SCHEMA,
+        rig=RIG.name,
+        method="known points",
+        made_utc=MADE.isoformat(),
+        valid_until_utc=(MADE + timedelta(days=365)).isoformat(),
+        made_by="technician",
+        software="1",
+        temperature_c=20.5,
+        frame_rate_hz=RIG.frame_rate_hz,
+        noise=RIG.noise,
+        cameras=tuple(entry_of(c, a) for c, a in zip(RIG.cameras, RIG.aliases, strict=True)),
+        covariance=tuple(tuple(row) for row in RIG.parameter_covariance.tolist()),
+        volume_min=(-200.0, -100.0, -200.0),
+        volume_max=(200.0, 100.0, 200.0),
+        hull=((0.0, 0.0, 0.0),),
+        residual_maps=(empty, empty),
+        rms_px=0.0105,
+        chi2_per_dof=1.0,
+        points=400,
+        outliers=(),
+        data_sha256="a" * 64,
+        artefacts=(),
+        previous="",
+    )
+    return msgspec.structs.replace(record, **changes)
+
+
+def make_verification(record: CameraRecord, *, passed: bool = True) -> VerificationRecord:
+    """Return a verification of ``record`` with one length."""
+    return VerificationRecord(
+        schema=VERIFICATION_SCHEMA,
+        calibration=record_hash(record),
+        made_utc=MADE.isoformat(),
+        made_by="technician",
+        software="1",
+        temperature_c=20.5,
+        rule="every length within its limit",
+        checks=(
+            Check(
+                name="line 1",
+                measured_mm=400.01,
+                certified_mm=400.0,
+                expanded_mm=0.002,
+                limit_mm=0.02,
+            ),
+        ),
+        artefacts=(),
+        data_sha256="b" * 64,
+        passed=passed,
+    )
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> CalibrationStore:
+    """Return a store with one accepted and verified calibration."""
+    store = CalibrationStore(tmp_path / "rig")
+    record = make_record()
+    store.accept(record, "technician", "new", MADE)
+    store.verify(make_verification(record), MADE)
+    return store
+
+
+def test_a_record_comes_back_as_the_rig_it_was_made_from(tmp_path: Path) -> None:
+    path = save(tmp_path, make_record())
+    rig = rig_from_record(load(path, CameraRecord))
+    assert rig.identity == path.stem
+    assert np.array_equal(rig.parameter_covariance, RIG.parameter_covariance)
+    points = np.random.default_rng(1).uniform(-150.0, 150.0, (50, 3))
+    for camera, original in zip(rig.cameras, RIG.cameras, strict=True):
+        # Only the rotation goes through another notation.
+        assert np.allclose(project(camera, points), project(original, points), atol=1e-9)
+
+
+def test_every_changed_byte_is_noticed() -> None:
+    content = seal(make_record())
+    path = Path("record.json")
+    assert unseal(path, content, CameraRecord) == make_record()
+    rng = np.random.default_rng(2)
+    unnoticed = []
+    for at in range(len(content)):
+        changed = bytearray(content)
+        changed[at] ^= int(rng.integers(1, 256))
+        try:
+            unseal(path, bytes(changed), CameraRecord)
+        except CalibrationError:
+            continue
+        unnoticed.append(at)
+    assert unnoticed == []
+
+
+def test_cut_and_lengthened_records_are_refused() -> None:
+    content = seal(make_record())
+    for wrong in (b"", content[:-1], content + b" ", content + b"\n", b"{}", b"\xff\xfe"):
+        with pytest.raises(CalibrationError, match="not as it was written"):
+            unseal(Path("record.json"), wrong, CameraRecord)
+
+
+def test_a_calibration_becomes_valid_only_by_a_verification(tmp_path: Path) -> None:
+    store = CalibrationStore(tmp_path)
+    with pytest.raises(CalibrationError, match="never calibrated"):
+        store.standing(MADE)
+    record = make_record()
+    store.accept(record, "technician", "new", MADE)
+    assert store.standing(MADE).state is State.SUSPECT
+    assert "not verified" in store.standing(MADE).reason
+    store.verify(make_verification(record, passed=False), MADE)
+    assert store.standing(MADE).state is State.SUSPECT
+    store.verify(make_verification(record), MADE)
+    assert store.standing(MADE).state is State.VALID
+
+
+def test_state_follows_the_calendar(store: CalibrationStore) -> None:
+    states = [
+        store.standing(MADE + timedelta(days=day)).state for day in (0, 350, 352, 364, 365, 900)
+    ]
+    assert states == ["VALID", "VALID", "DUE", "DUE", "EXPIRED", "EXPIRED"]
+    # A clock that was set back cannot make an old calibration young.
+    late = store.standing(MADE - timedelta(minutes=2))
+    assert (late.state, "clock" in late.reason) == (State.EXPIRED, True)
+
+
+def test_doubt_names_its_beginning_and_ends_with_a_verification(store: CalibrationStore) -> None:
+    since, now = MADE + timedelta(days=3), MADE + timedelta(days=4)
+    store.suspect("monitor", "Camera 'left' has turned.", since, now)
+    doubt = store.standing(now)
+    assert (doubt.state, doubt.state.usable) == (State.SUSPECT, False)
+    assert doubt.reason == "Camera 'left' has turned."
+    assert datetime.fromisoformat(doubt.since_utc) == since
+    store.verify(make_verification(make_record()), now)
+    assert store.standing(now).state is State.VALID
+
+
+def test_what_was_stored_is_there_again(store: CalibrationStore, tmp_path: Path) -> None:
+    store.suspect("monitor", "bump", MADE, MADE)
+    again = CalibrationStore(tmp_path / "rig")
+    assert again.events == store.events
+    assert again.active() == make_record()
+    assert again.records() == (make_record(),)
+    assert again.verifications() == (make_verification(make_record()),)
+
+
+def test_every_changed_byte_of_the_history_is_noticed(
+    store: CalibrationStore, tmp_path: Path
+) -> None:
+    store.suspect("monitor", "bump", MADE, MADE)
+    path = tmp_path / "rig" / "events.jsonl"
+    content = path.read_bytes()
+    lines = content.count(b"\n")
+    for at in range(len(content)):
+        path.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+        try:
+            seen = CalibrationStore(tmp_path / "rig").events
+        except CalibrationError:
+            continue
+        # Only the end of the last line can look as if it was never finished.
+        assert at == len(content) - 1
+        assert len(seen) == lines - 1
+    path.write_bytes(content[: content.rfind(b"\n", 0, -1) - 20])
+    assert len(CalibrationStore(tmp_path / "rig").events) == 1
+
+
+def test_a_torn_line_is_left_out_and_overwritten(store: CalibrationStore, tmp_path: Path) -> None:
+    path = tmp_path / "rig" / "events.jsonl"
+    path.write_bytes(path.read_bytes() + b'{"event":{"number":3')
+    again = CalibrationStore(tmp_path / "rig")
+    assert again.events == store.events
+    again.suspect("monitor", "bump", MADE, MADE)
+    assert CalibrationStore(tmp_path / "rig").events == again.events
+
+
+def test_a_verification_must_be_of_this_calibration_and_of_other_data(
+    store: CalibrationStore,
+) -> None:
+    other = make_verification(make_record(points=399))
+    with pytest.raises(CalibrationError, match="not about the calibration in force"):
+        store.verify(other, MADE)
+    same = msgspec.structs.replace(make_verification(make_record()), data_sha256="a" * 64)
+    with pytest.raises(CalibrationError, match="independent data"):
+        store.verify(same, MADE)
+
+
+def test_a_record_that_is_gone_or_changed_is_not_used(
+    store: CalibrationStore, tmp_path: Path
+) -> None:
+    path = tmp_path / "rig" / f"{store.active_hash}.json"
+    path.write_bytes(seal(make_record(rms_px=0.02)))
+    # Sealed, but not under its name.
+    with pytest.raises(CalibrationError):
+        store.active()
+    path.unlink()
+    with pytest.raises(Exception, match="no such file"):
+        store.standing(MADE)
