@@ -51,6 +51,8 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     control
         Path of the socket over which faults can be made while they run, see `faults.CameraDeed`;
         empty: none.
+    switched_on
+        How often the cameras were switched on before.
     """
 
     interface: str
@@ -61,6 +63,7 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     drop: float = 0.0
     seed: int = 0
     control: str = ""
+    switched_on: int = 0
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -104,7 +107,7 @@ def make_wire(config: SegmentConfig) -> Wire:
         # The first call may compile code, which takes longer than a master waits.
         provider.camera_frames(camera, 0, CHUNK_FRAMES)
     units = [
-        Unit(camera, identity, provider)
+        Unit(camera, identity, provider, config.switched_on)
         for camera, identity in zip(sees, config.cameras, strict=True)
     ]
     return Wire(

@@ -46,9 +46,13 @@ class Unit:
         Who it is.
     provider
         What it sees.
+    boots
+        How often it was switched on before.
 
     Attributes
     ----------
+    boots
+        How often it was switched on, this time included.
     camera
         The camera as it was last switched on.
     powered, plugged, muted
@@ -57,11 +61,13 @@ class Unit:
         The cable to the next camera is broken.
     """
 
-    def __init__(self, sees: int, identity: CameraIdentity, provider: CameraFrames) -> None:
+    def __init__(
+        self, sees: int, identity: CameraIdentity, provider: CameraFrames, boots: int = 0
+    ) -> None:
         self.sees = sees
         self.identity = identity
         self._provider = provider
-        self.boots = 0
+        self.boots = boots
         self.powered = self.plugged = True
         self.muted = self.broken_behind = False
         self.camera = self.switch_on(0)

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ocmm_core.fieldbus.camera_slave import INPUT_START
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.chain import Chain, Unit
 from ocmm_core.simulation.faults import CameraDeed, Deed, DeedAnswer
 from ocmm_core.simulation.registers import AL_STATUS, STATION_ADDRESS
-from ocmm_core.simulation.sii import INPUT_START
 
 _CLOCK_STEP_NS = 1_234_567_891
 """What the clock of a restarted camera shows more than the time before."""

@@ -115,7 +115,8 @@ class ClockPattern:
             clock, schedule, boots = self._watched[camera]
             bus_ns = schedule.start_ns + (first + np.arange(count)) * schedule.period_ns
             ahead_ns = clock.system_time_ns - clock.now_ns
-        bus_us, host_us = bus_ns // 1000, (bus_ns - ahead_ns) // 1000
+        bus_us = bus_ns // 1000 % CLOCK_MODULUS_US
+        host_us = (bus_ns - ahead_ns) // 1000 % CLOCK_MODULUS_US
         uv = np.empty((count, N_SLOTS, 2))
         for slot, value in ((0, bus_us), (2, host_us)):
             for digit in range(4):

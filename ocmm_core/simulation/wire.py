@@ -128,6 +128,8 @@ class Wire:
                 self._control = socket.socket(
                     socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
                 )
+                # Left there by a process that was killed.
+                self._control_path.unlink(missing_ok=True)
                 self._control.bind(control)
         except BaseException:
             self.close()
