@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from ocmm_core import __version__
+from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
 from ocmm_core.cli.options import (
@@ -46,6 +47,7 @@ app = typer.Typer(
     "resources folder are examples for your own.",
 )
 app.add_typer(rig_app, name="rig")
+app.add_typer(bus_app, name="bus")
 
 
 class Theme(StrEnum):

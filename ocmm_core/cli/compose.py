@@ -247,7 +247,7 @@ def _replay(request: StationRequest, rig: Rig, path: Path) -> Feed:
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return the software cameras that play the request's script; the interface is left open."""
     script = msgspec.Raw(script_of(request, plan).to_json().encode("utf-8"))
-    return SegmentConfig(interface="", cameras=_identities(rig), provider=script)
+    return SegmentConfig(interface="", cameras=identities(rig), provider=script)
 
 
 def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
@@ -273,7 +273,7 @@ def _bus_config(
     return BusConfig(
         interface=interface,
         ring_path=str(ring.path),
-        cameras=_identities(rig),
+        cameras=identities(rig),
         frame_period_ns=frame_period_ns,
         force=force,
     )
@@ -289,7 +289,8 @@ def _bus_description(name: str, rig: Rig, bus: BusConfig) -> SourceDescription:
     )
 
 
-def _identities(rig: Rig) -> tuple[CameraIdentity, ...]:
+def identities(rig: Rig) -> tuple[CameraIdentity, ...]:
+    """Return how the cameras of a rig are known on the bus."""
     return tuple(
         CameraIdentity(camera.name, camera.serial, alias)
         for camera, alias in zip(rig.cameras, rig.aliases, strict=True)

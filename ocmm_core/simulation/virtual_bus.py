@@ -12,6 +12,7 @@ import os
 import select
 import subprocess
 import sys
+from collections.abc import Sequence
 
 import msgspec
 
@@ -21,12 +22,15 @@ from ocmm_core.acquisition.client import ChildProcess
 from ocmm_core.acquisition.launch import bus_command
 from ocmm_core.acquisition.realtime import CAMERA_PRIORITY, take_priority
 from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.scan_process import ScanConfig, scan_command
 from ocmm_core.errors import BusError, OcmmError
 from ocmm_core.simulation.camera_process import SegmentConfig, make_wire
 from ocmm_core.simulation.network import make_link, run, tool
 
 HOST_INTERFACE = "ocmm-host"
 CAMERA_INTERFACE = "ocmm-cameras"
+_MODULE = "ocmm_core.simulation.virtual_bus"
+_SCAN = "scan"
 _STOP_S = 2.0
 _ALTERNATIVE = (
     "Allow them (Debian, Ubuntu: sysctl kernel.unprivileged_userns_clone=1 and "
@@ -52,7 +56,7 @@ class VirtualBus(ChildProcess):
         cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
         master = msgspec.structs.replace(bus, interface=HOST_INTERFACE)
         super().__init__(
-            [sys.executable, "-m", "ocmm_core.simulation.virtual_bus"],
+            [sys.executable, "-m", _MODULE],
             cameras.to_json() + master.to_json(),
             ring,
         )
@@ -94,21 +98,29 @@ def namespace_command() -> list[str]:
     )
 
 
+def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
+    """Return the command that looks at software cameras on a virtual cable, and its input."""
+    cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+    command = [*namespace_command(), sys.executable, "-m", _MODULE, _SCAN]
+    return command, cameras.to_json() + ScanConfig(interface=HOST_INTERFACE).to_json()
+
+
 def main() -> None:
-    """Run inside the namespace: make the cable, start the bus process, be the cameras."""
+    """Run inside the namespace: make the cable, start who looks at the cameras, be the cameras."""
     try:
-        sys.exit(_run(read_first_line(sys.stdin.fileno())))
+        command = scan_command() if sys.argv[1:] == [_SCAN] else bus_command()
+        sys.exit(_run(read_first_line(sys.stdin.fileno()), command))
     except OcmmError as error:
         sys.stderr.write(f"{error}\n")
         sys.exit(2)
 
 
-def _run(content: bytes) -> int:
+def _run(content: bytes, command: Sequence[str]) -> int:
     config = msgspec.json.decode(content, type=SegmentConfig)
     make_link(HOST_INTERFACE, config.interface)
     wire = make_wire(config)
     # Standard input, from its second line on, and the other streams are the bus process's own.
-    bus = subprocess.Popen(bus_command())  # noqa: S603 - our own interpreter and modules, no shell
+    bus = subprocess.Popen(command)  # noqa: S603 - our own interpreter and modules, no shell
     # After the bus process was started, which chooses its own.
     take_priority(CAMERA_PRIORITY)
     parent = select.poll()

@@ -1,0 +1,162 @@
+"""``ocmm bus``: look at the cameras on the bus and at what they hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.table import Table
+
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.bus_session import open_bus, scan
+from ocmm_core.cli.compose import identities
+from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.options import RECOMMENDED_RIG, ForceOption, RigOption
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import BusError, InputError, StorageError
+from ocmm_core.fieldbus.identity import assign
+
+bus_app = typer.Typer(
+    no_args_is_help=True,
+    help="Look at the cameras on the bus, and at what they hold.\n\n"
+    "All commands but 'decode' take the bus into operation and give it back at their end; nothing "
+    "else may use it meanwhile. --source ethercat:virtual tries them on software cameras.",
+)
+object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
+bus_app.add_typer(object_app, name="object")
+
+BusOption = Annotated[
+    str,
+    typer.Option(
+        "--source",
+        help="'ethercat:IFACE' (cameras on that network interface) or 'ethercat:virtual'.",
+    ),
+]
+CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]
+_AddressArgument = Annotated[
+    str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")
+]
+
+
+@bus_app.command("scan")
+def scan_command(
+    *, source: BusOption, rig: RigOption = RECOMMENDED_RIG, force: ForceOption = False
+) -> None:
+    """List the devices on the bus and compare them with the rig.
+
+    Configures nothing. Exit code 0: they are the cameras of the rig.
+    """
+    console = make_console()
+    expected = identities(load_rig(rig))
+    devices = scan(source, rig, force=force)
+    names = {camera.serial: camera.name for camera in expected}
+    table = Table(box=box.SIMPLE_HEAD)
+    for title in ("Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State"):
+        table.add_column(title, no_wrap=True)
+    for position, scanned in enumerate(devices, start=1):
+        device = scanned.device
+        serial = device.serial if device.serial is not None else -1
+        table.add_row(
+            str(position), names.get(serial, "not in the rig"), str(device.serial),
+            str(device.alias), f"{device.vendor:#010x}", f"{device.product:#010x}",
+            f"{device.revision:#010x}", scanned.state,
+        )  # fmt: skip
+    console.print(table)
+    try:
+        assign([scanned.device for scanned in devices], expected)
+    except BusError as error:
+        console.print(f"{error.what} {error.remedy}", highlight=False)
+        raise typer.Exit(1) from error
+    console.print("These are the cameras of the rig.")
+
+
+@object_app.command()
+def read(
+    camera: CameraArgument,
+    address: _AddressArgument,
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the bytes to this file instead.")
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Print an entry of a camera's object dictionary: bytes, number and text."""
+    index, sub = _address(address)
+    with open_bus(source, rig, force=force) as bus:
+        value = bus.objects(camera).read(index, sub)
+    if out is not None:
+        write_bytes(out, value)
+        return
+    console = make_console()
+    console.print(f"{index:04x}:{sub:02x}  {len(value)} bytes", highlight=False)
+    console.print(value.hex(" ", 1) or "(empty)", highlight=False, soft_wrap=True)
+    if 1 <= len(value) <= 8:
+        console.print(f"number  {int.from_bytes(value, 'little')}", highlight=False)
+    if value and value.isascii() and value.decode("ascii").isprintable():
+        console.print(f"text    {value.decode('ascii')}", highlight=False, markup=False)
+
+
+@object_app.command()
+def write(
+    camera: CameraArgument,
+    address: _AddressArgument,
+    value: Annotated[str, typer.Argument(help="Bytes in hexadecimal as they travel: e.g. e803.")],
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Write an entry of a camera's object dictionary, read it back and compare."""
+    index, sub = _address(address)
+    try:
+        content = bytes.fromhex(value)
+    except ValueError:
+        raise InputError(
+            "bus.value",
+            f"VALUE is '{value}', which is no sequence of bytes in hexadecimal.",
+            "Give two digits for each byte, the lowest byte first.",
+        ) from None
+    with open_bus(source, rig, force=force) as bus:
+        objects = bus.objects(camera)
+        objects.write(index, sub, content)
+        found = objects.read(index, sub)
+    if found != content:
+        raise BusError(
+            "bus.value",
+            f"Camera '{camera}' holds {found.hex(' ')} in {index:04x}:{sub:02x} after "
+            f"{content.hex(' ')} was written.",
+            "This is right for commands; for a setting, check the value.",
+        )
+    make_console().print(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all, and say where it is."""
+    try:
+        write_atomic(path, content)
+    except OSError as error:
+        raise StorageError(
+            "out.file",
+            f"{path}: cannot be written ({error.strerror}).",
+            "Give a file in a folder that exists and that you may write to.",
+        ) from error
+    make_console().print(f"{path}: {len(content)} bytes", highlight=False)
+
+
+def _address(text: str) -> tuple[int, int]:
+    index, _, sub = text.partition(":")
+    try:
+        address = int(index, 16), int(sub or "0", 16)
+    except ValueError:
+        address = (-1, -1)
+    if not (0 <= address[0] <= 0xFFFF and 0 <= address[1] <= 0xFF):
+        raise InputError(
+            "bus.address",
+            f"'{text}' is not the address of an object.",
+            "Give index and entry in hexadecimal, e.g. 1018:04.",
+        )
+    return address

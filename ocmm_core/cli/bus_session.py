@@ -1,0 +1,161 @@
+"""The bus for a command: brought to operation, asked, and given back."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.acquisition.client import ChildProcess
+from ocmm_core.acquisition.remote_objects import RemoteObjects
+from ocmm_core.acquisition.scan_process import ScanConfig, scan_command
+from ocmm_core.acquisition.worker import AcquisitionState, read_status
+from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.cli.compose import Feed, StationRequest, make_feed, segment_of
+from ocmm_core.cli.options import DEMO_PLAN
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
+from ocmm_core.fieldbus.scan import ScannedDevice, decode_scan
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.virtual_bus import scan_virtual
+
+_START_S = 20.0
+_STOP_S = 3.0
+_SCAN_S = 30.0
+_POLL_S = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class BusSession:
+    """A bus in operation.
+
+    Attributes
+    ----------
+    rig
+        Its cameras.
+    feed
+        What runs it.
+    process
+        The bus process.
+    """
+
+    rig: Rig
+    feed: Feed
+    process: ChildProcess
+
+    def objects(self, camera: str) -> RemoteObjects:
+        """Return the objects of a camera; raise InputError where the rig has none so named."""
+        names = [known.name for known in self.rig.cameras]
+        if camera not in names:
+            raise InputError(
+                "bus.no_camera",
+                f"The rig '{self.rig.name}' has no camera '{camera}'.",
+                f"Give one of: {', '.join(names)}.",
+            )
+        return RemoteObjects(self.process, camera)
+
+    def report(self) -> BusReport | None:
+        """Return what the bus process last said about the bus."""
+        return decode_report(self.feed.ring.report())
+
+
+@contextmanager
+def open_bus(source: str, rig_path: Path, *, force: bool = False) -> Iterator[BusSession]:
+    """Bring the bus of a source to operation, for as long as the context lasts.
+
+    Raises
+    ------
+    InputError
+        The source is no EtherCAT bus.
+    BusError
+        It cannot be brought to operation.
+    """
+    if not source.startswith("ethercat:"):
+        raise _no_bus(source)
+    rig = load_rig(rig_path)
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source, force=force)
+    feed = make_feed(request, load_plan(DEMO_PLAN), rig)
+    try:
+        process = feed.acquisition
+        if not isinstance(process, ChildProcess):
+            raise _no_bus(source)
+        process.start()
+        session = BusSession(rig, feed, process)
+        _await_operation(session)
+        yield session
+    finally:
+        feed.acquisition.request_stop()
+        feed.acquisition.join(_STOP_S)
+        feed.ring.close()
+
+
+def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:
+    """Return who is on the bus of a source, without configuring it; errors as `open_bus`."""
+    kind, _, name = source.partition(":")
+    if kind != "ethercat" or not name:
+        raise _no_bus(source)
+    if name == "virtual":
+        request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
+        command, first_lines = scan_virtual(
+            segment_of(request, load_plan(DEMO_PLAN), load_rig(rig_path))
+        )
+    else:
+        command = scan_command()
+        first_lines = ScanConfig(interface=name, force=force).to_json()
+    return decode_scan(_ask(command, first_lines))
+
+
+def _ask(command: list[str], first_lines: bytes) -> bytes:
+    """Return what a program says whose input stays open until it has ended."""
+    with subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        if process.stdin is None or process.stderr is None or process.stdout is None:
+            raise BusError("bus.scan", "The bus cannot be looked at.", "Try again.")
+        process.stdin.write(first_lines)
+        process.stdin.flush()
+        try:
+            process.wait(_SCAN_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        answer, complaint = process.stdout.read(), process.stderr.read()
+    if process.returncode:
+        lines = complaint.decode("utf-8", errors="replace").strip().splitlines()
+        raise BusError(
+            "bus.scan",
+            lines[-1] if lines else f"The bus cannot be looked at (code {process.returncode}).",
+            "Then look again.",
+        )
+    return answer
+
+
+def _await_operation(session: BusSession) -> None:
+    deadline = time.monotonic() + _START_S
+    while True:
+        status = read_status(session.feed.ring)
+        if status.state is AcquisitionState.STOPPED:
+            raise BusError("bus.start", status.message, "Correct that and repeat the command.")
+        report = session.report()
+        running = status.state is AcquisitionState.RUNNING
+        if running and (report is None or report.phase is BusPhase.OPERATION):
+            return
+        if time.monotonic() > deadline:
+            phase = report.phase.value if report is not None else "starting"
+            why = f" ({report.message})" if report is not None and report.message else ""
+            raise BusError(
+                "bus.start",
+                f"The bus is not in operation after {_START_S:.0f} s; it is {phase}{why}.",
+                "Check power and cables of the cameras, then repeat the command.",
+            )
+        time.sleep(_POLL_S)
+
+
+def _no_bus(source: str) -> InputError:
+    return InputError(
+        "bus.source",
+        f"--source is {source!r}, which is no camera bus.",
+        "Give ethercat:IFACE for the cameras on a network interface, or ethercat:virtual.",
+    )
