@@ -1,29 +1,51 @@
-"""CANopen over EtherCAT, the slave's side: SDO transfers and SDO information (ETG.1000.6)."""
+"""CANopen over EtherCAT, the slave's side: what comes in a mailbox and what goes back.
+
+Whatever the bytes are, the answer is a CoE answer, a mailbox error reply or nothing (ETG.1000.4,
+5.6; ETG.1000.6, 5.6).
+"""
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
-from ocmm_core.fieldbus.camera_objects import DictionaryObject, ObjectEntry
-from ocmm_core.fieldbus.camera_slave import DataType
+from ocmm_core.fieldbus.camera_objects import DictionaryObject
+from ocmm_core.simulation.sdo_abort import Abort, AbortError
+from ocmm_core.simulation.sdo_information import object_information
+from ocmm_core.simulation.sdo_values import Address, SdoValues
 
-_MAILBOX_COE = 3
-_SDO_REQUEST, _SDO_RESPONSE, _SDO_INFORMATION = 2, 3, 8
+_MAILBOX_ERROR, _MAILBOX_COE = 0, 3
+_EMERGENCY, _SDO_REQUEST, _SDO_RESPONSE, _SDO_INFORMATION = 1, 2, 3, 8
 _MAILBOX_HEAD = 6
 _COE_HEAD = 2
 _SDO_HEAD = 8
+_SEGMENT_BYTES = 7
 _ABORT = 0x80
+_ERROR_PROTOCOL, _ERROR_SERVICE, _ERROR_SHORT, _ERROR_SIZE = 2, 4, 6, 8
+_MAX_COUNTER = 7
 
-ABORT_TOGGLE = 0x05030000
-ABORT_COMMAND = 0x05040001
-ABORT_ACCESS = 0x06010000
-ABORT_READ_ONLY = 0x06010002
-ABORT_NO_OBJECT = 0x06020000
-ABORT_LENGTH = 0x06070010
-ABORT_NO_ENTRY = 0x06090011
 
-Address = tuple[int, int]
+@dataclass(slots=True)
+class _Upload:
+    """A value on its way to the master: what is left of it and the toggle bit that is due."""
+
+    index: int
+    sub: int
+    rest: bytes
+    toggle: int = 0
+
+
+@dataclass(slots=True)
+class _Download:
+    """A value on its way from the master: how long it will be and what is there of it."""
+
+    index: int
+    sub: int
+    complete: bool
+    size: int
+    content: bytearray
+    toggle: int = 0
 
 
 class CoeServer:
@@ -36,7 +58,16 @@ class CoeServer:
     mailbox_bytes
         Size of one mailbox, head included.
     live
-        Values that are asked for when they are read, by (index, entry).
+        Values that are asked for when they are read, by (index, entry); may raise `AbortError`.
+    written
+        What to do with a value before it is kept, by (index, entry); may raise `AbortError`.
+    configurable
+        Whether entries for PREOP may be written now.
+
+    Attributes
+    ----------
+    bad_mailboxes
+        Mailboxes that were answered with an error reply, or not at all.
     """
 
     def __init__(
@@ -44,164 +75,158 @@ class CoeServer:
         objects: Mapping[int, DictionaryObject],
         mailbox_bytes: int,
         live: Mapping[Address, Callable[[], bytes]],
+        written: Mapping[Address, Callable[[bytes], object]] | None = None,
+        configurable: Callable[[], bool] = lambda: True,
     ) -> None:
         self._objects = objects
-        self._values = {
-            (index, sub): entry.value
-            for index, item in objects.items()
-            for sub, entry in item.entries.items()
-        }
-        self._live = live
+        self._values = SdoValues(objects, live, written or {}, configurable)
         self._room = mailbox_bytes - _MAILBOX_HEAD - _COE_HEAD
-        self._upload: tuple[bytes, int] | None = None
-        self._download: tuple[Address, int, bytearray, int] | None = None
+        self._transfer: _Upload | _Download | None = None
+        self._counter = 0
+        self.bad_mailboxes = 0
 
     def value(self, index: int, sub: int) -> bytes:
         """Return what the dictionary holds."""
-        live = self._live.get((index, sub))
-        return self._values[index, sub] if live is None else live()
+        return self._values.read(index, sub)
 
     def set_value(self, index: int, sub: int, value: bytes) -> None:
         """Change what the dictionary holds, from the device's side."""
-        self._values[index, sub] = value
+        self._values.put(index, sub, value)
+
+    def reset(self) -> None:
+        """Forget the transfer under way."""
+        self._transfer = None
+
+    def emergency(self, code: int, register: int, data: bytes) -> bytes:
+        """Return the mailbox of an emergency message with five bytes of data."""
+        return self._coe(_EMERGENCY, struct.pack("<HB5s", code, register, data))
 
     def answer(self, mailbox: bytes) -> bytes | None:
         """Return the mailbox that answers ``mailbox``, or None where there is nothing to say."""
-        if len(mailbox) < _MAILBOX_HEAD + _COE_HEAD:
+        if len(mailbox) < _MAILBOX_HEAD or mailbox[5] & 0x0F == _MAILBOX_ERROR:
+            self.bad_mailboxes += 1
             return None
         length, _address, _channel, kind = struct.unpack_from("<HHBB", mailbox)
-        if kind & 0x0F != _MAILBOX_COE or length < _COE_HEAD:
-            return None
         payload = mailbox[_MAILBOX_HEAD : _MAILBOX_HEAD + length]
+        if kind & 0x0F != _MAILBOX_COE:
+            return self._error(_ERROR_PROTOCOL)
+        if len(payload) < length:
+            return self._error(_ERROR_SIZE)
+        if length <= _COE_HEAD:
+            return self._error(_ERROR_SHORT)
         service = struct.unpack_from("<H", payload)[0] >> 12
         body = payload[_COE_HEAD:]
-        if service == _SDO_REQUEST and len(body) >= 1:
-            reply = self._sdo(body.ljust(_SDO_HEAD, b"\x00"))
-            # The abort is a service of its own that the standard sends as a request.
-            answer_service = _SDO_REQUEST if reply[0] == _ABORT else _SDO_RESPONSE
-        elif service == _SDO_INFORMATION and len(body) >= 4:
-            reply, answer_service = self._information(body), _SDO_INFORMATION
-        else:
+        if service == _SDO_REQUEST:
+            return self._sdo(body)
+        if service == _SDO_INFORMATION:
+            if len(body) < 4:
+                return self._error(_ERROR_SHORT)
+            return self._coe(service, object_information(self._objects, body, self._room))
+        return self._error(_ERROR_SERVICE)
+
+    def _mailbox(self, protocol: int, content: bytes) -> bytes:
+        self._counter = self._counter % _MAX_COUNTER + 1
+        return struct.pack("<HHBB", len(content), 0, 0, self._counter << 4 | protocol) + content
+
+    def _coe(self, service: int, body: bytes) -> bytes:
+        return self._mailbox(_MAILBOX_COE, struct.pack("<H", service << 12) + body)
+
+    def _error(self, detail: int) -> bytes:
+        self.bad_mailboxes += 1
+        return self._mailbox(_MAILBOX_ERROR, struct.pack("<HH", 1, detail))
+
+    def _sdo(self, body: bytes) -> bytes | None:
+        specifier = body[0] >> 5
+        if specifier in (1, 2) and len(body) < _SDO_HEAD:
+            return self._error(_ERROR_SHORT)
+        if body[0] == _ABORT:
+            # The master gives up; that is not answered.
+            self._transfer = None
             return None
-        content = struct.pack("<H", answer_service << 12) + reply
-        return struct.pack("<HHBB", len(content), 0, 0, kind) + content
-
-    def _sdo(self, body: bytes) -> bytes:
-        command, index, sub = struct.unpack_from("<BHB", body)
-        specifier = command >> 5
-        if specifier in (1, 2):
-            code = self._refusal(index, sub, command, write=specifier == 1)
-            if code:
-                return _abort(index, sub, code)
+        index, sub = struct.unpack_from("<HB", body.ljust(_SDO_HEAD, b"\x00"), 1)
+        try:
             if specifier == 2:
-                return self._start_upload(index, sub)
-            return self._start_download(command, index, sub, body)
-        if specifier == 3:
-            return self._upload_segment(command)
-        if specifier == 0:
-            return self._download_segment(command, body)
-        if specifier == 4:
-            self._upload = self._download = None
-        return _abort(index, sub, ABORT_COMMAND)
+                return self._coe(_SDO_RESPONSE, self._start_upload(body, index, sub))
+            if specifier == 1:
+                return self._coe(_SDO_RESPONSE, self._start_download(body, index, sub))
+            if self._transfer is not None:
+                index, sub = self._transfer.index, self._transfer.sub
+            if specifier == 3 and isinstance(self._transfer, _Upload):
+                return self._coe(_SDO_RESPONSE, self._upload_segment(self._transfer, body[0]))
+            if specifier == 0 and isinstance(self._transfer, _Download):
+                return self._coe(_SDO_RESPONSE, self._download_segment(self._transfer, body))
+            raise AbortError(Abort.COMMAND)
+        except AbortError as abort:
+            self._transfer = None
+            # The abort is a service of its own that the standard sends as a request.
+            return self._coe(_SDO_REQUEST, struct.pack("<BHBI", _ABORT, index, sub, abort.reason))
 
-    def _refusal(self, index: int, sub: int, command: int, *, write: bool) -> int:
-        if index not in self._objects:
-            return ABORT_NO_OBJECT
-        if command & 0x10:
-            return ABORT_ACCESS
-        entry = self._objects[index].entries.get(sub)
-        if entry is None:
-            return ABORT_NO_ENTRY
-        if write and not entry.writable:
-            return ABORT_READ_ONLY
-        return 0
-
-    def _start_upload(self, index: int, sub: int) -> bytes:
-        value = self.value(index, sub)
-        if len(value) <= 4:
-            command = 0x43 | (4 - len(value)) << 2
+    def _start_upload(self, body: bytes, index: int, sub: int) -> bytes:
+        self._transfer = None
+        complete = bool(body[0] & 0x10)
+        value = self._values.read_all(index, sub) if complete else self._values.read(index, sub)
+        head = 0x50 if complete else 0x40
+        if 1 <= len(value) <= 4:
+            command = head | 0x03 | (4 - len(value)) << 2
             return struct.pack("<BHB", command, index, sub) + value.ljust(4, b"\x00")
         first = value[: self._room - _SDO_HEAD]
-        self._upload = (value[len(first) :], 0)
-        return struct.pack("<BHBI", 0x41, index, sub, len(value)) + first
+        if len(first) < len(value):
+            self._transfer = _Upload(index, sub, value[len(first) :])
+        return struct.pack("<BHBI", head | 0x01, index, sub, len(value)) + first
 
-    def _upload_segment(self, command: int) -> bytes:
-        toggle = command >> 4 & 1
-        if self._upload is None:
-            return _abort(0, 0, ABORT_COMMAND)
-        rest, expected = self._upload
-        if toggle != expected:
-            return _abort(0, 0, ABORT_TOGGLE)
-        part, rest = rest[: self._room - 1], rest[self._room - 1 :]
-        self._upload = (rest, 1 - expected) if rest else None
-        head = toggle << 4 | (0 if rest else 1)
-        if len(part) < 7:
-            head |= 7 - len(part) << 1
-        return bytes([head]) + part.ljust(7, b"\x00")
+    def _upload_segment(self, upload: _Upload, command: int) -> bytes:
+        if command >> 4 & 1 != upload.toggle:
+            raise AbortError(Abort.TOGGLE)
+        part, upload.rest = upload.rest[: self._room - 1], upload.rest[self._room - 1 :]
+        head = upload.toggle << 4
+        upload.toggle = 1 - upload.toggle
+        if not upload.rest:
+            self._transfer = None
+            head |= 1
+        head |= max(0, _SEGMENT_BYTES - len(part)) << 1
+        return bytes([head]) + part.ljust(_SEGMENT_BYTES, b"\x00")
 
-    def _start_download(self, command: int, index: int, sub: int, body: bytes) -> bytes:
+    def _start_download(self, body: bytes, index: int, sub: int) -> bytes:
+        self._transfer = None
+        command, complete = body[0], bool(body[0] & 0x10)
+        room = self._values.check_writable(index, sub, complete=complete)
         if command & 0x02:
-            size = 4 - (command >> 2 & 3) if command & 0x01 else 4
-            return self._store(index, sub, body[4 : 4 + size])
-        size = int(struct.unpack_from("<I", body, 4)[0])
-        if size > len(self._values[index, sub]):
-            return _abort(index, sub, ABORT_LENGTH)
-        part = body[_SDO_HEAD : _SDO_HEAD + size]
-        if len(part) == size:
-            return self._store(index, sub, part)
-        self._download = ((index, sub), size, bytearray(part), 0)
-        return struct.pack("<BHBI", 0x60, index, sub, 0)
+            size = 4 - (command >> 2 & 3) if command & 0x01 else min(4, room)
+            self._store(index, sub, complete, body[4 : 4 + size])
+        else:
+            size = int(struct.unpack_from("<I", body, 4)[0])
+            if size > room:
+                raise AbortError(Abort.LENGTH)
+            part = body[_SDO_HEAD : _SDO_HEAD + size]
+            if len(part) == size:
+                self._store(index, sub, complete, part)
+            else:
+                self._transfer = _Download(index, sub, complete, size, bytearray(part))
+        return struct.pack("<BHBI", 0x70 if complete else 0x60, index, sub, 0)
 
-    def _download_segment(self, command: int, body: bytes) -> bytes:
-        if self._download is None:
-            return _abort(0, 0, ABORT_COMMAND)
-        (index, sub), size, content, expected = self._download
-        toggle = command >> 4 & 1
-        if toggle != expected:
-            return _abort(index, sub, ABORT_TOGGLE)
-        content += body[1 : 1 + size - len(content)]
-        self._download = ((index, sub), size, content, 1 - expected)
+    def _download_segment(self, download: _Download, body: bytes) -> bytes:
+        command = body[0]
+        if command >> 4 & 1 != download.toggle:
+            raise AbortError(Abort.TOGGLE)
+        part = body[1:]
+        if len(part) <= _SEGMENT_BYTES:
+            part = part[: _SEGMENT_BYTES - (command >> 1 & 7)]
+        download.content += part
+        if len(download.content) > download.size:
+            raise AbortError(Abort.LENGTH)
         if command & 1:
-            self._download = None
-            reply = self._store(index, sub, bytes(content[:size]))
-            if reply[0] == _ABORT:
-                return reply
-        return bytes([0x20 | toggle << 4]) + bytes(7)
+            if len(download.content) < download.size:
+                raise AbortError(Abort.LENGTH)
+            self._transfer = None
+            self._store(
+                download.index, download.sub, download.complete, bytes(download.content)
+            )
+        reply = 0x20 | download.toggle << 4
+        download.toggle = 1 - download.toggle
+        return bytes([reply]) + bytes(_SEGMENT_BYTES)
 
-    def _store(self, index: int, sub: int, value: bytes) -> bytes:
-        if len(value) != len(self._values[index, sub]):
-            return _abort(index, sub, ABORT_LENGTH)
-        self._values[index, sub] = value
-        return struct.pack("<BHBI", 0x60, index, sub, 0)
-
-    def _information(self, body: bytes) -> bytes:
-        operation = body[0] & 0x7F
-        if operation == 1:
-            indices = sorted(self._objects)
-            return struct.pack("<BBHH", 2, 0, 0, 1) + struct.pack(f"<{len(indices)}H", *indices)
-        if operation == 3 and len(body) >= 6:
-            index = struct.unpack_from("<H", body, 4)[0]
-            item = self._objects.get(index)
-            if item is not None:
-                highest = max(item.entries)
-                kind = DataType.UDINT if item.record else item.entries[0].kind
-                shape = 9 if item.record else 7
-                head = struct.pack("<BBHHHBB", 4, 0, 0, index, kind, highest, shape)
-                return head + item.name.encode("ascii")
-        if operation == 5 and len(body) >= 7:
-            index, sub = struct.unpack_from("<HB", body, 4)
-            item = self._objects.get(index)
-            entry = item.entries.get(sub) if item is not None else None
-            if entry is not None:
-                return self._describe(index, sub, entry)
-        return struct.pack("<BBHI", 7, 0, 0, ABORT_NO_OBJECT)
-
-    def _describe(self, index: int, sub: int, entry: ObjectEntry) -> bytes:
-        access = 0x3F if entry.writable else 0x07
-        bits = 8 * len(self._values[index, sub])
-        head = struct.pack("<BBHHBBHHH", 6, 0, 0, index, sub, 0, entry.kind, bits, access)
-        return head + entry.name.encode("ascii")
-
-
-def _abort(index: int, sub: int, code: int) -> bytes:
-    return struct.pack("<BHBI", _ABORT, index, sub, code)
+    def _store(self, index: int, sub: int, complete: bool, value: bytes) -> None:
+        if complete:
+            self._values.write_all(index, sub, value)
+        else:
+            self._values.write(index, sub, value)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from ocmm_core.fieldbus.camera_objects import (
     CONFIGURATION,
-    COUNTERS,
     SM_ASSIGNMENT,
     WINDOWS,
     object_dictionary,
@@ -41,6 +40,7 @@ from ocmm_core.fieldbus.camera_slave import (
     Control,
     encode_frames,
 )
+from ocmm_core.fieldbus.profile_objects import COUNTERS
 from ocmm_core.simulation.coe import CoeServer
 from ocmm_core.simulation.esc import Esc
 from ocmm_core.simulation.pattern import CameraFrames

@@ -212,12 +212,12 @@ def objects() -> dict[str, Any]:
     try:
         device = master.scan()[0]
         blob = bytes(range(256)) * 4 + bytes(176)
-        master.write_object(0, "'left'", 0x8010, 0, blob)
+        master.write_object(0, "'left'", 0x8010, 5, blob)
         found: dict[str, Any] = {
             "serial": device.serial,
             "alias": device.alias,
             "name": master.read_object(0, "'left'", 0x1008, 0).decode(),
-            "segmented": master.read_object(0, "'left'", 0x8010, 0, 2000) == blob,
+            "segmented": master.read_object(0, "'left'", 0x8010, 5, 2000) == blob,
         }
         for key, index, sub, value in (
             ("read only", 0x1008, 0, b"x" * 17),

@@ -1,0 +1,69 @@
+"""What a software camera keeps without power: named blocks of bytes, each with a check sum."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+from ocmm_core.documents import read_bytes, write_atomic
+from ocmm_core.errors import StorageError
+
+_CRC_BYTES = 4
+
+
+class CameraStore:
+    """Flash memory of one camera; give the same one to the camera after a loss of power.
+
+    Parameters
+    ----------
+    folder
+        Where to keep it, one file for each block; None keeps it in this object only.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder = folder
+        self._blocks: dict[str, bytes] = {}
+
+    def save(self, name: str, content: bytes) -> None:
+        """Keep ``content``, wholly or not at all; raise StorageError where that fails."""
+        block = zlib.crc32(content).to_bytes(_CRC_BYTES, "little") + content
+        if self._folder is None:
+            self._blocks[name] = block
+            return
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            write_atomic(self._path(self._folder, name), block)
+        except OSError as error:
+            raise StorageError(
+                "camera.stored",
+                f"The camera cannot keep its {name} ({error.strerror}).",
+                "Check the folder of the software camera.",
+            ) from error
+
+    def load(self, name: str) -> bytes | None:
+        """Return what was kept, or None; raise StorageError where it is damaged."""
+        if self._folder is None:
+            block = self._blocks.get(name)
+        else:
+            path = self._path(self._folder, name)
+            block = read_bytes(path) if path.exists() else None
+        if block is None:
+            return None
+        content = block[_CRC_BYTES:]
+        if zlib.crc32(content).to_bytes(_CRC_BYTES, "little") != block[:_CRC_BYTES]:
+            raise StorageError(
+                "camera.stored",
+                f"The {name} that the camera keeps is damaged.",
+                "Write or measure it again.",
+            )
+        return content
+
+    def forget(self, name: str) -> None:
+        """Keep nothing under this name."""
+        self._blocks.pop(name, None)
+        if self._folder is not None:
+            self._path(self._folder, name).unlink(missing_ok=True)
+
+    @staticmethod
+    def _path(folder: Path, name: str) -> Path:
+        return folder / f"{name.replace(' ', '_')}.bin"
