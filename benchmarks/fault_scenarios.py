@@ -1,0 +1,408 @@
+"""Every fault of the bus as a scenario: how it is made, how it ends, and what must be said of it.
+
+The scenarios are played one after another on one and the same bus process: each has to end in
+operation, without a restart, or the next one would have nothing to disturb. Used by
+``benchmarks/faults.py`` and by the system tests, which run this file as a program inside a private
+network namespace: ``python benchmarks/fault_scenarios.py RESULT.json [NAME ...]``.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.ring import Word
+from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, read_status
+from ocmm_core.documents import write_atomic
+from ocmm_core.fieldbus.alarms import Alarm
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.fieldbus.report import BusPhase
+from ocmm_core.simulation.fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
+from ocmm_core.simulation.faults import Deed
+from ocmm_core.simulation.frame_watch import FrameWatch, Watched
+from ocmm_core.simulation.line_rules import FrameKind, LineRule, Trick, Way
+from ocmm_core.simulation.registers import AL_SYNC, INIT, PREOP, SAFEOP
+
+LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
+SPARE = CameraIdentity("spare", 1003, 3)
+CYCLE_NS = 1_000_000
+FLAG_CYCLES = 3
+"""From then on no exposure may be accepted that a fault makes doubtful."""
+GIVE_UP_S = 10.0
+_SETTLE_S = 0.1
+_POLL_S = 0.002
+_FIRST_STATION = 0x1001
+
+
+class Moment(msgspec.Struct, frozen=True):
+    """When something was done: by the clock of this computer since its start, and in UTC."""
+
+    monotonic_ns: int
+    utc_ns: int
+
+
+Step = Callable[[FaultRig], Moment]
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One fault.
+
+    Attributes
+    ----------
+    name
+        For people.
+    begin, end
+        Make it and undo it.
+    alarms
+        One of these has to be reported; empty: the fault is harmless, and none has to be.
+    stops
+        No frame can be right while it lasts, so none may be given out.
+    lasts_s
+        How long.
+    """
+
+    name: str
+    begin: Step
+    end: Step
+    alarms: tuple[Alarm, ...]
+    stops: bool = True
+    lasts_s: float = 0.3
+
+
+class Outcome(msgspec.Struct, kw_only=True):
+    """What became of a scenario.
+
+    Attributes
+    ----------
+    name
+        Of the scenario.
+    reported
+        Codes of the events, in order.
+    flagged_cycles
+        From the fault to the first event that had to come; None where none came.
+    accepted
+        Frames given out that were exposed while the fault lasted, from the third cycle on.
+    stopped_ms
+        From the fault to the last frames given out while it lasted.
+    back_s
+        From the end of the fault until frames flow in operation again; None: not within the limit.
+    frames, frames_lost
+        Given out, and lost for good.
+    stale, mixed, garbled, disordered
+        Frames that must not have been given out.
+    elapsed, good, late, lost, bad
+        Cycles from before the fault until after it.
+    cycles_spoiled
+        Cycles of which the cable took an answer or a question, by its own log.
+    stray
+        Answers that nobody waited for any more, as the bus process counted them.
+    recoveries
+        How often operation was reached again.
+    phases
+        That were seen.
+    running
+        The bus process was there all the time.
+    message
+        The last sentence of the bus process.
+    """
+
+    name: str
+    reported: list[str]
+    flagged_cycles: float | None
+    accepted: int
+    stopped_ms: float
+    back_s: float | None
+    frames: int
+    frames_lost: int
+    stale: int
+    mixed: int
+    garbled: int
+    disordered: int
+    elapsed: int
+    good: int
+    late: int
+    lost: int
+    bad: int
+    cycles_spoiled: int
+    stray: int
+    recoveries: int
+    phases: list[str]
+    running: bool
+    message: str
+
+    @property
+    def wrong(self) -> int:
+        """Return how many frames must not have been given out."""
+        return self.stale + self.mixed + self.garbled + self.disordered
+
+
+def now() -> Moment:
+    """Return the present moment."""
+    return Moment(time.monotonic_ns(), time.time_ns())
+
+
+def deed(do: Deed, camera: int = 0, value: int = 0, code: int = 0) -> Step:
+    """Return the step that does something to a camera."""
+
+    def step(rig: FaultRig) -> Moment:
+        answer = rig.deed(do, camera, value, code)
+        return Moment(answer.monotonic_ns, answer.utc_ns)
+
+    return step
+
+
+def line(*rules: LineRule) -> Step:
+    """Return the step that gives the cable these rules."""
+
+    def step(rig: FaultRig) -> Moment:
+        log = rig.line(*rules)
+        return Moment(log.monotonic_ns, log.utc_ns)
+
+    return step
+
+
+def link(name: str, *, up: bool) -> Step:
+    """Return the step that switches an interface on or off."""
+
+    def step(rig: FaultRig) -> Moment:
+        before = now()
+        rig.link(name, up=up)
+        # The end of a fault is when it is certainly over, its begin when it may have begun.
+        return now() if up else before
+
+    return step
+
+
+def _call(action: Callable[[FaultRig], object], *, early: bool) -> Step:
+    def step(rig: FaultRig) -> Moment:
+        before = now()
+        action(rig)
+        return before if early else now()
+
+    return step
+
+
+def _nothing(_rig: FaultRig) -> Moment:
+    return now()
+
+
+def _toggled(name: str, do: Deed, alarms: tuple[Alarm, ...], camera: int = 1) -> Scenario:
+    return Scenario(name, deed(do, camera, 1), deed(do, camera, 0), alarms)
+
+
+def _at_once(
+    name: str, step: Step, alarms: tuple[Alarm, ...], *, stops: bool = False
+) -> Scenario:
+    return Scenario(name, step, _nothing, alarms, stops=stops, lasts_s=0.0)
+
+
+def _cable(
+    name: str, rule: LineRule, alarms: tuple[Alarm, ...], *, stops: bool = False, s: float = 0.5
+) -> Scenario:
+    return Scenario(name, line(rule), line(), alarms, stops=stops, lasts_s=s)
+
+
+_PROCESS = (FrameKind.PROCESS,)
+_GONE = (Alarm.SILENT, Alarm.CAMERA_MISSING, Alarm.LOST_ANSWERS, Alarm.LINK_DOWN)
+_PART = (Alarm.CAMERA_MISSING, Alarm.WORKING_COUNTER, Alarm.RESTARTED, Alarm.LEFT_OPERATION)
+_LOST = (Alarm.LOST_ANSWERS,)
+_LATE = (Alarm.LATE_ANSWERS, Alarm.STRAY_ANSWERS, Alarm.LOST_ANSWERS)
+
+SCENARIOS: tuple[Scenario, ...] = (
+    Scenario("link down, master's end", link(HOST, up=False), link(HOST, up=True),
+             (Alarm.LINK_DOWN,)),
+    Scenario("link down, cameras' end", link(NEAR, up=False), link(NEAR, up=True),
+             (Alarm.LINK_DOWN,)),
+    Scenario("cable cut further on", link(FAR, up=False), link(FAR, up=True), _GONE),
+    Scenario("cameras' own link down", link(CAMERAS, up=False), link(CAMERAS, up=True), _GONE),
+    Scenario("adapter removed and back", _call(FaultRig.delete_near_cable, early=True),
+             _call(FaultRig.make_near_cable, early=False), (Alarm.LINK_DOWN,)),
+    Scenario("all cameras killed and restarted", _call(FaultRig.kill_cameras, early=True),
+             _call(FaultRig.start_cameras, early=False), _GONE),
+    Scenario("first camera off and on", deed(Deed.POWER_OFF, 0), deed(Deed.POWER_ON, 0), _GONE),
+    Scenario("last camera off and on", deed(Deed.POWER_OFF, 1), deed(Deed.POWER_ON, 1), _PART),
+    _at_once("camera restarts", deed(Deed.RESTART, 1), _PART),
+    _toggled("camera silent", Deed.MUTE, _PART),
+    Scenario("camera unplugged and back", deed(Deed.UNPLUG, 1), deed(Deed.PLUG, 1), _PART),
+    _toggled("camera frozen, full working counter", Deed.FREEZE, (Alarm.FROZEN,)),
+    _at_once("watchdog: master stands still 300 ms",
+             _call(lambda rig: rig.stall_bus(0.3), early=True), (Alarm.WATCHDOG,)),
+    _at_once("camera falls to SAFEOP", deed(Deed.FALL_BACK, 1, SAFEOP, AL_SYNC), (Alarm.SYNC,)),
+    _at_once("camera drops to PREOP", deed(Deed.FALL_BACK, 1, PREOP, 0x001D),
+             (Alarm.LEFT_OPERATION, *_PART)),
+    _at_once("camera drops to INIT", deed(Deed.FALL_BACK, 0, INIT, 0), _PART),
+    _cable("loss 5 %", LineRule(do=Trick.DROP, share=0.05), _LOST, s=1.0),
+    _cable("requests lost 2 %", LineRule(do=Trick.DROP, way=Way.REQUEST, share=0.02), _LOST),
+    _cable("duplicates 20 %", LineRule(do=Trick.DUPLICATE, share=0.2), ()),
+    _cable("late answers", LineRule(do=Trick.DELAY, value=1500, share=0.1, kinds=_PROCESS), _LATE),
+    _cable("reordered answers", LineRule(do=Trick.HOLD, share=0.1), _LATE),
+    _cable("reordered requests", LineRule(do=Trick.HOLD, share=0.1, way=Way.REQUEST), _LATE),
+    _cable("old answers again", LineRule(do=Trick.REPLAY, share=0.1, kinds=_PROCESS), _LATE),
+    _cable("working counter too high", LineRule(do=Trick.COUNTER, share=0.2, kinds=_PROCESS),
+           (Alarm.WORKING_COUNTER,)),
+    _cable("working counter too low",
+           LineRule(do=Trick.COUNTER, value=-1, share=0.2, kinds=_PROCESS),
+           (Alarm.WORKING_COUNTER,)),
+    _cable("corrupted on the cable", LineRule(do=Trick.FLIP_DATA, share=0.2, kinds=_PROCESS),
+           (Alarm.PAYLOAD,)),
+    _cable("any bits wrong", LineRule(do=Trick.FLIP, value=2, share=0.1), ()),
+    _cable("requests with wrong bits",
+           LineRule(do=Trick.FLIP, way=Way.REQUEST, share=0.02, kinds=_PROCESS), ()),
+    _cable("total silence", LineRule(do=Trick.DROP), _GONE, stops=True),
+    Scenario("camera's data corrupted", deed(Deed.CORRUPT, 1, 1), deed(Deed.CORRUPT, 1, 0),
+             (Alarm.PAYLOAD,)),
+    Scenario("camera's header corrupted, check sum right", deed(Deed.CORRUPT, 1, 2),
+             deed(Deed.CORRUPT, 1, 0),
+             (Alarm.PAYLOAD, Alarm.FRAME_RATE, Alarm.GAP, Alarm.FROZEN, Alarm.RESTARTED,
+              Alarm.CONFIGURATION, Alarm.SYNC, Alarm.LEFT_OPERATION)),
+    _at_once("duplicate station address", deed(Deed.STATION, 1, _FIRST_STATION),
+             (Alarm.DUPLICATE_ADDRESS,)),
+    _at_once("cables of the cameras exchanged while off", deed(Deed.SWAP, 0, 1),
+             (*_GONE, *_PART)),
+    _at_once("cables exchanged back", deed(Deed.SWAP, 0, 1), (*_GONE, *_PART)),
+    Scenario("another camera in its place", deed(Deed.SERIAL, 1, 4711),
+             deed(Deed.SERIAL, 1, 1002), (Alarm.CAMERAS,), lasts_s=0.8),
+    Scenario("alias of the other camera", deed(Deed.ALIAS, 1, 1), deed(Deed.ALIAS, 1, 2),
+             (Alarm.ALIAS, Alarm.DUPLICATE), lasts_s=0.8),
+    Scenario("one camera too many", deed(Deed.PLUG, 2), deed(Deed.UNPLUG, 2),
+             (Alarm.CAMERAS, Alarm.FOREIGN_DEVICE), stops=False, lasts_s=0.8),
+    _at_once("clock of the first camera jumps", deed(Deed.CLOCK_JUMP, 0, 5_000_000),
+             (Alarm.CLOCK_JUMP,)),
+    _at_once("clock of the last camera jumps", deed(Deed.CLOCK_JUMP, 1, -3_000_000),
+             (Alarm.CLOCK_JUMP,)),
+    _at_once("clock of the last camera jumps by one frame", deed(Deed.CLOCK_JUMP, 1, 125_000),
+             (Alarm.CLOCK_JUMP,)),
+    Scenario("bus clock 200 ppm fast", deed(Deed.CLOCK_RATE, 0, 200_000),
+             deed(Deed.CLOCK_RATE, 0, 0), (), stops=False, lasts_s=1.0),
+    Scenario("clock of the last camera 200 ppm slow", deed(Deed.CLOCK_RATE, 1, -200_000),
+             deed(Deed.CLOCK_RATE, 1, 0), (), stops=False, lasts_s=1.0),
+)  # fmt: skip
+
+
+class Player:
+    """Plays scenarios on a rig whose bus process runs.
+
+    Parameters
+    ----------
+    rig
+        In operation.
+    """
+
+    def __init__(self, rig: FaultRig) -> None:
+        if rig.ring is None:
+            raise ValueError("the bus process of the rig is not started")
+        self._rig = rig
+        self._ring = rig.ring
+        self._watch = FrameWatch(rig.ring)
+
+    def healthy(self, seen: Watched, since_ns: int) -> float | None:
+        """Wait until frames exposed later flow in operation; return the time when they came, s."""
+        deadline = time.monotonic() + GIVE_UP_S
+        came: float | None = None
+        while time.monotonic() < deadline and self._running():
+            fresh = self._look(seen) and seen.exposed_between(since_ns, time.monotonic_ns())
+            if fresh and came is None:
+                came = time.monotonic()
+            report = self._watch.report
+            if came is not None and report is not None and report.phase is BusPhase.OPERATION:
+                return came
+            time.sleep(_POLL_S)
+        return None
+
+    def watch(self, seen: Watched, seconds: float) -> None:
+        """Take in what comes."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._look(seen)
+            time.sleep(_POLL_S)
+
+    def play(self, scenario: Scenario) -> Outcome:
+        """Play one scenario from operation to operation."""
+        before_it = Watched()
+        if self.healthy(before_it, time.monotonic_ns()) is None:
+            raise TimeoutError(f"not in operation before '{scenario.name}'")
+        self.watch(before_it, _SETTLE_S)
+        self._rig.line_log(new_log=True)
+        status = read_status(self._ring)
+        stray, recoveries = self._counts()
+        seen = Watched()
+        begin = scenario.begin(self._rig)
+        self.watch(seen, scenario.lasts_s)
+        last_ns = self._ring.word(Word.LAST_FRAMES_NS)
+        end = scenario.end(self._rig) if scenario.lasts_s else begin
+        came = self.healthy(seen, end.monotonic_ns)
+        self.watch(seen, _SETTLE_S)
+        log = self._rig.line_log()
+        after = read_status(self._ring)
+        stray_after, recoveries_after = self._counts()
+        first = [
+            event.utc_ns - begin.utc_ns for event in seen.events if event.code in scenario.alarms
+        ]
+        return Outcome(
+            name=scenario.name,
+            reported=[event.code for event in seen.events],
+            flagged_cycles=min(first) / CYCLE_NS if first else None,
+            accepted=seen.exposed_between(
+                begin.monotonic_ns + FLAG_CYCLES * CYCLE_NS, end.monotonic_ns
+            )
+            if end.monotonic_ns > begin.monotonic_ns + FLAG_CYCLES * CYCLE_NS
+            else 0,
+            stopped_ms=max(0.0, (last_ns - begin.monotonic_ns) * 1e-6),
+            back_s=None if came is None else came - end.monotonic_ns * 1e-9,
+            frames=seen.frames,
+            frames_lost=seen.lost,
+            stale=seen.stale,
+            mixed=seen.mixed,
+            garbled=seen.garbled,
+            disordered=seen.disordered,
+            cycles_spoiled=len({touched.heartbeat for touched in log.touched}),
+            stray=stray_after - stray,
+            recoveries=recoveries_after - recoveries,
+            phases=[phase.value for phase in seen.phases],
+            running=self._running(),
+            message=after.message,
+            **_cycles(status, after),
+        )
+
+    def _look(self, seen: Watched) -> int:
+        return self._watch.look(seen)
+
+    def _counts(self) -> tuple[int, int]:
+        report = self._watch.report
+        return (0, 0) if report is None else (report.stray_answers, report.recoveries)
+
+    def _running(self) -> bool:
+        return self._ring.word(Word.STATE) != AcquisitionState.STOPPED
+
+
+def _cycles(before: AcquisitionStatus, after: AcquisitionStatus) -> dict[str, int]:
+    names = ("elapsed", "good", "late", "lost", "bad")
+    return {name: getattr(after, name) - getattr(before, name) for name in names}
+
+
+def play_all(names: list[str], out: Path) -> None:
+    """Play scenarios and write their outcomes; after one that does not end well, start anew."""
+    chosen = [scenario for scenario in SCENARIOS if not names or scenario.name in names]
+    outcomes: list[Outcome] = []
+    while chosen:
+        with tempfile.TemporaryDirectory() as folder, FaultRig(
+            Path(folder), (LEFT, RIGHT), (LEFT, RIGHT, SPARE), unplugged=(2,), seed=len(chosen)
+        ) as rig:
+            rig.start_bus()
+            player = Player(rig)
+            while chosen:
+                outcomes.append(player.play(chosen.pop(0)))
+                write_atomic(out, msgspec.json.encode(outcomes))
+                if outcomes[-1].back_s is None:
+                    break
+
+
+if __name__ == "__main__":
+    play_all(sys.argv[2:], Path(sys.argv[1]))
