@@ -34,11 +34,7 @@ class CameraStore:
             self._folder.mkdir(parents=True, exist_ok=True)
             write_atomic(self._path(self._folder, name), block)
         except OSError as error:
-            raise StorageError(
-                "camera.stored",
-                f"The camera cannot keep its {name} ({error.strerror}).",
-                "Check the folder of the software camera.",
-            ) from error
+            raise _unwritable(name, error) from error
 
     def load(self, name: str) -> bytes | None:
         """Return what was kept, or None; raise StorageError where it is damaged."""
@@ -59,11 +55,23 @@ class CameraStore:
         return content
 
     def forget(self, name: str) -> None:
-        """Keep nothing under this name."""
+        """Keep nothing under this name; raise StorageError where that fails."""
         self._blocks.pop(name, None)
-        if self._folder is not None:
+        if self._folder is None:
+            return
+        try:
             self._path(self._folder, name).unlink(missing_ok=True)
+        except OSError as error:
+            raise _unwritable(name, error) from error
 
     @staticmethod
     def _path(folder: Path, name: str) -> Path:
         return folder / f"{name.replace(' ', '_')}.bin"
+
+
+def _unwritable(name: str, error: OSError) -> StorageError:
+    return StorageError(
+        "camera.stored",
+        f"The camera cannot keep its {name} ({error.strerror}).",
+        "Check the folder of the software camera.",
+    )

@@ -14,8 +14,9 @@ from ocmm_core.fieldbus import camera_slave as model
 from ocmm_core.fieldbus.camera_objects import object_dictionary
 from ocmm_core.fieldbus.mapping import IO_MAP_BYTES
 from ocmm_core.simulation import sii
+from ocmm_core.simulation.frame_buffer import OVERRUN_FLAG
 from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.software_camera import _OVERRUN_FLAG, SoftwareCamera
+from ocmm_core.simulation.software_camera import SoftwareCamera
 
 
 def bits(pdos: tuple[model.Pdo, ...]) -> int:
@@ -33,7 +34,7 @@ def test_structures_have_the_sizes_of_the_mapping() -> None:
 def test_wire_and_core_mean_the_same() -> None:
     assert model.N_SLOTS == MAX_SLOTS
     assert 1.0 / model.SUBPIXELS == SUBPIXEL
-    assert _OVERRUN_FLAG == FrameFlag.OVERRUN
+    assert OVERRUN_FLAG == FrameFlag.OVERRUN
 
 
 def test_as_many_cameras_as_a_rig_may_have_fit_into_the_process_image() -> None:

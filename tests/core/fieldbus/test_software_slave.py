@@ -9,10 +9,11 @@ import pytest
 
 from ocmm_core.fieldbus.camera_slave import COUNTER_MODULUS, FRAME_DTYPE
 from ocmm_core.simulation import registers as reg
+from ocmm_core.simulation.frame_buffer import FIFO_FRAMES, FrameBuffer
 from ocmm_core.simulation.pattern import TestPattern
 from ocmm_core.simulation.segment import Command, Segment
 from ocmm_core.simulation.sii import SYNC_MANAGERS
-from ocmm_core.simulation.software_camera import FIFO_FRAMES, FrameBuffer, SoftwareCamera
+from ocmm_core.simulation.software_camera import SoftwareCamera
 
 PERIOD = 125_000
 
