@@ -28,6 +28,7 @@ OUTLIER_PROBABILITY = 1e-3
 _MEDIAN_OF_RAYLEIGH = 1.1774
 _ROUNDS = 12
 _STEPS_PER_ROUND = 5
+_POSE = tuple(range(6))
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +87,20 @@ class CameraFit:
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """A minimum with the points that it takes for good."""
+    """A minimum with the points that it takes for good, and its chi-square per degree of freedom."""
 
     start: Start
     minimum: Minimum[LensCamera]
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]
-    score: float
+    ratio: float
+
+    @property
+    def score(self) -> float:
+        """Return what is least for the best candidate.
+
+        Leaving points out must not make a start look better than one that explains them.
+        """
+        return self.ratio + 100.0 * float(np.mean(~self.used))
 
 
 def fit_camera(
@@ -138,7 +147,8 @@ def fit_camera(
         if found is None:
             continue
         candidates.append(found)
-        clean = found.used.mean() >= 0.9 and found.score <= 1.0 + 4.0 * np.sqrt(2.0 / expected)
+        noise_only = found.ratio <= 1.0 + 4.0 * np.sqrt(2.0 / expected)
+        clean = noise_only and float(np.mean(found.used)) >= 0.9
         # Nothing can be clearly better than residuals that are nothing but noise.
         if clean and found.minimum.converged:
             break
@@ -176,14 +186,13 @@ def _from_start(
     used = np.ones(len(uv), dtype=np.bool_)
     distances = np.linalg.norm(minimum.residuals.reshape(2, -1), axis=0)
     if distances.max() > _limit(distances):
-        minimum = _robust(problem, minimum.state)
+        # Wrong points may have led the fit astray beyond return.
+        minimum = _robust(problem, camera)
         if reference_sigma > 0.0:
             problem, _ = _whitened_again(problem, minimum, sigma_px, reference_sigma, steps=0)
         minimum, used = _without_wrong_points(problem, minimum.state)
     dof = max(2 * int(used.sum()) - len(problem.free), 1)
-    # Leaving points out must not make a start look better than one that explains them.
-    score = minimum.cost / dof + 100.0 * float(np.mean(~used))
-    return _Candidate(start, minimum, used, score)
+    return _Candidate(start, minimum, used, minimum.cost / dof)
 
 
 def _whitened_again(
@@ -200,17 +209,22 @@ def _whitened_again(
 
 
 def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
-    """Return the minimum with Cauchy weights whose scale follows the median residual."""
-    last = np.inf
-    for _ in range(_ROUNDS):
-        distances = problem.distances(problem.miss(camera))
-        scale = 3.0 * _scale_of(distances)
-        weights = 1.0 / np.sqrt(1.0 + (distances / scale) ** 2)
-        minimum = minimise(problem.scaled(weights), camera, _STEPS_PER_ROUND)
-        camera = minimum.state
-        if minimum.iterations <= 1 and abs(last - scale) <= 1e-3 * scale:
-            break
-        last = scale
+    """Return the minimum with Cauchy weights whose scale follows the median residual.
+
+    The pose comes first: a lens fitted to a wrong pose can run away.
+    """
+    for free in (_POSE, problem.free):
+        part = replace(problem, free=free)
+        last = np.inf
+        for _ in range(_ROUNDS):
+            distances = part.distances(part.miss(camera))
+            scale = 3.0 * _scale_of(distances)
+            weights = 1.0 / np.sqrt(1.0 + (distances / scale) ** 2)
+            minimum = minimise(part.scaled(weights), camera, _STEPS_PER_ROUND)
+            camera = minimum.state
+            if abs(last - scale) <= 1e-3 * scale:
+                break
+            last = scale
     return minimum
 
 

@@ -10,6 +10,9 @@ from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, project_exten
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS
 from ocmm_core.geometry import Float, Pixels, Points3
 
+BEHIND_PX = 1e9
+"""Miss of a point behind the camera."""
+
 
 @dataclass(frozen=True, slots=True)
 class CameraProblem:
@@ -38,6 +41,8 @@ class CameraProblem:
         """
         seen = see(state, self.points_world, max(N_PARAMETERS, self.free[-1] + 1))
         columns = seen.d_parameters
+        if not np.isfinite(seen.uv).all():
+            return np.full(seen.uv.size, np.inf), np.zeros((seen.uv.size, len(self.free)))
         if len(columns) != len(self.free):
             columns = columns[list(self.free)]
         residuals = self.whitened(seen.uv - self.uv.T)
@@ -50,8 +55,9 @@ class CameraProblem:
 
     def distances(self, miss: Pixels) -> Float:
         """Return the whitened length (n,) of each point's residual (n, 2), px."""
-        distances: Float = np.linalg.norm(self.whitened(miss.T), axis=0)
-        return np.where(np.isfinite(distances), distances, 1e12)
+        bounded = np.where(np.isfinite(miss), miss, BEHIND_PX)
+        distances: Float = np.linalg.norm(self.whitened(bounded.T), axis=0)
+        return distances
 
     def moved(self, state: LensCamera, step: Float) -> LensCamera:
         """Return the camera after ``step`` (p,) of what is free."""
@@ -70,8 +76,7 @@ class CameraProblem:
         np.multiply(first, rows[..., 0, :], out=out[..., 0, :])
         np.multiply(second, rows[..., 1, :], out=out[..., 1, :])
         if across.any():
-            with np.errstate(invalid="ignore"):
-                out[..., 1, :] += across * rows[..., 0, :]
+            out[..., 1, :] += across * rows[..., 0, :]
         return out
 
 
