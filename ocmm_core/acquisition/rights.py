@@ -7,8 +7,10 @@ priority. Everything else it gives up before it does anything, also when it was 
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
+import resource
 import struct
 import sys
 from collections.abc import Iterable
@@ -93,6 +95,18 @@ def granted_by(program: Path) -> frozenset[int]:
     if magic & _FILE_REVISION_MASK not in _FILE_REVISIONS or not magic & _FILE_EFFECTIVE:
         return frozenset()
     return _numbers(high << 32 | low)
+
+
+def allow_locked_memory() -> None:
+    """Let this process lock all its memory later, where it may allow itself that.
+
+    Locking needs either a right of its own, which is given up, or this limit, which stays.
+    """
+    if sys.platform == "linux":
+        everything = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
+        # An ordinary user may not raise it; systemd or limits.conf have set it for him, or not.
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_MEMLOCK, everything)
 
 
 def give_up_all_but(kept: Iterable[int]) -> None:

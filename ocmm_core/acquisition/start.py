@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from ocmm_core.acquisition.rights import NEEDED, give_up_all_but
+from ocmm_core.acquisition.rights import NEEDED, allow_locked_memory, give_up_all_but
 from ocmm_core.blas import use_one_thread
 
 
 def main() -> None:
     """Give up rights, then be the bus process; ``ocmm-acq [CONFIG.json]``."""
-    # Both act on threads that numpy makes when it is imported, so that comes after them.
+    # What follows concerns threads that numpy makes when it is imported, so that comes last.
     use_one_thread()
+    allow_locked_memory()
     give_up_all_but(NEEDED)
     from ocmm_core.acquisition.process import main as run
 

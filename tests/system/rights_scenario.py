@@ -1,7 +1,8 @@
 """An application without rights beside its bus process; run as a program, not collected.
 
-``python rights_scenario.py INTERFACE`` plays the window: it starts the bus process on an
-interface that has cameras, waits, and prints as JSON what rights both have and what the bus says.
+``python rights_scenario.py INTERFACE [SOCKET]`` plays the window: it starts the bus process on an
+interface that has cameras, or asks the service at the socket for one, waits, and prints as JSON
+what rights both have and what the bus says.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.client import BusProcess
 from ocmm_core.acquisition.rights import rights_of
 from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.service_client import ServiceBus
 from ocmm_core.acquisition.worker import AcquisitionState, read_status
 from ocmm_core.fieldbus.identity import CameraIdentity
 
@@ -50,12 +52,11 @@ def how_it_runs(pid: int) -> dict[str, Any]:
     }
 
 
-def main(interface: str) -> None:
+def main(interface: str, *service: str) -> None:
     """Start the bus process, look at both while it works, and print what was seen."""
     ring = FrameRing.create(len(CAMERAS))
-    bus = BusProcess(
-        BusConfig(interface=interface, ring_path=str(ring.path), cameras=CAMERAS), ring
-    )
+    config = BusConfig(interface=interface, ring_path=str(ring.path), cameras=CAMERAS)
+    bus = ServiceBus(config, ring, Path(*service)) if service else BusProcess(config, ring)
     seen: dict[str, Any] = {"user": os.getuid(), "window": rights(os.getpid())}
     try:
         bus.start()
@@ -80,4 +81,4 @@ def main(interface: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

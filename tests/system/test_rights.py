@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -22,9 +23,10 @@ import msgspec
 import pytest
 
 from ocmm_core.acquisition.bus_config import BusConfig
-from ocmm_core.acquisition.rights import NEEDED, rights_of
+from ocmm_core.acquisition.rights import NEEDED, Capability, rights_of
 from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.worker import AcquisitionState, read_status
+from ocmm_core.acquisition.service_client import ServiceBus
+from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.camera_process import SegmentConfig
@@ -116,16 +118,21 @@ cameras.stdin.close(); cameras.wait(5); sys.exit(code)
 """
 
 
-def play(environment: Path, drop: str = "", limits: tuple[str, ...] = ()) -> dict[str, Any]:
+def play(
+    environment: Path,
+    drop: str = "",
+    limits: tuple[str, ...] = (),
+    window: tuple[str, ...] = ("right0",),
+) -> dict[str, Any]:
     """Let nobody measure on a virtual cable in a private network; return what was seen."""
     segment = SegmentConfig(
         interface="right1", cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')
     )
-    window = as_nobody(environment / "bin" / "python", _SCENARIO, "right0", drop=drop)
+    user = as_nobody(environment / "bin" / "python", _SCENARIO, *window, drop=drop)
     done = subprocess.run(
         # Root's network namespace, so that rights in it are real ones.
         ["unshare", "-n", sys.executable, "-c", _HOST, segment.to_json().decode(),
-         *limits, *window],
+         *limits, *user],
         capture_output=True, text=True, timeout=50, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -253,3 +260,95 @@ def test_on_the_virtual_wire_the_bus_process_keeps_three_rights_of_all() -> None
         bus.request_stop()
         assert bus.join(5.0)
         ring.close()
+
+
+def unit(name: str) -> str:
+    return (_ROOT / "installer" / "linux" / name).read_text(encoding="utf-8")
+
+
+def test_the_units_are_valid(tmp_path: Path) -> None:
+    if shutil.which("systemd-analyze") is None:
+        pytest.skip("systemd-analyze is not installed")
+    # The program is not installed where the unit looks for it.
+    service = unit("ocmm-acq@.service").replace("/opt/ocmm/.venv/bin/python", sys.executable)
+    (tmp_path / "ocmm-acq@.service").write_text(service, encoding="utf-8")
+    (tmp_path / "ocmm-acq.socket").write_text(unit("ocmm-acq.socket"), encoding="utf-8")
+    for name in ("ocmm-acq@.service", "ocmm-acq.socket"):
+        done = subprocess.run(
+            ["systemd-analyze", "verify", "--man=no", str(tmp_path / name)],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert str(tmp_path) not in done.stderr, done.stderr
+
+
+def test_the_unit_gives_the_rights_that_the_program_keeps_and_no_other() -> None:
+    names = " ".join(f"CAP_{right.name}" for right in (
+        Capability.NET_RAW, Capability.NET_ADMIN, Capability.SYS_NICE
+    ))  # fmt: skip
+    assert set(Capability) == NEEDED
+    text = unit("ocmm-acq@.service")
+    for setting in ("AmbientCapabilities", "CapabilityBoundingSet"):
+        assert f"\n{setting}={names}\n" in text
+
+
+_SERVICE = """
+import subprocess, sys, time
+from pathlib import Path
+address, python = Path(sys.argv[1]), sys.argv[2]
+rights = "+net_raw,+net_admin,+sys_nice"
+service = subprocess.Popen(
+    ["systemd-socket-activate", "--accept", "--inetd", "-l", address, "--",
+     "setpriv", "--reuid=65533", "--regid=65534", "--clear-groups", "--no-new-privs",
+     f"--inh-caps={rights}", f"--ambient-caps={rights}", f"--bounding-set=-all,{rights}", "--",
+     python, "-I", "-m", "ocmm_core.acquisition.start", "--interface", "right0"])
+while not address.exists():
+    time.sleep(0.01)
+subprocess.run(["chgrp", "nogroup", address], check=True)
+address.chmod(0o660)
+code = subprocess.call(sys.argv[3:])
+service.terminate(); service.wait(5); address.unlink(); sys.exit(code)
+"""
+
+
+def test_a_window_measures_through_the_service(environment: Path) -> None:
+    """The unit's command, user and rights behind a socket of systemd's own."""
+    if shutil.which("systemd-socket-activate") is None:
+        pytest.skip("systemd-socket-activate is not installed")
+    address = environment.parent / "acq.sock"
+    wrapper = (sys.executable, "-c", _SERVICE, str(address), str(environment / "bin" / "python"))
+    # It names an interface that is not there: only the service decides which one it is.
+    seen = play(environment, limits=wrapper, window=("nope0", str(address)))
+    assert seen["window"]["permitted"] == _NONE
+    assert seen["frames"] >= 2000, seen
+    assert seen["ended"]
+
+
+def test_a_service_that_is_not_there_is_named(tmp_path: Path) -> None:
+    ring = FrameRing.create(len(CAMERAS))
+    try:
+        config = BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS)
+        with pytest.raises(BusError, match=r"systemctl start ocmm-acq.socket"):
+            ServiceBus(config, ring, tmp_path / "acq.sock").start()
+    finally:
+        ring.close()
+
+
+def test_a_service_that_hangs_up_is_named(tmp_path: Path) -> None:
+    """As systemd does with a second window."""
+    ring = FrameRing.create(len(CAMERAS))
+    address = tmp_path / "acq.sock"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as door:
+        door.bind(str(address))
+        door.listen()
+        try:
+            config = BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS)
+            bus = ServiceBus(config, ring, address)
+            bus.start()
+            door.accept()[0].close()
+            assert bus.join(10.0)
+            status = read_status(ring)
+            assert status.stop_reason is StopReason.FAILED
+            assert "journalctl -u 'ocmm-acq@*'" in status.message
+        finally:
+            ring.close()
