@@ -10,6 +10,7 @@ from rich import box
 from rich.table import Table
 
 from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.bus_decode import decode_capture
 from ocmm_core.cli.bus_session import open_bus, scan
 from ocmm_core.cli.compose import identities
 from ocmm_core.cli.headless import make_console
@@ -132,6 +133,32 @@ def write(
             "This is right for commands; for a setting, check the value.",
         )
     make_console().print(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}")
+
+
+@bus_app.command()
+def decode(
+    file: Annotated[Path, typer.Argument(help="Recorded with: tcpdump -i IFACE -w FILE.")],
+    *,
+    cameras: Annotated[
+        int,
+        typer.Option(
+            "--cameras",
+            min=0,
+            max=4,
+            help="How many there are, where the file begins after the start of the cameras.",
+        ),
+    ] = 0,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep the frames in this file, for replay.")
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+) -> None:
+    """Account for a bus that was recorded with tcpdump or tshark, down to the frames.
+
+    A file that begins before the cameras are started explains itself. Damaged, repeated and
+    contradicting answers are counted and not used.
+    """
+    decode_capture(file, cameras, record, load_rig(rig), make_console())
 
 
 def write_bytes(path: Path, content: bytes) -> None:

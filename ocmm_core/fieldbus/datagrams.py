@@ -21,8 +21,9 @@ DATAGRAM_OVERHEAD = 12
 """Head and working counter of a datagram."""
 
 _BROADCAST = b"\xff" * 6
-_SOURCE = bytes((0x02, 0x4F, 0x43, 0x4D, 0x4D, 0x01))
-"""Locally administered; the slaves set a bit of it on the way, which tells sent from returned."""
+_SOURCE = bytes((0x00, 0x4F, 0x43, 0x4D, 0x4D, 0x01))
+"""The slaves set bit 1 of the first byte on the way, which tells sent from returned."""
+_PASSED = 0x02
 _ETHERNET_HEAD = struct.Struct(">6s6sH")
 _ETHERCAT_HEAD = struct.Struct("<H")
 _DATAGRAM_HEAD = struct.Struct("<BBHHHH")
@@ -123,6 +124,11 @@ def frame_index(frame: bytes) -> int | None:
     if len(frame) < at + _DATAGRAM_HEAD.size or frame[12:14] != b"\x88\xa4":
         return None
     return frame[at + 1]
+
+
+def has_passed(frame: bytes) -> bool:
+    """Return whether an EtherCAT frame has passed a slave; false for one that was only sent."""
+    return bool(frame[6] & _PASSED)
 
 
 def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:

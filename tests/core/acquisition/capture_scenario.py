@@ -1,0 +1,117 @@
+"""A run of the bus that is recorded from its first frame on; run as a program, not collected.
+
+``python capture_scenario.py FOLDER WRITER`` plays it in the present network namespace and leaves
+``bus.pcap`` and ``frames.npy``, what the application got, in the folder. WRITER is ``pcap`` (a
+writer of this file's own) or ``tcpdump``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.client import ChildProcess
+from ocmm_core.acquisition.frames import to_records
+from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.worker import AcquisitionState, read_status
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.simulation.camera_process import SegmentConfig
+from ocmm_core.simulation.virtual_bus import CAMERA_INTERFACE, HOST_INTERFACE
+
+CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
+FRAMES = 6000
+_LIMIT_S = 30.0
+_ETH_P_ALL = 3
+
+
+def record(path: Path, ended: threading.Event) -> None:
+    """Write what passes the interface to a pcap file of nanoseconds."""
+    with _socket(ended) as channel, path.open("wb") as stream:
+        stream.write(struct.pack("<IHHIIII", 0xA1B23C4D, 2, 4, 0, 0, 65535, 1))
+        while not ended.is_set():
+            try:
+                content = channel.recv(65535)
+            except TimeoutError:
+                continue
+            seconds, rest = divmod(time.time_ns(), 1_000_000_000)
+            stream.write(struct.pack("<IIII", seconds, rest, len(content), len(content)) + content)
+
+
+def _socket(ended: threading.Event) -> socket.socket:
+    channel = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(_ETH_P_ALL))
+    channel.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 24)
+    channel.settimeout(0.1)
+    while not ended.is_set():
+        with contextlib.suppress(OSError):
+            channel.bind((HOST_INTERFACE, _ETH_P_ALL))
+            break
+        time.sleep(0.002)
+    return channel
+
+
+def _tcpdump(path: Path) -> subprocess.Popen[bytes]:
+    while HOST_INTERFACE not in [name for _, name in socket.if_nameindex()]:
+        time.sleep(0.002)
+    options = ["-Z", "root", "-q", "--immediate-mode", "-B", "16384", "-i", HOST_INTERFACE]
+    return subprocess.Popen(["tcpdump", *options, "-w", str(path)], stderr=subprocess.DEVNULL)
+
+
+def main(folder: Path, writer: str) -> None:
+    """Play; see the module."""
+    ring = FrameRing.create(len(CAMERAS))
+    segment = SegmentConfig(
+        interface=CAMERA_INTERFACE, cameras=CAMERAS[::-1], sees=(1, 0),
+        provider=msgspec.Raw(b'{"pattern": "test"}'),
+    )  # fmt: skip
+    bus = BusConfig(interface=HOST_INTERFACE, ring_path=str(ring.path), cameras=CAMERAS)
+    child = ChildProcess(
+        [sys.executable, "-m", "ocmm_core.simulation.virtual_bus"],
+        segment.to_json() + bus.to_json(),
+        ring,
+    )
+    ended = threading.Event()
+    path = folder / "bus.pcap"
+    listener = threading.Thread(target=record, args=(path, ended))
+    dump = None
+    if writer == "pcap":
+        listener.start()
+    child.start()
+    if writer == "tcpdump":
+        dump = _tcpdump(path)
+    blocks, count, deadline = [], 0, time.monotonic() + _LIMIT_S
+    while count < FRAMES and time.monotonic() < deadline:
+        block = ring.read(800)
+        if block is not None:
+            blocks.append(to_records(block))
+            count += len(block)
+        elif read_status(ring).state is AcquisitionState.STOPPED:
+            break
+        else:
+            time.sleep(0.005)
+    child.request_stop()
+    child.join(5.0)
+    ended.set()
+    if writer == "pcap":
+        listener.join()
+    if dump is not None:
+        dump.terminate()
+        dump.wait(5.0)
+    status = read_status(ring)
+    ring.close()
+    if not blocks:
+        sys.exit(f"no frames: {status.message}")
+    np.save(folder / "frames.npy", np.concatenate(blocks))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2])

@@ -1,0 +1,65 @@
+"""A real run on a virtual cable, recorded beside it: the recording gives the very same frames."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.acquisition.capture import BusCapture
+from ocmm_core.errors import BusError
+from ocmm_core.simulation.virtual_bus import namespace_command
+
+# Three processes must answer each other within a millisecond: not beside other tests.
+pytestmark = pytest.mark.timing
+
+_SCENARIO = Path(__file__).with_name("capture_scenario.py")
+_ROOT = Path(__file__).resolve().parents[3]
+
+
+def play(folder: Path, writer: str) -> None:
+    try:
+        prefix = namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+    done = subprocess.run(
+        [*prefix, sys.executable, "-W", "error", str(_SCENARIO), str(folder), writer],
+        capture_output=True,
+        text=True,
+        timeout=50,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(_ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("n_cameras", [0, 2])
+@pytest.mark.parametrize("writer", ["pcap", "tcpdump"])
+def test_a_recorded_bus_gives_the_frames_that_the_application_got(
+    writer: str, n_cameras: int, tmp_path: Path
+) -> None:
+    if shutil.which(writer) is None and writer == "tcpdump":
+        pytest.skip("tcpdump is not installed")
+    play(tmp_path, writer)
+    got = np.load(tmp_path / "frames.npy")
+    capture = BusCapture(tmp_path / "bus.pcap", n_cameras)
+    blocks = list(capture.blocks())
+    # The cameras stand on the wire in the other order than in the rig.
+    assert capture.serials == ((1002, 1001) if n_cameras == 0 else (None, None))
+    time_ns = np.concatenate([block.time_ns for block in blocks])
+    valid = np.concatenate([block.valid for block in blocks])[:, ::-1]
+    uv = np.concatenate([block.uv for block in blocks])[:, ::-1]
+    common, here, there = np.intersect1d(time_ns, got["time_ns"], return_indices=True)
+    # A recorder that this machine did not let run loses packets, and says nothing about it.
+    assert len(common) > 0.5 * len(got)
+    np.testing.assert_array_equal(valid[here], got["valid"][there])
+    np.testing.assert_array_equal(uv[here], got["uv"][there])
+    account = capture.account
+    assert account.malformed == 0
+    assert all(camera.damaged == camera.contradicting == 0 for camera in account.cameras)
+    assert account.answered <= account.cycles
