@@ -23,6 +23,8 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Between two exposures, and between two bus cycles.
     force
         Use the interface although the computer uses it for its network.
+    redundant_interface
+        Interface at the other end of the ring; empty without a redundancy cable.
     """
 
     interface: str
@@ -31,6 +33,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     frame_period_ns: int = 125_000
     cycle_period_ns: int = 1_000_000
     force: bool = False
+    redundant_interface: str = ""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""

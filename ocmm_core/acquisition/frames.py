@@ -79,6 +79,8 @@ class Cycle:
         Frames that are missing for ever just before these, by the exposure counter.
     finished
         The source has nothing more to give; only a recording or a script ends.
+    skipped
+        What became of the other cycles that this read stands for.
     """
 
     verdict: CycleVerdict
@@ -87,6 +89,7 @@ class Cycle:
     elapsed: int = 1
     frames_lost: int = 0
     finished: bool = False
+    skipped: CycleVerdict = CycleVerdict.LATE
 
 
 def frame_dtype(n_cameras: int) -> np.dtype[np.void]:

@@ -64,6 +64,11 @@ class FrameJoiner:
         self._valid = np.zeros((capacity, n_cameras), dtype=np.uint16)
         self._uv = np.full((capacity, n_cameras, MAX_SLOTS, 2), np.nan)
 
+    @property
+    def next_exposure(self) -> int:
+        """Return the first exposure that is neither given out nor lost."""
+        return self._next
+
     def push(
         self,
         camera: int,

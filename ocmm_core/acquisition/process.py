@@ -8,15 +8,21 @@ ring says so, on SIGTERM, or when the program that started it is gone (end of st
 
 from __future__ import annotations
 
-import os
+import gc
 import signal
 import sys
 import threading
 from pathlib import Path
 
+from ocmm_core.acquisition.bus_commands import CommandPort, read_first_line
 from ocmm_core.acquisition.bus_config import BusConfig, read_config
 from ocmm_core.acquisition.ethercat import EthercatSource
-from ocmm_core.acquisition.realtime import BUS_PRIORITY, lock_memory, take_priority
+from ocmm_core.acquisition.realtime import (
+    BUS_PRIORITY,
+    lock_memory,
+    take_priority,
+    take_processor,
+)
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason
 from ocmm_core.documents import read_bytes
@@ -37,25 +43,37 @@ def main() -> None:
 
 def _run(arguments: list[str]) -> int:
     from_parent = not arguments
-    content = sys.stdin.buffer.readline() if from_parent else read_bytes(Path(arguments[0]))
+    content = read_first_line(sys.stdin.fileno()) if from_parent else read_bytes(Path(arguments[0]))
     config = read_config(content)
     ring = FrameRing.attach(config.ring_path)
+    port: CommandPort | None = None
+    stop = threading.Event()
     try:
-        worker = AcquisitionWorker(EthercatSource(_settings(config)), ring)
+        notes = tuple(
+            missing
+            for missing in (take_priority(BUS_PRIORITY), lock_memory(), take_processor())
+            if missing
+        )
+        for note in notes:
+            sys.stderr.write(f"note: {note}\n")
+        if from_parent:
+            port = CommandPort.from_standard_streams(stop.set)
+        source = EthercatSource(_settings(config), ring.set_report, port, notes)
+        worker = AcquisitionWorker(source, ring, stop)
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda _number, _frame: worker.request_stop())
-        if from_parent:
-            watch = threading.Thread(target=_stop_at_end_of_input, args=(worker,), daemon=True)
-            watch.start()
-        for missing in (take_priority(BUS_PRIORITY), lock_memory()):
-            if missing:
-                sys.stderr.write(f"note: {missing}\n")
+        # A collection takes milliseconds; the source makes one where nothing is in a hurry.
+        gc.collect()
+        gc.freeze()
+        gc.disable()
         reason = worker.run()
         if reason is StopReason.FAILED:
             sys.stderr.write(f"{ring.text()}\n")
             return EXIT_FAILED
         return 0
     finally:
+        if port is not None:
+            port.close()
         ring.close()
 
 
@@ -66,14 +84,8 @@ def _settings(config: BusConfig) -> BusSettings:
         config.frame_period_ns,
         config.cycle_period_ns,
         config.force,
+        config.redundant_interface,
     )
-
-
-def _stop_at_end_of_input(worker: AcquisitionWorker) -> None:
-    # Unbuffered: at the end of the process nothing may hold the lock of the buffered stream.
-    while os.read(sys.stdin.fileno(), 4096):
-        pass
-    worker.request_stop()
 
 
 if __name__ == "__main__":

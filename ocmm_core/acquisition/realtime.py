@@ -12,6 +12,8 @@ CAMERA_PRIORITY = 50
 
 _LOCK_CURRENT_AND_FUTURE = 3
 _SET_TIMER_SLACK = 29
+_SPARE_PROCESSORS = 4
+"""With fewer, the other programs need all of them."""
 
 
 def take_priority(priority: int) -> str | None:
@@ -21,6 +23,18 @@ def take_priority(priority: int) -> str | None:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError:
         return "no real-time priority for this user; cycles may be late on a busy computer"
+    return None
+
+
+def take_processor() -> str | None:
+    """Stay on the last processor, where there are some to spare; return why not."""
+    allowed = sorted(os.sched_getaffinity(0))
+    if len(allowed) < _SPARE_PROCESSORS:
+        return f"no processor of its own: this computer has only {len(allowed)}"
+    try:
+        os.sched_setaffinity(0, allowed[-1:])
+    except OSError:
+        return "no processor of its own for this user"
     return None
 
 

@@ -94,12 +94,16 @@ class AcquisitionWorker:
         What to read; opened and closed by the thread that runs.
     ring
         Where frames, counters, state and message go.
+    stop
+        Set by whoever wants the end; one of its own where none is given.
     """
 
-    def __init__(self, source: FrameSource, ring: FrameRing) -> None:
+    def __init__(
+        self, source: FrameSource, ring: FrameRing, stop: threading.Event | None = None
+    ) -> None:
         self._source = source
         self._ring = ring
-        self._stop = threading.Event()
+        self._stop = threading.Event() if stop is None else stop
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
@@ -157,12 +161,12 @@ class AcquisitionWorker:
                             return StopReason.REQUESTED
                         time.sleep(_WAIT_S)
                 self._ring.write(cycle.frames)
+                self._ring.set_word(Word.LAST_FRAMES_NS, time.monotonic_ns())
             if cycle.finished:
                 return StopReason.FINISHED
         return StopReason.REQUESTED
 
     def _account(self, cycle: Cycle) -> None:
-        # A read that stands for several cycles came late for all but one of them.
         self._ring.add(
             {
                 Word.CYCLES_ELAPSED: cycle.elapsed,
@@ -172,7 +176,7 @@ class AcquisitionWorker:
             }
         )
         self._ring.add({_VERDICT_WORD[cycle.verdict]: 1})
-        self._ring.add({Word.CYCLES_LATE: cycle.elapsed - 1})
+        self._ring.add({_VERDICT_WORD[cycle.skipped]: cycle.elapsed - 1})
         if cycle.verdict is not CycleVerdict.GOOD and cycle.reason:
             self._ring.set_text(cycle.reason)
 

@@ -144,6 +144,12 @@ class CyclePacer:
         self.deadline_ns += elapsed * self._period_ns
         return elapsed
 
+    def passed(self, now_ns: int) -> int:
+        """Count the cycles that are over without an exchange; may be none."""
+        elapsed = max(0, now_ns - self.deadline_ns) // self._period_ns
+        self.deadline_ns += elapsed * self._period_ns
+        return elapsed
+
     def follow(self, clock: BusClock, target_ns: int) -> None:
         """Move the next cycle towards the bus time ``target_ns`` plus whole periods."""
         bus_ns = clock.bus_time(self.deadline_ns)

@@ -13,17 +13,41 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
+from ocmm_core.fieldbus.alarms import Alarm
 from ocmm_core.fieldbus.camera_slave import (
     COUNTER_MODULUS,
+    FRAME_DTYPE,
     FRAMES_PER_CYCLE,
+    HEADER_STRUCT,
+    N_SLOTS,
+    SUBPIXELS,
     CameraStatus,
     Header,
+    check_data_crc,
 )
+from ocmm_core.fieldbus.watch import BusView, CameraView
 
 MAX_AHEAD_NS = 20_000_000
 """The answers of one cycle may be this much apart; an exposure time beyond that is not real."""
 MAX_AGE_NS = 200_000_000
 """Older frames are not news; a camera's buffer holds less than this at 8 kHz."""
+MAX_VIEW_AGE = 10
+"""Cycles after which what the cameras said about their states is forgotten."""
+CLOCK_LIMIT_NS = 20_000
+"""A camera whose clock is further off the bus clock exposes at another time than it says."""
+_SILENT_CYCLES = 3
+_SPOT_LIMIT = 8192 * SUBPIXELS
+"""No sensor is larger; in pixels on the wire."""
+_KNOWN_FRAME_FLAGS = 0x0007
+_CYCLE_COUNTERS = 256
+_OLD_CYCLE = 200
+"""A cycle counter that seems to have advanced so far went back instead."""
+_INIT, _PREOP, _SAFEOP, _OP = 1, 2, 4, 8
+_AL_WATCHDOG = 0x001B
+_AL_SYNC = {0x001A, 0x002C, 0x002D, *range(0x0030, 0x0038)}
+"""ETG.1000.6, table 11: sync errors and distributed clock errors."""
 
 
 class Trouble(Enum):
@@ -37,10 +61,27 @@ class Trouble(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What was wrong with a cycle, in words for people."""
+    """What was wrong with a cycle.
+
+    Attributes
+    ----------
+    trouble
+        What became of the cycle.
+    alarm
+        Its code.
+    reason
+        In words for people.
+    camera
+        Name of the camera at fault; empty for the whole bus.
+    deep
+        A camera lost what it was told at the bring-up; waiting is of no use.
+    """
 
     trouble: Trouble
+    alarm: Alarm
     reason: str
+    camera: str = ""
+    deep: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,38 +127,63 @@ class Answer:
 
     Attributes
     ----------
+    whole
+        All answers to the process data came in time.
     working_counter, expected_working_counter
         As counted by the wire and as it should be.
-    operational
-        All cameras are in OP, as far as the last look at their states tells.
-    clock_ns
-        Bus clock in this cycle.
-    headers
+    clock_ns, clock_plausible
+        Bus clock in this cycle, and whether it fits to the cycles before.
+    view
+        What the cameras say about their states.
+    inputs, headers
         Of each camera, in the order of the rig; empty where there was no answer.
+    link
+        Why no frame can pass the interface; empty in good order.
+    silent_cycles
+        Over how many cycles nothing at all has come, this one included.
+    late
+        Answers have come too late recently.
     """
 
+    whole: bool
     working_counter: int
     expected_working_counter: int
-    operational: bool
     clock_ns: int
+    clock_plausible: bool
+    view: BusView
+    inputs: tuple[bytes, ...]
     headers: tuple[Header, ...]
+    link: str = ""
+    silent_cycles: int = 0
+    late: bool = False
 
 
 def judge(answer: Answer, records: Sequence[CameraRecord], schedule: Schedule) -> Fault | None:
     """Return what is wrong with ``answer``, or None where it may be used."""
-    if answer.working_counter <= 0:
-        return Fault(Trouble.LOST, "No answer from the camera bus.")
+    names = [record.name for record in records]
+    if not answer.whole:
+        return _no_answer(answer)
+    fault = _bus_fault(answer.view, names)
+    if fault is not None:
+        return fault
     if answer.working_counter != answer.expected_working_counter:
         return _bad(
+            Alarm.WORKING_COUNTER,
             f"Only part of the cameras took part in the cycle (working counter "
-            f"{answer.working_counter} of {answer.expected_working_counter})."
+            f"{answer.working_counter} of {answer.expected_working_counter}).",
         )
-    if not answer.operational:
-        return _bad("A camera has left operation.")
-    for header, record in zip(answer.headers, records, strict=True):
-        complaint = _complaint(header, record, schedule, answer.clock_ns)
-        if complaint:
-            return _bad(f"Camera '{record.name}' {complaint}.")
+    if answer.view.age > MAX_VIEW_AGE:
+        return _bad(
+            Alarm.LOST_ANSWERS,
+            f"The states of the cameras have not been known for {answer.view.age} cycles.",
+        )
+    if not answer.clock_plausible:
+        return _bad(Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be.")
+    for header, content, record in zip(answer.headers, answer.inputs, records, strict=True):
+        complaint = _complaint(header, content, record, schedule, answer.clock_ns)
+        if complaint is not None:
+            alarm, words = complaint
+            return _bad(alarm, f"Camera '{record.name}' {words}.", record.name)
     return None
 
 
@@ -136,34 +202,121 @@ def advance(record: CameraRecord, header: Header, schedule: Schedule) -> CameraR
     )
 
 
-def _complaint(
-    header: Header, record: CameraRecord, schedule: Schedule, clock_ns: int
-) -> str | None:
-    """Return what is wrong with one header, or None."""
-    if not header.status & CameraStatus.OPERATIONAL:
-        return "is not in operation"
-    if not header.status & CameraStatus.SYNCHRONISED:
-        return "is not synchronised to the bus clock"
-    if record.boot_counter is not None and header.boot_counter != record.boot_counter:
-        return "was restarted"
-    if header.cycle_counter == record.cycle_counter:
-        return "repeated old data (its cycle counter did not advance)"
-    if header.config_crc != schedule.config_crc or header.period_ns != schedule.period_ns:
-        return "has another configuration than was set"
-    if header.frames_valid > FRAMES_PER_CYCLE:
-        return f"claims {header.frames_valid} frames in one cycle"
-    first, rest = divmod(header.start_ns - schedule.start_ns, schedule.period_ns)
-    if rest or first < 0 or first % COUNTER_MODULUS != header.counter:
-        return "sent a frame counter and an exposure time that do not fit together"
-    if first > record.next_frame and not header.status & CameraStatus.OVERRUN:
-        return "left out frames without saying so"
-    end_ns = header.start_ns + header.frames_valid * schedule.period_ns
-    if header.frames_valid and end_ns > clock_ns + MAX_AHEAD_NS:
-        return "sent frames from the future"
-    if clock_ns - end_ns > MAX_AGE_NS:
-        return f"is {(clock_ns - end_ns) / 1e6:.0f} ms behind the bus clock"
+def _no_answer(answer: Answer) -> Fault:
+    if answer.link:
+        return Fault(Trouble.LOST, Alarm.LINK_DOWN, f"The interface of the bus {answer.link}.")
+    if answer.silent_cycles >= _SILENT_CYCLES:
+        return Fault(Trouble.LOST, Alarm.SILENT, "No answer from the camera bus.")
+    if answer.late:
+        return Fault(Trouble.LOST, Alarm.LATE_ANSWERS, "The answer came too late.")
+    return Fault(Trouble.LOST, Alarm.LOST_ANSWERS, "An answer of the camera bus was lost.")
+
+
+def _bus_fault(view: BusView, names: Sequence[str]) -> Fault | None:
+    """Return what the cameras' own answers say against them."""
+    for camera, name in zip(view.cameras, names, strict=True):
+        if camera.answers > 1:
+            return _bad(
+                Alarm.DUPLICATE_ADDRESS, f"Two devices answer to the address of '{name}'.", name
+            )
+    for camera, name in zip(view.cameras, names, strict=True):
+        if camera.answers:
+            continue
+        if view.devices < len(names):
+            return _bad(Alarm.CAMERA_MISSING, f"Camera '{name}' does not answer.", name)
+        return _bad(
+            Alarm.RESTARTED,
+            f"Camera '{name}' lost its address: it was restarted.",
+            name,
+            deep=True,
+        )
+    if view.devices > len(names):
+        return _bad(
+            Alarm.CAMERAS,
+            f"There are {view.devices} devices on the bus where the rig has {len(names)} cameras.",
+        )
+    for camera, name in zip(view.cameras, names, strict=True):
+        fault = _state_fault(camera, name)
+        if fault is not None:
+            return fault
     return None
 
 
-def _bad(reason: str) -> Fault:
-    return Fault(Trouble.BAD, reason)
+def _state_fault(camera: CameraView, name: str) -> Fault | None:
+    if camera.state == _INIT:
+        return _bad(Alarm.RESTARTED, f"Camera '{name}' was restarted.", name, deep=True)
+    if camera.state == _SAFEOP and camera.code == _AL_WATCHDOG:
+        return _bad(
+            Alarm.WATCHDOG, f"Camera '{name}' missed its outputs and left operation.", name
+        )
+    if camera.state and (camera.state != _OP or camera.error):
+        alarm = Alarm.SYNC if camera.code in _AL_SYNC else Alarm.LEFT_OPERATION
+        return _bad(
+            alarm,
+            f"Camera '{name}' left operation (AL state {camera.state}, "
+            f"status code {camera.code:#06x}).",
+            name,
+            deep=camera.state != _SAFEOP and camera.state != _OP,
+        )
+    if camera.clock_offset_ns is not None and abs(camera.clock_offset_ns) > CLOCK_LIMIT_NS:
+        return _bad(
+            Alarm.SYNC,
+            f"The clock of camera '{name}' is {camera.clock_offset_ns} ns off the bus clock.",
+            name,
+        )
+    return None
+
+
+def _complaint(
+    header: Header, content: bytes, record: CameraRecord, schedule: Schedule, clock_ns: int
+) -> tuple[Alarm, str] | None:
+    """Return what is wrong with the data of one camera, or None."""
+    if not check_data_crc(content):
+        return Alarm.PAYLOAD, "sent data that were damaged on the way"
+    if not header.status & CameraStatus.OPERATIONAL:
+        return Alarm.LEFT_OPERATION, "is not in operation"
+    if not header.status & CameraStatus.SYNCHRONISED:
+        return Alarm.SYNC, "is not synchronised to the bus clock"
+    if record.boot_counter is not None and header.boot_counter != record.boot_counter:
+        return Alarm.RESTARTED, "was restarted"
+    if record.cycle_counter is not None:
+        advanced = (header.cycle_counter - record.cycle_counter) % _CYCLE_COUNTERS
+        if advanced == 0 or advanced > _OLD_CYCLE:
+            return Alarm.FROZEN, "repeated old data (its cycle counter did not advance)"
+    if header.period_ns != schedule.period_ns:
+        return Alarm.FRAME_RATE, (
+            f"makes a frame every {header.period_ns} ns instead of every {schedule.period_ns} ns"
+        )
+    if header.config_crc != schedule.config_crc:
+        return Alarm.CONFIGURATION, "has another configuration than was set"
+    if header.frames_valid > FRAMES_PER_CYCLE:
+        return Alarm.PAYLOAD, f"claims {header.frames_valid} frames in one cycle"
+    first, rest = divmod(header.start_ns - schedule.start_ns, schedule.period_ns)
+    if rest or first < 0 or first % COUNTER_MODULUS != header.counter:
+        return Alarm.PAYLOAD, "sent a frame counter and an exposure time that do not fit together"
+    if first > record.next_frame and not header.status & CameraStatus.OVERRUN:
+        return Alarm.GAP, "left out frames without saying so"
+    end_ns = header.start_ns + header.frames_valid * schedule.period_ns
+    if header.frames_valid and end_ns > clock_ns + MAX_AHEAD_NS:
+        return Alarm.SYNC, "sent frames from the future"
+    if clock_ns - end_ns > MAX_AGE_NS:
+        return Alarm.FROZEN, f"is {(clock_ns - end_ns) / 1e6:.0f} ms behind the bus clock"
+    return _frames_complaint(content, header.frames_valid)
+
+
+def _frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
+    """Return what is wrong with the frames themselves: the check sum was made over nonsense."""
+    if not count:
+        return None
+    frames = np.frombuffer(content, FRAME_DTYPE, count=count, offset=HEADER_STRUCT.size)
+    if int(frames["valid"].max()) >> N_SLOTS:
+        return Alarm.PAYLOAD, f"claims spots in more than {N_SLOTS} slots"
+    if int(np.bitwise_or.reduce(frames["flags"])) & ~_KNOWN_FRAME_FLAGS:
+        return Alarm.PAYLOAD, "sent frame flags that do not exist"
+    if max(int(frames["xy"].max()), -int(frames["xy"].min())) > _SPOT_LIMIT:
+        return Alarm.PAYLOAD, "sent spots far outside of its sensor"
+    return None
+
+
+def _bad(alarm: Alarm, reason: str, camera: str = "", *, deep: bool = False) -> Fault:
+    return Fault(Trouble.BAD, alarm, reason, camera, deep)

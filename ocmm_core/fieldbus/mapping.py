@@ -34,8 +34,10 @@ def check_room(n_cameras: int) -> None:
         )
 
 
-def check_mapping(name: str, read: Callable[[int, int], bytes]) -> None:
-    """Compare what a camera maps with the device model.
+def check_mapping(name: str, read: Callable[[int, int], bytes]) -> Iterator[None]:
+    """Compare what a camera maps with the device model, value by value.
+
+    Yields after each of them, so that the caller can do something else in between.
 
     Parameters
     ----------
@@ -59,6 +61,7 @@ def check_mapping(name: str, read: Callable[[int, int], bytes]) -> None:
                 f"but should be 0x{struct.pack(layout, expected)[::-1].hex()}.",
                 _REMEDY,
             )
+        yield
 
 
 def _expected() -> Iterator[tuple[int, int, str, int]]:

@@ -10,12 +10,10 @@ from __future__ import annotations
 
 import contextlib
 import os
-import select
 import socket
 import struct
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import pysoem
@@ -23,9 +21,12 @@ import pysoem
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.camera_objects import IDENTITY, IDENTITY_SERIAL
 from ocmm_core.fieldbus.camera_slave import INPUT_DTYPE, OUTPUT_STRUCT
+from ocmm_core.fieldbus.datagrams import Command, Datagram
 from ocmm_core.fieldbus.identity import FoundDevice
 from ocmm_core.fieldbus.mapping import check_room
-from ocmm_core.fieldbus.sockets import drain, listen, packet_sockets
+from ocmm_core.fieldbus.port import Passage, Port
+from ocmm_core.fieldbus.service import Job, ServiceChannel
+from ocmm_core.fieldbus.sockets import drain, packet_sockets
 
 INIT: int = pysoem.INIT_STATE
 PREOP: int = pysoem.PREOP_STATE
@@ -33,12 +34,15 @@ SAFEOP: int = pysoem.SAFEOP_STATE
 OP: int = pysoem.OP_STATE
 STATE_NAMES = {INIT: "INIT", PREOP: "PREOP", SAFEOP: "SAFEOP", OP: "OP"}
 
-_SDO_TIMEOUT_US = 300_000
-_STATE_TIMEOUT_S = 3.0
+_SDO_TIMEOUT_US = 80_000
+_STATE_US = 100_000
+_STATE_TIMEOUT_S = 1.0
 _STATE_POLL_S = 0.002
 _SETTLE_US = 300
-_ALIAS_REGISTER = 0x0012
-_TRIES = 3
+_STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
+_FIRST_STATION = 0x1001
+"""What pysoem gives the first device; the others follow."""
+_TRIES = 2
 _OBJECT_BYTES = 512
 
 _CALL_ERRORS = (
@@ -48,15 +52,6 @@ _CALL_ERRORS = (
     pysoem.SdoError,
     AssertionError,  # pysoem asserts on its shared error list instead of raising
 )
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceState:
-    """AL state of a device, whether its error bit is set, and its status code."""
-
-    state: int
-    error: bool
-    code: int
 
 
 class Master:
@@ -73,37 +68,45 @@ class Master:
         It cannot be opened.
     """
 
-    def __init__(self, interface: str) -> None:
+    def __init__(self, interface: str, redundant: str = "") -> None:
         self._interface = interface
         self._devices: list[Any] = []
-        self._own: socket.socket | None = None
-        self._monitor: socket.socket | None = None
-        self._answers = 0
+        self._own: list[socket.socket] = []
+        self._port: Port | None = None
+        interfaces = [interface, redundant] if redundant else [interface]
+        _be_impatient()
         before = packet_sockets()
         self._master = pysoem.Master()
         self._master.always_release_gil = True
         self._master.sdo_read_timeout = self._master.sdo_write_timeout = _SDO_TIMEOUT_US
         try:
             try:
-                self._master.open(interface)
+                self._master.open(*interfaces)
             except ConnectionError as error:
                 raise BusError(
                     "bus.unusable",
-                    f"Interface '{interface}' cannot be opened for EtherCAT.",
+                    f"Interface '{' or '.join(interfaces)}' cannot be opened for EtherCAT.",
                     "Check the adapter, its driver and that no other master uses it.",
                 ) from error
             opened = packet_sockets() - before
-            if len(opened) != 1:
+            if len(opened) != len(interfaces):
                 raise BusError(
                     "bus.socket",
                     "The socket of the EtherCAT master was not found.",
                     "Install the version of pysoem that this program names.",
                 )
-            self._own = socket.socket(fileno=os.dup(opened.pop()))
-            self._monitor = listen(interface)
+            self._own = [socket.socket(fileno=os.dup(number)) for number in opened]
+            self._port = Port(interfaces)
         except BaseException:
             self.close()
             raise
+
+    @property
+    def port(self) -> Port:
+        """Return our own end of the cable."""
+        if self._port is None:
+            raise _closed()
+        return self._port
 
     @property
     def clock_ns(self) -> int:
@@ -117,6 +120,17 @@ class Master:
 
     def scan(self) -> list[FoundDevice]:
         """Find the devices, bring them to PREOP and return what they say they are."""
+        self.find()
+        self.reach(PREOP)
+        return [self.identify(position) for position in range(self.n_devices)]
+
+    @property
+    def n_devices(self) -> int:
+        """Return how many devices were found."""
+        return len(self._devices)
+
+    def find(self) -> None:
+        """Find the devices, give them addresses and ask them for PREOP."""
         if self._master.config_init(False, release_gil=True) <= 0:
             raise BusError(
                 "bus.no_cameras",
@@ -125,8 +139,21 @@ class Master:
             )
         self._devices = list(self._master.slaves)
         check_room(len(self._devices))
-        self.reach(PREOP)
-        return [self._identify(position) for position in range(len(self._devices))]
+        for position in range(len(self._devices)):
+            target = -position & 0xFFFF
+            answers = self.port.ask([Datagram(Command.APRD, target, _STATION_REGISTER, bytes(2))])
+            address = 0 if answers is None else int.from_bytes(answers[0].data, "little")
+            if address != self.station(position):
+                raise BusError(
+                    "bus.duplicate_address",
+                    f"The device at position {position + 1} of the bus has the station address "
+                    f"{address:#06x} where it was given {self.station(position):#06x}.",
+                    "Switch the cameras off and on.",
+                )
+
+    def station(self, position: int) -> int:
+        """Return the station address that a device was given."""
+        return _FIRST_STATION + position
 
     def read_object(
         self, position: int, name: str, index: int, sub: int, room: int = _OBJECT_BYTES
@@ -157,22 +184,23 @@ class Master:
 
     def read_register(self, position: int, name: str, address: int, length: int) -> bytes:
         """Return registers of a device's controller; ``name`` is for messages."""
-        device = self._devices[position]
-        return _call(
-            lambda: bytes(device._fprd(address, length)),  # noqa: SLF001 - pysoem has no other register access
-            name,
-            f"register {address:#06x}",
-        )
+        question = Datagram(Command.FPRD, self.station(position), address, bytes(length))
+        return self._register(question, name)
 
     def write_register(self, position: int, name: str, address: int, value: bytes) -> None:
         """Change registers of a device's controller; ``name`` is for messages."""
-        device = self._devices[position]
+        self._register(Datagram(Command.FPWR, self.station(position), address, value), name)
 
-        def write() -> bytes:
-            device._fpwr(address, value)  # noqa: SLF001 - pysoem has no other register access
-            return b""
-
-        _call(write, name, f"register {address:#06x}")
+    def _register(self, question: Datagram, name: str) -> bytes:
+        for _ in range(_TRIES):
+            answers = self.port.ask([question])
+            if answers is not None and answers[0].working_counter == 1:
+                return answers[0].data
+        raise BusError(
+            "bus.no_answer",
+            f"Camera {name} does not answer as it should (register {question.register:#06x}).",
+            "Check its cable; switch the camera off and on.",
+        )
 
     def map(self) -> None:
         """Lay out the process data and measure the delays of the distributed clocks."""
@@ -206,9 +234,20 @@ class Master:
 
     def reach(self, state: int, meanwhile: Callable[[], object] = lambda: None) -> None:
         """Wait until all devices are in a state; pysoem's own wait would hold the GIL."""
+        for _ in self.steps_to(state):
+            meanwhile()
+
+    def steps_to(self, state: int) -> Iterator[None]:
+        """Yield until all devices are in a state; whoever takes the steps decides how fast.
+
+        Raises
+        ------
+        BusError
+            One of them does not get there.
+        """
         deadline = time.monotonic() + _STATE_TIMEOUT_S
         while self._master.read_state() != state:
-            meanwhile()
+            yield
             if time.monotonic() > deadline:
                 raise BusError(
                     "bus.state",
@@ -217,33 +256,20 @@ class Master:
                 )
             time.sleep(_STATE_POLL_S)
 
-    def states(self) -> list[DeviceState]:
-        """Return the state of every device, 0 where it did not answer."""
-        with self._patience():
-            self._master.read_state()
-        return [
-            DeviceState(device.state & 0x0F, bool(device.state & 0x10), device.al_status)
-            for device in self._devices
-        ]
-
-    def lift(self, position: int, now: DeviceState) -> None:
-        """Bring a device that fell back to SAFEOP one step nearer to OP."""
-        device = self._devices[position]
-        device.state = SAFEOP + pysoem.STATE_ACK if now.error else OP
-        with self._patience():
-            device.write_state()
-
     def first_cycle(self) -> None:
         """Exchange process data once, patiently, and from then on wait exactly as told.
 
         While it configures, pysoem relies on waiting longer than it says; after that its socket
         must not block.
         """
-        drain(self._monitor)
+        service = ServiceChannel()
+        self.port.collect(service)
         self._master.send_processdata()
         self._master.receive_processdata(10_000)
-        self._answers = max(1, drain(self._monitor))
-        self._set_blocking(blocking=False)
+        self.port.tally.learn(self.port.collect(service))
+        for own in self._own:
+            # Only the flag of the open file, which pysoem's own descriptor shares.
+            os.set_blocking(own.fileno(), False)
 
     def pump_clock(self) -> None:
         """Pass the reference time on once, without a look at what comes back."""
@@ -264,62 +290,55 @@ class Master:
         """Return what the devices sent in the last cycle."""
         return tuple(self._devices[position].input for position in positions)
 
-    def cycle(self, timeout_ns: int) -> int:
-        """Exchange process data; return the working counter, or less than 1 where answers miss.
+    def cycle(
+        self, token: int, timeout_ns: int, service: ServiceChannel, jobs: Iterable[Job]
+    ) -> Passage:
+        """Exchange process data and, right behind it, what is to be asked beside it.
 
-        A cycle of several Ethernet frames is waited for on a socket of our own that sees the same
+        A cycle of several Ethernet frames is waited for on sockets of our own that see the same
         answers: pysoem would spin for the second one and take the processor from the others.
+
+        Parameters
+        ----------
+        token
+            What the outputs of this cycle carry as heartbeat.
+        timeout_ns
+            How long to wait.
+        service, jobs
+            The service channel and its questions of this cycle.
         """
-        deadline = time.monotonic_ns() + timeout_ns
-        drain(self._monitor)
-        drain(self._own)
-        if self._master.send_processdata() <= 0 or self._monitor is None:
-            return 0
-        missing = self._answers
-        while missing > 0:
-            rest = deadline - time.monotonic_ns()
-            ready, _, _ = select.select([self._monitor], [], [], max(0.0, rest * 1e-9))
-            if not ready:
-                break
-            missing -= drain(self._monitor)
+        port = self.port
+        port.begin(service, token)
+        for own in self._own:
+            drain(own)
+        sent_ns = time.monotonic_ns()
+        if self._master.send_processdata() <= 0:
+            return Passage(0, False, False, sent_ns, sent_ns)
+        port.send_service(service.compose(jobs))
+        whole, any_came, answered_ns = port.await_answers(service, sent_ns + timeout_ns)
         # Also without an answer, because pysoem frees its buffers here.
-        counter: int = self._master.receive_processdata(_SETTLE_US if missing <= 0 else 0)
-        return counter if missing <= 0 else 0
+        counter: int = self._master.receive_processdata(_SETTLE_US if whole else 0)
+        return Passage(counter if whole else 0, whole, any_came, sent_ns, answered_ns)
 
     def close(self) -> None:
         """Leave the devices in INIT and give the interface back; may be called twice."""
-        for channel in (self._own, self._monitor):
-            if channel is not None:
-                channel.close()
-        self._own = self._monitor = None
-        with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
+        if self._port is not None:
+            # Answers could not be waited for, and need not: whoever comes next begins at INIT.
             if self._devices:
-                self.request(INIT)
+                content = INIT.to_bytes(2, "little")
+                self._port.ask([Datagram(Command.BWR, 0, _AL_CONTROL, content)])
+            self._port.close()
+            self._port = None
+        for own in self._own:
+            own.close()
+        self._own = []
         self._devices = []
         # Needed after a failed open as well: the socket stays open otherwise.
-        self._master.close()
+        with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
+            self._master.close()
 
-    @contextlib.contextmanager
-    def _patience(self) -> Iterator[None]:
-        """Let pysoem sleep while it waits.
-
-        On a socket that does not block it spins; a bus process with real-time priority then keeps
-        the processor from whoever should answer.
-        """
-        # pysoem tells answers apart by 16 numbers only; one that came late must not be taken.
-        drain(self._own)
-        self._set_blocking(blocking=True)
-        try:
-            yield
-        finally:
-            self._set_blocking(blocking=False)
-
-    def _set_blocking(self, *, blocking: bool) -> None:
-        if self._own is not None:
-            # Only the flag of the open file, which pysoem's own descriptor shares.
-            os.set_blocking(self._own.fileno(), blocking)
-
-    def _identify(self, position: int) -> FoundDevice:
+    def identify(self, position: int) -> FoundDevice:
+        """Return what a device says it is."""
         device = self._devices[position]
         serial: int | None = None
         with contextlib.suppress(*_CALL_ERRORS):
@@ -338,6 +357,21 @@ class Master:
                     f"{STATE_NAMES[state]} (AL status {device.al_status:#06x}: {why})."
                 )
         return f"The cameras do not reach the state {STATE_NAMES[state]}."
+
+
+def _be_impatient() -> None:
+    """Let no single call of pysoem wait for seconds; these settings exist only once a process."""
+    pysoem.settings.timeouts.rx_mailbox = _SDO_TIMEOUT_US
+    pysoem.settings.timeouts.state = _STATE_US
+
+
+def al_text(code: int) -> str:
+    """Return what an AL status code means."""
+    return str(pysoem.al_status_code_to_string(code)) if code else ""
+
+
+def _closed() -> BusError:
+    return BusError("bus.closed", "The camera bus is not open.", "Open it first.")
 
 
 def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import socket
 import stat
+import struct
 from pathlib import Path
 
 _ETHERTYPE = 0x88A4
+_SIOCGIFFLAGS = 0x8913
+_UP, _RUNNING = 0x1, 0x40
+_FRAME_BYTES = 2048
 
 
 def listen(interface: str) -> socket.socket:
@@ -23,17 +28,57 @@ def listen(interface: str) -> socket.socket:
     return channel
 
 
-def drain(channel: socket.socket | None) -> int:
-    """Throw away what waits on a socket; return how many answers it was."""
-    count = 0
-    while channel is not None:
+def receive(channel: socket.socket) -> bytes | None:
+    """Return the next frame that waits on a socket, or None."""
+    try:
+        return channel.recv(_FRAME_BYTES, socket.MSG_DONTWAIT)
+    except OSError:
+        # Nothing there, or the link is down.
+        return None
+
+
+def transmit(channel: socket.socket, frame: bytes) -> bool:
+    """Send a frame and say whether the interface took it; never waits."""
+    try:
+        channel.send(frame, socket.MSG_DONTWAIT)
+    except OSError:
+        return False
+    return True
+
+
+def drain(channel: socket.socket | None) -> None:
+    """Throw away what waits on a socket."""
+    while channel is not None and receive(channel) is not None:
+        pass
+
+
+class LinkWatch:
+    """Is there a link on an interface? Asked with one system call, as often as one likes.
+
+    Parameters
+    ----------
+    interface
+        Its name; it need not exist (any more).
+    """
+
+    def __init__(self, interface: str) -> None:
+        self._request = struct.pack("16s24x", interface.encode("ascii"))
+        self._query = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+    def trouble(self) -> str:
+        """Return why no frame can pass, or an empty text where one can."""
         try:
-            channel.recv(16, socket.MSG_DONTWAIT)
+            answer = fcntl.ioctl(self._query, _SIOCGIFFLAGS, self._request)
         except OSError:
-            # Nothing more, or the link is down.
-            break
-        count += 1
-    return count
+            return "is gone"
+        (flags,) = struct.unpack_from("<H", answer, 16)
+        if not flags & _UP:
+            return "is switched off"
+        return "" if flags & _RUNNING else "has no link"
+
+    def close(self) -> None:
+        """Give the socket back; may be called twice."""
+        self._query.close()
 
 
 def packet_sockets() -> set[int]:

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from ocmm_core.fieldbus.camera_slave import CameraConfig, CameraStatus, Header
+from ocmm_core.fieldbus.alarms import Alarm
+from ocmm_core.fieldbus.camera_slave import (
+    DATA_CRC_AT,
+    FRAME_DTYPE,
+    FRAMES_PER_CYCLE,
+    HEADER_STRUCT,
+    INPUT_DTYPE,
+    CameraConfig,
+    CameraStatus,
+    Header,
+    data_crc,
+)
 from ocmm_core.fieldbus.health import (
     Answer,
     CameraRecord,
@@ -17,21 +30,53 @@ from ocmm_core.fieldbus.health import (
     first_frame,
     judge,
 )
+from ocmm_core.fieldbus.watch import BusView, CameraView
 
 PERIOD = 125_000
 START = 700_000_000_000
 CRC = CameraConfig().crc()
 SCHEDULE = Schedule(START, PERIOD, CRC)
 RUNNING = CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED
+IN_OPERATION = CameraView(answers=1, state=8)
 
 
 def header(first: int, count: int = 8, cycle: int = 5) -> Header:
     return Header(first % 2**32, START + first * PERIOD, PERIOD, count, cycle, RUNNING, CRC, 1)
 
 
+def content(item: Header, **first_frame_fields: int) -> bytes:
+    """Return the whole input of a camera, with a check sum that fits."""
+    frames = np.zeros(FRAMES_PER_CYCLE, FRAME_DTYPE)
+    frames["valid"], frames["xy"] = 0xFF, 900 << 16
+    for name, value in first_frame_fields.items():
+        frames[name][0] = value
+    fields = struct.unpack(HEADER_STRUCT.format, HEADER_STRUCT.pack(
+        item.counter, item.start_ns, item.period_ns, item.frames_valid, item.cycle_counter,
+        item.status, item.config_crc, item.boot_counter, 0,
+    ))  # fmt: skip
+    whole = bytearray((HEADER_STRUCT.pack(*fields) + frames.tobytes()).ljust(INPUT_DTYPE.itemsize))
+    struct.pack_into("<I", whole, DATA_CRC_AT, data_crc(whole))
+    return bytes(whole)
+
+
 def answer(*headers: Header, clock: int | None = None) -> Answer:
     ends = [item.start_ns + item.frames_valid * PERIOD for item in headers]
-    return Answer(6, 6, True, max(ends) if clock is None else clock, headers)
+    return Answer(
+        whole=True,
+        working_counter=6,
+        expected_working_counter=6,
+        clock_ns=max(ends, default=0) if clock is None else clock,
+        clock_plausible=True,
+        view=BusView(0, 2, (IN_OPERATION, IN_OPERATION)),
+        inputs=tuple(content(item) for item in headers),
+        headers=headers,
+    )
+
+
+def seen(given: Answer, *, devices: int = 2, age: int = 0, **right: int | bool) -> Answer:
+    """Return the answer with another view of the right camera."""
+    view = BusView(age, devices, (IN_OPERATION, replace(IN_OPERATION, **right)))  # type: ignore[arg-type]  # the fields are ints and bools
+    return replace(given, view=view)
 
 
 def records(next_frame: int) -> list[CameraRecord]:
@@ -66,45 +111,119 @@ def test_frames_dropped_by_a_full_buffer_are_accepted_when_the_camera_says_so() 
     assert judge(answer(gap, header(100), clock=gap.start_ns), records(100), SCHEDULE) is None
 
 
-def test_no_answer_is_lost() -> None:
-    assert judge(Answer(0, 6, True, 0, ()), records(0), SCHEDULE) == Fault(
-        Trouble.LOST, "No answer from the camera bus."
-    )
+def test_no_answer_is_lost_and_the_reason_is_told_apart() -> None:
+    nothing = replace(answer(), whole=False, inputs=(), headers=())
+    for change, alarm in (
+        ({}, Alarm.LOST_ANSWERS),
+        ({"late": True}, Alarm.LATE_ANSWERS),
+        ({"silent_cycles": 3}, Alarm.SILENT),
+        ({"silent_cycles": 3, "link": "has no link"}, Alarm.LINK_DOWN),
+    ):
+        fault = judge(replace(nothing, **change), records(0), SCHEDULE)
+        assert fault is not None
+        assert (fault.trouble, fault.alarm) == (Trouble.LOST, alarm)
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"status": RUNNING & ~CameraStatus.OPERATIONAL}, "not in operation"),
-        ({"status": RUNNING & ~CameraStatus.SYNCHRONISED}, "not synchronised"),
-        ({"boot_counter": 2}, "was restarted"),
-        ({"cycle_counter": 4}, "repeated old data"),
-        ({"config_crc": CRC ^ 1}, "another configuration"),
-        ({"period_ns": 250_000}, "another configuration"),
-        ({"frames_valid": 13}, "13 frames"),
-        ({"counter": 101}, "do not fit together"),
-        ({"start_ns": START + 100 * PERIOD + 1}, "do not fit together"),
-        ({"start_ns": START - PERIOD, "counter": 2**32 - 1}, "do not fit together"),
-        ({"start_ns": START + 300 * PERIOD, "counter": 300}, "left out frames"),
+        ({"status": RUNNING & ~CameraStatus.OPERATIONAL}, "left_operation: not in operation"),
+        ({"status": RUNNING & ~CameraStatus.SYNCHRONISED}, "sync: not synchronised"),
+        ({"boot_counter": 2}, "restarted: was restarted"),
+        ({"cycle_counter": 4}, "frozen: repeated old data"),
+        ({"cycle_counter": 3}, "frozen: repeated old data"),
+        ({"config_crc": CRC ^ 1}, "configuration: another configuration"),
+        ({"period_ns": 250_000}, "frame_rate: every 250000 ns"),
+        ({"frames_valid": 13}, "payload: 13 frames"),
+        ({"counter": 101}, "payload: do not fit together"),
+        ({"start_ns": START + 100 * PERIOD + 1}, "payload: do not fit together"),
+        ({"start_ns": START - PERIOD, "counter": 2**32 - 1}, "payload: do not fit together"),
+        ({"start_ns": START + 300 * PERIOD, "counter": 300}, "gap: left out frames"),
     ],
 )
 def test_one_wrong_field_spoils_the_whole_cycle(change: dict[str, int], words: str) -> None:
     given = answer(header(100), replace(header(100), **change))
+    code, words = words.split(": ")
     fault = judge(given, records(100), SCHEDULE)
     assert fault is not None
     assert fault.trouble is Trouble.BAD
+    assert fault.alarm == f"bus.{code}"
+    assert fault.camera == "right"
     assert "'right'" in fault.reason
     assert words in fault.reason
 
 
-def test_a_short_working_counter_or_a_lost_state_spoils_the_cycle() -> None:
+def test_every_single_flipped_bit_is_found() -> None:
     good = answer(header(100), header(100))
-    short = judge(replace(good, working_counter=3), records(100), SCHEDULE)
-    assert short is not None
-    assert "3 of 6" in short.reason
-    fallen = judge(replace(good, operational=False), records(100), SCHEDULE)
-    assert fallen is not None
-    assert fallen.trouble is Trouble.BAD
+    whole = good.inputs[1]
+    rng = np.random.default_rng(1)
+    for bit in rng.choice(8 * len(whole), 300, replace=False):
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        headers = (good.headers[0], Header.decode(bytes(damaged)))
+        given = replace(good, inputs=(good.inputs[0], bytes(damaged)), headers=headers)
+        fault = judge(given, records(100), SCHEDULE)
+        assert fault is not None
+        assert (fault.alarm, fault.camera) == (Alarm.PAYLOAD, "right")
+
+
+@pytest.mark.parametrize(
+    "fields", [{"valid": 0x1FF}, {"flags": 0x8000}, {"xy": 9000 << 16}, {"xy": -(2**31)}]
+)
+def test_frames_that_cannot_be_are_refused_although_the_check_sum_fits(
+    fields: dict[str, int],
+) -> None:
+    good = answer(header(100), header(100))
+    given = replace(good, inputs=(good.inputs[0], content(header(100), **fields)))
+    fault = judge(given, records(100), SCHEDULE)
+    assert fault is not None
+    assert fault.alarm is Alarm.PAYLOAD
+
+
+@pytest.mark.parametrize(
+    ("change", "alarm", "camera", "deep"),
+    [
+        ({"answers": 2}, Alarm.DUPLICATE_ADDRESS, "right", False),
+        ({"answers": 0, "devices": 1}, Alarm.CAMERA_MISSING, "right", False),
+        ({"answers": 0, "devices": 2}, Alarm.RESTARTED, "right", True),
+        ({"devices": 3}, Alarm.CAMERAS, "", False),
+        ({"state": 1}, Alarm.RESTARTED, "right", True),
+        ({"state": 2}, Alarm.LEFT_OPERATION, "right", True),
+        ({"state": 4, "error": True, "code": 0x1B}, Alarm.WATCHDOG, "right", False),
+        ({"state": 4, "error": True, "code": 0x1A}, Alarm.SYNC, "right", False),
+        ({"state": 4, "error": True, "code": 0x2C}, Alarm.SYNC, "right", False),
+        ({"state": 4}, Alarm.LEFT_OPERATION, "right", False),
+        ({"state": 8, "error": True, "code": 0x11}, Alarm.LEFT_OPERATION, "right", False),
+        ({"clock_offset_ns": -30_000}, Alarm.SYNC, "right", False),
+        ({"age": 11}, Alarm.LOST_ANSWERS, "", False),
+    ],
+)
+def test_a_full_working_counter_does_not_hide_what_the_cameras_say(
+    change: dict[str, int | bool], alarm: Alarm, camera: str, deep: bool
+) -> None:
+    given = seen(answer(header(100), header(100)), **change)
+    fault = judge(given, records(100), SCHEDULE)
+    assert fault is not None
+    assert (fault.trouble, fault.alarm, fault.camera) == (Trouble.BAD, alarm, camera)
+    assert fault.deep is deep
+
+
+def test_a_short_working_counter_names_the_camera_where_it_is_known() -> None:
+    good = replace(answer(header(100), header(100)), working_counter=3)
+    fault = judge(good, records(100), SCHEDULE)
+    assert fault is not None
+    assert fault.alarm is Alarm.WORKING_COUNTER
+    assert "3 of 6" in fault.reason
+    fault = judge(seen(good, answers=0, devices=1), records(100), SCHEDULE)
+    assert fault is not None
+    assert (fault.alarm, fault.camera) == (Alarm.CAMERA_MISSING, "right")
+
+
+def test_a_clock_that_cannot_be_spoils_the_cycle() -> None:
+    given = replace(answer(header(100), header(100)), clock_plausible=False)
+    assert judge(given, records(100), SCHEDULE) == Fault(
+        Trouble.BAD, Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be."
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,184 @@
+"""Our own raw sockets beside the master's: they see every answer and carry the service frames."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.datagrams import Command, Datagram, frame_index
+from ocmm_core.fieldbus.service import FIRST_INDEX, Job, ServiceChannel
+from ocmm_core.fieldbus.sockets import LinkWatch, listen, receive, transmit
+from ocmm_core.fieldbus.tally import N_INDICES, AnswerTally
+
+_SERVICE_WAIT_NS = 250_000
+"""After the process data are complete, the answer of the service frame is waited for so long."""
+_ASK_NS = 10_000_000
+_ASK_TRIES = 3
+_DL_INFORMATION = 0x0000
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """How one cycle went over the wire.
+
+    Attributes
+    ----------
+    working_counter
+        Of the process data; meaningless where they did not come back whole.
+    whole
+        All answers to the process data came.
+    any_came
+        At least one answer of any kind came.
+    sent_ns, answered_ns
+        Host times of the first frame going out and of the process data being complete, or of
+        the end of the wait.
+    """
+
+    working_counter: int
+    whole: bool
+    any_came: bool
+    sent_ns: int
+    answered_ns: int
+
+
+class Port:
+    """One end of the bus cable, or both where there is a redundancy cable.
+
+    Parameters
+    ----------
+    interfaces
+        One network interface, or two.
+
+    Attributes
+    ----------
+    tally
+        Answers to the process data.
+    links
+        State of the link of each interface.
+    """
+
+    def __init__(self, interfaces: Sequence[str]) -> None:
+        self.tally = AnswerTally()
+        self.links = [LinkWatch(name) for name in interfaces]
+        self._channels: list[socket.socket] = []
+        self._questions = ServiceChannel()
+        self._service_came = False
+        try:
+            for name in interfaces:
+                self._channels.append(listen(name))
+        except OSError as error:
+            self.close()
+            raise BusError(
+                "bus.unusable",
+                f"Interface '{interfaces[len(self._channels)]}' cannot be opened "
+                f"({error.strerror}).",
+                "Check the adapter and its driver.",
+            ) from error
+
+    def ask(self, datagrams: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
+        """Send datagrams outside of a cycle and wait a moment for their answer.
+
+        Blocks for 30 ms at most; returns None where nothing comes back.
+        """
+        service = self._questions
+        for _ in range(_ASK_TRIES):
+            answers: list[Datagram] = []
+
+            def keep(answer: Datagram | None, answers: list[Datagram] = answers) -> None:
+                if answer is not None:
+                    answers.append(answer)
+
+            self.collect(service)
+            frame = service.compose([Job(datagram, keep) for datagram in datagrams])
+            if frame is None or not self._send(frame):
+                return None
+            self._wait(lambda: service.waits, service, _ASK_NS)
+            if len(answers) == len(datagrams):
+                return tuple(answers)
+            service.abandon()
+        return None
+
+    def count_devices(self) -> int:
+        """Return how many devices answer; blocks for 30 ms at most."""
+        answers = self.ask([Datagram(Command.BRD, 0, _DL_INFORMATION, bytes(1))])
+        return 0 if answers is None else answers[0].working_counter
+
+    def link_trouble(self) -> str:
+        """Return why no frame can pass the (first) interface; empty in good order."""
+        return self.links[0].trouble()
+
+    def begin(self, service: ServiceChannel, token: int) -> None:
+        """Sort what came late and expect the answers of the next cycle."""
+        self.tally.begin(token)
+        for frame in self.collect(service):
+            self.tally.take_late(frame)
+        self._service_came = False
+
+    def send_service(self, frame: bytes | None) -> None:
+        """Send the service frame of this cycle."""
+        if frame is not None:
+            self._send(frame)
+
+    def await_answers(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
+        """Wait for the answers of this cycle.
+
+        Returns
+        -------
+        whole
+            The process data are complete.
+        any_came
+            Something came.
+        answered_ns
+            When they were complete, or when the wait ended.
+        """
+        tally = self.tally
+        self._wait(lambda: tally.missing > 0, service, deadline_ns - time.monotonic_ns())
+        answered_ns = time.monotonic_ns()
+        whole = tally.missing == 0
+        if whole and service.waits:
+            rest = min(_SERVICE_WAIT_NS, deadline_ns - answered_ns)
+            self._wait(lambda: service.waits, service, rest)
+        return whole, tally.any_came or self._service_came, answered_ns
+
+    def collect(self, service: ServiceChannel) -> list[bytes]:
+        """Take all frames that wait and give them to whom they belong; return the master's."""
+        own = []
+        for channel in self._channels:
+            while (frame := receive(channel)) is not None:
+                index = frame_index(frame)
+                if index is None:
+                    continue
+                if index >= FIRST_INDEX:
+                    self._service_came |= service.take(frame)
+                elif index < N_INDICES:
+                    own.append(frame)
+        return own
+
+    def close(self) -> None:
+        """Give the sockets back; may be called twice."""
+        for channel in self._channels:
+            channel.close()
+        for link in self.links:
+            link.close()
+        self._channels = []
+
+    def _send(self, frame: bytes) -> bool:
+        sent = [transmit(channel, frame) for channel in self._channels]
+        return any(sent)
+
+    def _wait(self, waiting: Callable[[], bool], service: ServiceChannel, time_ns: int) -> None:
+        deadline = time.monotonic_ns() + time_ns
+        while waiting():
+            rest = deadline - time.monotonic_ns()
+            ready: list[socket.socket] = []
+            with contextlib.suppress(OSError, ValueError):
+                ready, _, _ = select.select(self._channels, [], [], max(0.0, rest * 1e-9))
+            if not ready:
+                return
+            for frame in self.collect(service):
+                self.tally.take(frame)
