@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from ocmm_core.acquisition.capture import BusCapture
 from ocmm_core.errors import BusError
@@ -38,19 +39,23 @@ def play(folder: Path, writer: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("n_cameras", [0, 2])
 @pytest.mark.parametrize("writer", ["pcap", "tcpdump"])
 def test_a_recorded_bus_gives_the_frames_that_the_application_got(
-    writer: str, n_cameras: int, tmp_path: Path
+    writer: str, tmp_path: Path
 ) -> None:
     if shutil.which(writer) is None and writer == "tcpdump":
         pytest.skip("tcpdump is not installed")
     play(tmp_path, writer)
     got = np.load(tmp_path / "frames.npy")
-    capture = BusCapture(tmp_path / "bus.pcap", n_cameras)
-    blocks = list(capture.blocks())
+    capture = check_same_frames(BusCapture(tmp_path / "bus.pcap"), got)
     # The cameras stand on the wire in the other order than in the rig.
-    assert capture.serials == ((1002, 1001) if n_cameras == 0 else (None, None))
+    assert capture.serials == (1002, 1001)
+    # Also where it must be told how many cameras there are.
+    check_same_frames(BusCapture(tmp_path / "bus.pcap", n_cameras=2), got)
+
+
+def check_same_frames(capture: BusCapture, got: NDArray[np.void]) -> BusCapture:
+    blocks = list(capture.blocks())
     time_ns = np.concatenate([block.time_ns for block in blocks])
     valid = np.concatenate([block.valid for block in blocks])[:, ::-1]
     uv = np.concatenate([block.uv for block in blocks])[:, ::-1]
@@ -62,4 +67,4 @@ def test_a_recorded_bus_gives_the_frames_that_the_application_got(
     account = capture.account
     assert account.malformed == 0
     assert all(camera.damaged == camera.contradicting == 0 for camera in account.cameras)
-    assert account.answered <= account.cycles
+    return capture
