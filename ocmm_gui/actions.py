@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from ocmm_gui.triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
+
+
+class Mode(Enum):
+    """What the window is for at the moment."""
+
+    INSPECT = "Inspect"
+    MAINTAIN = "Maintain"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +36,8 @@ class ActionInfo:
         Keys; the first one is shown.
     is_trigger
         It may come from a foot switch, so it is debounced.
+    mode
+        The mode that it belongs to; None for every mode.
     """
 
     key: str
@@ -35,6 +45,7 @@ class ActionInfo:
     tip: str
     shortcuts: tuple[str, ...]
     is_trigger: bool = False
+    mode: Mode | None = Mode.INSPECT
 
 
 ACTIONS = (
@@ -48,10 +59,25 @@ ACTIONS = (
     ActionInfo("cameras", "Cameras", "Show or hide the live camera images", ("C",)),
     ActionInfo("fit", "Fit view", "Show the whole work in the 3-D view", ("F",)),
     ActionInfo("closeup", "Close-up", "Show the feature being measured in the 3-D view", ("G",)),
-    ActionInfo("theme", "Theme", "Change between dark, light and high contrast", ("T",)),
     ActionInfo("export", "Export", "Write the report files", ("E",)),
-    ActionInfo("log", "Save log", "Save everything that was reported, for support", ("L",)),
-)
+    ActionInfo(
+        "bus_text", "Bus report", "Write the report of the bus as text, for support", ("B",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "theme", "Theme", "Change between dark, light and high contrast", ("T",), mode=None
+    ),
+    ActionInfo(
+        "log", "Save log", "Save everything that was reported, for support", ("L",), mode=None
+    ),
+    ActionInfo("mode", "Maintain", "Change between Inspect and Maintain", ("M",), mode=None),
+)  # fmt: skip
+
+
+def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
+    """Enable the actions of a mode and disable those of the other."""
+    for info in ACTIONS:
+        actions[info.key].setEnabled(info.mode in (None, mode))
 
 
 def make_actions(window: QWidget, calls: Mapping[str, Callable[[], None]]) -> dict[str, QAction]:

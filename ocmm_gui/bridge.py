@@ -15,6 +15,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.station.bus_watch import BusView
 from ocmm_core.station.station import MeasuringStation
 
 LIVE_MS = 31
@@ -45,6 +46,8 @@ class StationBridge(QObject):
     """Emits the `Refusal` of a touch."""
     exported = Signal(object)
     """Emits the written files, ``tuple[Path, ...]``."""
+    bus_text_saved = Signal(object)
+    """Emits the `Path` that the report of the bus was written to."""
     failed = Signal(object)
     """Emits the `OcmmError` of a command."""
 
@@ -144,6 +147,19 @@ class StationBridge(QObject):
 
         def write() -> None:
             self.exported.emit(self._station.export(directory))
+
+        self._command(write)
+
+    def bus(self) -> BusView | None:
+        """Return what is known about the bus; None where the frames do not come over one."""
+        return self._station.bus()
+
+    def save_bus_text(self, path: Path) -> None:
+        """Write the report of the bus to a file."""
+
+        def write() -> None:
+            self._station.save_bus_text(path)
+            self.bus_text_saved.emit(path)
 
         self._command(write)
 

@@ -28,7 +28,7 @@ from ocmm_gui.theme import text_font
 from ocmm_gui.views.camera_view import CameraViews
 from ocmm_gui.views.point_view import PointView
 
-_TOOLS = ("flip", "cameras", "fit", "closeup", "theme", "log", "export", "view")
+_TOOLS = ("flip", "cameras", "fit", "closeup", "theme", "log", "export", "view", "mode")
 _SIDE_PX = 250
 _PANEL_PX = 370
 
@@ -156,6 +156,7 @@ def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
     for key in _TOOLS:
         button: QPushButton = make_button(actions[key])
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.setProperty("role", "tool")
         button.setFont(text_font(13))
         row.addWidget(button)
     return row

@@ -1,4 +1,4 @@
-"""The main window: far view and desk view of one running inspection."""
+"""The main window: far view and desk view of one running inspection, and its maintenance."""
 
 from __future__ import annotations
 
@@ -15,19 +15,21 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import FeatureState, JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.tolerances.result import Verdict
-from ocmm_gui.actions import make_actions
+from ocmm_gui.actions import Mode, make_actions, show_mode
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
+from ocmm_gui.maintain.bus_page import BusPage
+from ocmm_gui.maintain.maintain_view import MaintainView, Page
 from ocmm_gui.notify import Banner, NoticeCentre
-from ocmm_gui.operator.export_panel import ExportPanel
 from ocmm_gui.operator.far_view import FarView
+from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
 from ocmm_gui.words import next_step
 
 
 class MainWindow(QMainWindow):
-    """Two densities on one key; closing it stops the station.
+    """Inspect in two densities, Maintain, each on one key; closing it stops the station.
 
     Parameters
     ----------
@@ -71,40 +73,70 @@ class MainWindow(QMainWindow):
             bridge.station.rig, bridge.station.body, self.actions_by_key, guarded=guarded
         )
         self.far = FarView(self.actions_by_key, guarded=guarded)
+        self.bus = BusPage(bridge.bus)
+        pages = (Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),)
+        self.maintain = MaintainView(pages, self.actions_by_key)
         self.banner = Banner()
-        self.export_panel = ExportPanel(Path.home() / "ocmm-out")
+        self.export_panel = PathPanel("report", "folder")
+        self.bus_panel = PathPanel("report of the bus", "file")
+        self._inspect: QWidget = self.desk
         self._stack = QStackedWidget()
-        self._stack.addWidget(self.desk)
-        self._stack.addWidget(self.far)
+        for view in (self.desk, self.far, self.maintain):
+            self._stack.addWidget(view)
         central = QWidget()
         layout = QVBoxLayout(central)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        for widget in (self.banner, self.export_panel):
+        for widget in (self.banner, self.export_panel, self.bus_panel):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         self.setCentralWidget(central)
         self.desk.plan.feature_chosen.connect(bridge.select)
-        self.export_panel.folder_given.connect(bridge.export)
+        self.export_panel.given.connect(bridge.export)
+        self.bus_panel.given.connect(bridge.save_bus_text)
         notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
         bridge.failed.connect(notices.error)
         bridge.exported.connect(self._on_exported)
+        bridge.bus_text_saved.connect(
+            lambda path: notices.inform(f"The report of the bus is in {path}.")
+        )
         bridge.live_changed.connect(self._on_live)
         bridge.job_changed.connect(self._on_job)
         bridge.point_taken.connect(self._on_taken)
         bridge.point_refused.connect(self._on_refused)
+        show_mode(self.actions_by_key, Mode.INSPECT)
         self.use_theme(theme)
+
+    def show_mode(self, mode: Mode) -> None:
+        """Show Inspect, as it was left, or Maintain."""
+        maintain = mode is Mode.MAINTAIN
+        show_mode(self.actions_by_key, mode)
+        self.export_panel.hide()
+        self.bus_panel.hide()
+        self.actions_by_key["mode"].setText((Mode.INSPECT if maintain else Mode.MAINTAIN).value)
+        if not maintain:
+            self.show_far(self._inspect is self.far)
+            return
+        self._stack.setCurrentWidget(self.maintain)
+        if self._live is not None:
+            self._on_live(self._live)
+        self.maintain.list.setFocus()
+
+    def mode(self) -> Mode:
+        """Return what the window is for at the moment."""
+        return Mode.MAINTAIN if self._stack.currentWidget() is self.maintain else Mode.INSPECT
 
     def show_far(self, far: bool) -> None:
         """Show the far view or the desk view."""
-        self._stack.setCurrentWidget(self.far if far else self.desk)
+        self._inspect = self.far if far else self.desk
+        self._stack.setCurrentWidget(self._inspect)
         text = "Desk view" if far else "Far view"
         self.actions_by_key["view"].setText(text)
         if self._job is not None:
             self._show_job(self._job)
         if self._live is not None:
             self._on_live(self._live)
-        (self.far if far else self.desk).setFocus()
+        self._inspect.setFocus()
 
     def use_theme(self, name: str) -> None:
         """Dress the application in a theme of the table."""
@@ -120,8 +152,8 @@ class MainWindow(QMainWindow):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Let Esc put a notice or the export panel away, and nothing else."""
         if event.key() == Qt.Key.Key_Escape:
-            self.banner.hide()
-            self.export_panel.hide()
+            for widget in (self.banner, self.export_panel, self.bus_panel):
+                widget.hide()
             return
         super().keyPressEvent(event)
 
@@ -150,14 +182,17 @@ class MainWindow(QMainWindow):
             "theme": self._next_theme,
             "export": self._export,
             "log": self._save_log,
+            "bus_text": self._save_bus_text,
+            "mode": lambda: self.show_mode(
+                Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
+            ),
         }
 
     def _on_live(self, live: LiveView) -> None:
         self._live = live
-        if self.is_far():
-            self.far.show_live(live)
-        else:
-            self.desk.show_live(live)
+        for view in (self.far, self.desk, self.maintain):
+            if view is self._stack.currentWidget():
+                view.show_live(live)
 
     def _on_job(self, job: JobView) -> None:
         previous, self._job = self._job, job
@@ -166,10 +201,9 @@ class MainWindow(QMainWindow):
             self._announce(previous, job)
 
     def _show_job(self, job: JobView) -> None:
-        if self.is_far():
-            self.far.show_job(job)
-        else:
-            self.desk.show_job(job)
+        for view in (self.far, self.desk):
+            if view is self._stack.currentWidget():
+                view.show_job(job)
 
     def _announce(self, previous: JobView, job: JobView) -> None:
         before = {feature.name: feature.state for feature in previous.features}
@@ -200,16 +234,26 @@ class MainWindow(QMainWindow):
         if self._out is not None:
             self._bridge.export(self._out)
         else:
-            self.export_panel.ask()
+            self.export_panel.ask(Path.home() / "ocmm-out")
 
     def _on_exported(self, paths: tuple[Path, ...]) -> None:
         names = ", ".join(path.name for path in paths)
         folder = paths[0].parent if paths else ""
         self._notices.inform(f"Written to {folder}: {names}")
 
-    def _save_log(self) -> None:
+    def _save_bus_text(self) -> None:
+        path = self._new_text("bus")
+        if self._out is not None:
+            self._bridge.save_bus_text(path)
+        else:
+            self.bus_panel.ask(path)
+
+    def _new_text(self, what: str) -> Path:
         folder = self._out if self._out is not None else Path.home()
-        path = folder / f"ocmm-log-{datetime.now().astimezone():%Y%m%d-%H%M%S}.txt"
+        return folder / f"ocmm-{what}-{datetime.now().astimezone():%Y%m%d-%H%M%S}.txt"
+
+    def _save_log(self) -> None:
+        path = self._new_text("log")
         try:
             self._notices.save(path)
         except OcmmError as error:

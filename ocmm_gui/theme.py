@@ -180,11 +180,19 @@ def make_style_sheet(theme: Theme) -> str:
     QPushButton:focus {{ border: 2px solid {theme.accent}; }}
     QPushButton:pressed, QPushButton:checked {{ background: {theme.border}; }}
     QPushButton:disabled {{ color: {theme.muted}; }}
+    QPushButton[role="tool"] {{ padding: 4px 7px; }}
     QPushButton[role="primary"] {{ background: {theme.accent}; color: {theme.on_accent};
         border-color: {theme.accent}; font-weight: bold; }}
     QPushButton[role="primary"]:focus {{ border: 2px solid {theme.text}; }}
     QListWidget {{ background: {theme.panel}; border: {line}; border-radius: 6px; }}
     QListWidget:focus {{ border: 2px solid {theme.accent}; }}
+    QTableWidget {{ background: {theme.panel}; color: {theme.text}; border: {line};
+        border-radius: 6px; gridline-color: {theme.border}; }}
+    QTableWidget:focus {{ border: 2px solid {theme.accent}; }}
+    QTableWidget::item {{ padding: 0px 4px; }}
+    QTableWidget::item:selected {{ background: {theme.background}; color: {theme.text}; }}
+    QHeaderView, QHeaderView::section, QTableCornerButton::section {{ background: {theme.panel};
+        color: {theme.muted}; border: none; padding: 2px 4px; }}
     QLineEdit {{ background: {theme.panel}; border: {line}; border-radius: 4px; padding: 4px; }}
     QLineEdit:focus {{ border: 2px solid {theme.accent}; }}
     """

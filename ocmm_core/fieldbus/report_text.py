@@ -133,7 +133,7 @@ def _clocks(report: BusReport) -> list[str]:
 
 def _histogram(title: str, histogram: Histogram) -> list[str]:
     total, most = sum(histogram.counts), max((*histogram.counts, 1))
-    lines = [f"{title} ({total} values, worst {histogram.worst_us:.0f} us)"]
+    lines = [f"{title} ({total} values, worst {histogram.worst_us:.0f} µs)"]
     last = len(histogram.edges_us)
     for index, count in enumerate(histogram.counts):
         edge = histogram.edges_us[min(index, last - 1)]

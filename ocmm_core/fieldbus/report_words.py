@@ -8,7 +8,7 @@ from enum import Enum
 from itertools import pairwise
 
 from ocmm_core.fieldbus.alarms import TEXTS, Alarm
-from ocmm_core.fieldbus.report import BusPhase, BusReport, CameraReport
+from ocmm_core.fieldbus.report import BusPhase, BusReport, CameraReport, Histogram
 
 _BEFORE_CAMERAS = (BusPhase.CLOSED, BusPhase.LINK, BusPhase.SCAN)
 
@@ -84,7 +84,7 @@ def _wire_words(
     if Link.UNKNOWN in links and Link.BROKEN not in links:
         words = f"The cameras are not known yet: the bus is {report.phase.value}."
     elif not absent:
-        words = f"Whole: {len(cameras)} of {len(cameras)} cameras answer."
+        words = f"{len(cameras)} of {len(cameras)} cameras answer."
     elif len(absent) == len(cameras):
         words = f"Broken behind {report.interface}: no camera answers."
     else:
@@ -95,7 +95,7 @@ def _wire_words(
     if not report.redundant_interface:
         return words
     if report.redundancy_broken:
-        return f"{words} The ring to {report.redundant_interface} is open."
+        return f"{words} The ring to {report.redundant_interface} is open: a cable is broken."
     return f"{words} The ring to {report.redundant_interface} is closed."
 
 
@@ -138,4 +138,14 @@ def microseconds(value_us: float) -> str:
     """Return a length of time in a unit that keeps it short."""
     if abs(value_us) >= 1000.0:
         return f"{value_us / 1000.0:g} ms"
-    return f"{value_us:g} us"
+    return f"{value_us:g} µs"
+
+
+def within_us(histogram: Histogram, share: float) -> float | None:
+    """Return below which edge this share of the values lies, us; None where beyond all edges."""
+    needed, reached = share * sum(histogram.counts), 0
+    for edge, count in zip(histogram.edges_us, histogram.counts, strict=False):
+        reached += count
+        if reached and reached >= needed:
+            return edge
+    return None

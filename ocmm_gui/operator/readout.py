@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.view import LiveView
@@ -18,10 +18,12 @@ DIGITS_HZ = 12
 FLASH_MS = 450
 _RESERVE = "+0000.000"
 _CAPTION_SHARE = 0.08
+_REASON_LIMIT_PX = 100
+_WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 
 class Readout(QWidget):
-    """Three rows of digits; dashes as soon as the core withholds the number."""
+    """Three rows of digits; the reason in their place as soon as the core withholds the number."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -38,7 +40,7 @@ class Readout(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the tip, or dashes where there is none that can be trusted.
+        """Show the tip, or why there is none that can be trusted.
 
         A number that is withdrawn goes at once; a new one waits for the next turn of the digits.
         """
@@ -52,7 +54,7 @@ class Readout(QWidget):
             self._show((x, y, z), f"ball centre, mm, world frame   ±{uncertainty} (k=2)")
 
     def values(self) -> tuple[str, str, str]:
-        """Return what the three rows show."""
+        """Return what the three rows hold; dashes while the reason stands in their place."""
         return self._values
 
     def flash(self, *, good: bool) -> None:
@@ -95,15 +97,17 @@ class Readout(QWidget):
             painter.drawText(
                 place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, axis
             )
-            known = value != DASHES
-            painter.setPen(QColor(self._theme.text if known else self._theme.muted))
-            painter.drawText(
-                place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
-            )
-        painter.setPen(QColor(self._theme.muted))
+            if value != DASHES:
+                painter.setPen(QColor(self._theme.text))
+                painter.drawText(
+                    place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
+                )
         if DASHES in self._values:
-            self._paint_reason(painter, box)
+            painter.setPen(QColor(self._theme.text))
+            painter.setFont(text_font(self.reason_pixels()))
+            painter.drawText(self._reason_box(), _WRAPPED, self._caption)
         else:
+            painter.setPen(QColor(self._theme.muted))
             caption = QRectF(box.left(), box.bottom(), box.width(), self._caption_height())
             painter.setFont(
                 fitted(text_font(10), self._caption, caption.width(), caption.height(), 28)
@@ -117,15 +121,21 @@ class Readout(QWidget):
             half = 0.5 * thick
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
 
-    def _paint_reason(self, painter: QPainter, box: QRectF) -> None:
-        """Say between the axes and the dashes why there is no number."""
-        middle = QRectF(box.left() + 0.14 * box.width(), box.top(), 0.5 * box.width(), box.height())
-        wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-        for pixels in range(44, 9, -1):
-            painter.setFont(text_font(pixels))
-            if middle.contains(painter.boundingRect(middle, wrapped, self._caption)):
-                break
-        painter.drawText(middle, wrapped, self._caption)
+    def reason_pixels(self) -> int:
+        """Return the pixel size of the sentence that stands in place of the digits."""
+        box = self._reason_box()
+        for pixels in range(_REASON_LIMIT_PX, 9, -2):
+            metrics = QFontMetricsF(text_font(pixels))
+            if box.contains(metrics.boundingRect(box, _WRAPPED, self._caption)):
+                return pixels
+        return 9
+
+    def _reason_box(self) -> QRectF:
+        margin = max(8.0, 0.02 * self.height())
+        box = QRectF(self.rect()).adjusted(margin, margin, -margin, -margin)
+        # The axes keep their place, so that the eye finds the digits again.
+        box.setLeft(self._digit_box().left() + 1.1 * self._type())
+        return box
 
     def _caption_height(self) -> float:
         return max(14.0, _CAPTION_SHARE * self.height())
@@ -145,7 +155,8 @@ class Readout(QWidget):
     def _show(self, values: tuple[str, str, str], caption: str) -> None:
         if (values, caption) != (self._values, self._caption):
             self._values, self._caption = values, caption
-            self.setAccessibleDescription(" ".join(map(" ".join, zip("XYZ", values, strict=True))))
+            spoken = " ".join(map(" ".join, zip("XYZ", values, strict=True)))
+            self.setAccessibleDescription(caption if DASHES in values else spoken)
             self.update()
 
     def _stop_flash(self) -> None:

@@ -19,7 +19,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.errors import InputError, StorageError
 from ocmm_gui.app import main
 from ocmm_gui.notify import Banner, ErrorHooks, NoticeCentre
-from ocmm_gui.operator.export_panel import ExportPanel
+from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.sound import RATE_HZ, Sound, SoundPlayer, tone_wav
 from ocmm_gui.triggers import DEBOUNCE_S, Debounced
 
@@ -63,7 +63,7 @@ def test_a_log_that_cannot_be_written_says_so(tmp_path: Path) -> None:
 
 def test_a_path_with_a_blank_takes_no_point(qtbot: QtBot) -> None:
     window = QWidget()
-    panel = ExportPanel(Path("/data"))
+    panel = PathPanel("report", "folder")
     panel.setParent(window)
     qtbot.addWidget(window)
     taken: list[bool] = []
@@ -72,10 +72,10 @@ def test_a_path_with_a_blank_takes_no_point(qtbot: QtBot) -> None:
     action.triggered.connect(taken.append)
     window.addAction(action)
     window.show()
-    panel.ask()
-    field = panel.findChild(QWidget, "folder")
+    panel.ask(Path("/data"))
+    field = panel.findChild(QWidget, "path")
     assert field is not None
-    with qtbot.waitSignal(panel.folder_given) as given:
+    with qtbot.waitSignal(panel.given) as given:
         QTest.keyClicks(field, "/data/my report")
         QTest.keyClick(field, Qt.Key.Key_Return)
     assert given.args == [Path("/data/my report")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QAccessible, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QLineEdit, QListWidget, QWidget
+from PySide6.QtWidgets import QAbstractButton, QLineEdit, QListWidget, QTableWidget, QWidget
 
 from ocmm_gui.actions import ACTIONS
 from ocmm_gui.theme import Themed
@@ -19,13 +19,15 @@ _QT_PARTS = ("qt_", "Scroll", "ExtensionButton")
 
 def _is_control(widget: QWidget) -> bool:
     paints_itself = isinstance(widget, Themed) and not QWidget.children(widget)
-    return paints_itself or isinstance(widget, QAbstractButton | QLineEdit | QListWidget)
+    return paints_itself or isinstance(
+        widget, QAbstractButton | QLineEdit | QListWidget | QTableWidget
+    )
 
 
 def test_every_control_has_an_accessible_name(open_window: OpenWindow) -> None:
     window = open_window(speed=0.1).window
     controls = [widget for widget in window.findChildren(QWidget) if _is_control(widget)]
-    assert len(controls) > 20
+    assert len(controls) > 40
     for widget in controls:
         if widget.objectName().startswith(_QT_PARTS):
             continue

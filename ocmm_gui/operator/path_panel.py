@@ -1,4 +1,4 @@
-"""The place where the folder of the report is given; it is part of the window, not a dialog."""
+"""The place where a file or folder to write is given; it is part of the window, not a dialog."""
 
 from __future__ import annotations
 
@@ -9,26 +9,34 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QLineEdit, QPushButton
 
 
-class ExportPanel(QFrame):
-    """One line: folder, Write, Cancel. Measuring goes on while it is open."""
+class PathPanel(QFrame):
+    """One line: path, Write, Cancel. Measuring goes on while it is open.
 
-    folder_given = Signal(object)
-    """Emits the `Path` to write into."""
+    Parameters
+    ----------
+    what
+        What is written, e.g. ``"report"``.
+    into
+        Where it goes: ``"folder"`` or ``"file"``.
+    """
 
-    def __init__(self, proposal: Path) -> None:
+    given = Signal(object)
+    """Emits the `Path` to write."""
+
+    def __init__(self, what: str, into: str) -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self.setAccessibleName("Export")
-        self._field = _PathField(str(proposal))
-        self._field.setObjectName("folder")
-        self._field.setAccessibleName("Folder of the report")
+        self.setAccessibleName(f"Write the {what}")
+        self._field = _PathField()
+        self._field.setObjectName("path")
+        self._field.setAccessibleName(f"{into.capitalize()} of the {what}")
         self._field.setMinimumWidth(300)
         write = QPushButton("Write")
-        write.setAccessibleName("Write the report")
+        write.setAccessibleName(f"Write the {what} now")
         write.setProperty("role", "primary")
         cancel = QPushButton("Cancel")
         cancel.setAccessibleName("Close without writing")
-        label = QLabel("Write the report into the folder")
+        label = QLabel(f"Write the {what} into the {into}")
         label.setBuddy(self._field)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)
@@ -42,8 +50,9 @@ class ExportPanel(QFrame):
         cancel.clicked.connect(self.hide)
         self.hide()
 
-    def ask(self) -> None:
+    def ask(self, proposal: Path) -> None:
         """Open the panel with the keyboard in the field."""
+        self._field.setText(str(proposal))
         self.show()
         self._field.setFocus()
         self._field.selectAll()
@@ -52,7 +61,7 @@ class ExportPanel(QFrame):
         text = self._field.text().strip()
         if text:
             self.hide()
-            self.folder_given.emit(Path(text).expanduser())
+            self.given.emit(Path(text).expanduser())
 
 
 class _PathField(QLineEdit):

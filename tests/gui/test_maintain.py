@@ -1,0 +1,191 @@
+"""Maintain: one key there and back, no mouse, and nothing that measures by mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
+from pytestqt.qtbot import QtBot
+
+from ocmm_gui.actions import ACTIONS, Mode
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.main_window import MainWindow
+from ocmm_gui.notify import NoticeCentre
+from tests.gui.bus_reports import IN_ORDER, MISSING, BusStation, publish, station_on_bus
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tests.gui.conftest import OpenWindow
+
+PATIENCE_MS = 20_000
+
+
+class BusBench:
+    """A window on a station whose bus is played by the test."""
+
+    def __init__(self, qtbot: QtBot, folder: Path, out: Path | None = None) -> None:
+        self.bus: BusStation = station_on_bus(folder)
+        self.bridge = StationBridge(self.bus.station)
+        self.window = MainWindow(self.bridge, NoticeCentre(), out=out)
+        self.window.resize(1280, 720)
+        with qtbot.waitActive(self.window):
+            self.window.show()
+            self.window.activateWindow()
+        self.bridge.start()
+
+    def close(self) -> None:
+        """Close the window and everything behind it."""
+        self.window.close()
+        self.window.deleteLater()
+        self.bridge.deleteLater()
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[BusBench]:
+    made = BusBench(qtbot, tmp_path)
+    yield made
+    made.close()
+
+
+def test_one_key_there_and_back(qtbot: QtBot, bench: BusBench) -> None:
+    window = bench.window
+    for far in (False, True):
+        window.show_far(far)
+        QTest.keyClick(window, Qt.Key.Key_M)
+        assert window.mode() is Mode.MAINTAIN
+        assert window.bus.isVisible()
+        QTest.keyClick(window, Qt.Key.Key_M)
+        assert window.mode() is Mode.INSPECT
+        assert window.is_far() is far
+        assert not window.bus.isVisible()
+
+
+def test_no_key_measures_in_maintain(bench: BusBench) -> None:
+    window, actions = bench.window, bench.window.actions_by_key
+    enabled = {mode: set[str]() for mode in Mode}
+    for mode in Mode:
+        window.show_mode(mode)
+        enabled[mode] = {info.key for info in ACTIONS if actions[info.key].isEnabled()}
+    assert enabled[Mode.MAINTAIN] == {"bus_text", "theme", "log", "mode"}
+    assert "bus_text" not in enabled[Mode.INSPECT]
+    assert {"take", "undo", "finish", "flip", "export"} < enabled[Mode.INSPECT]
+
+
+def test_everything_is_reached_without_a_mouse(qtbot: QtBot, bench: BusBench) -> None:
+    window = bench.window
+    publish(bench.bus.ring, MISSING)
+    QTest.keyClick(window, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: window.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
+    reached = []
+    for _ in range(12):
+        widget = window.focusWidget()
+        assert widget is not None
+        reached.append(widget.accessibleName())
+        QTest.keyClick(widget, Qt.Key.Key_Tab)
+    assert reached[0] == "Pages"
+    assert {
+        "Inspect", "Cameras on the bus", "Events, newest first", "Bus report", "Theme", "Save log",
+    } < set(reached)  # fmt: skip
+    window.bus.events.setFocus()
+    for _ in range(2):
+        QTest.keyClick(window.bus.events, Qt.Key.Key_Down)
+    assert window.bus.events.currentRow() == 2
+
+
+def test_space_presses_the_button_that_has_the_focus(qtbot: QtBot, bench: BusBench) -> None:
+    window = bench.window
+    QTest.keyClick(window, Qt.Key.Key_M)
+    refused: list[object] = []
+    bench.bridge.point_refused.connect(refused.append)
+    back = window.maintain.findChild(QPushButton, "back")
+    assert back is not None
+    back.setFocus()
+    QTest.keyClick(back, Qt.Key.Key_Space)
+    assert window.mode() is Mode.INSPECT
+    assert not refused
+
+
+def test_the_report_is_written_where_the_panel_says(
+    qtbot: QtBot, bench: BusBench, tmp_path: Path
+) -> None:
+    window = bench.window
+    publish(bench.bus.ring, IN_ORDER)
+    QTest.keyClick(window, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: window.bus.phase() == "IN OPERATION", timeout=PATIENCE_MS)
+    QTest.keyClick(window, Qt.Key.Key_B)
+    field = window.bus_panel.findChild(QLineEdit, "path")
+    assert field is not None
+    assert window.bus_panel.isVisible()
+    assert field.hasFocus()
+    assert field.text().endswith(".txt")
+    # Letters that are keys of the window belong to the field while it is open.
+    path = tmp_path / "for mail" / "bus txt"
+    field.selectAll()
+    QTest.keyClicks(field, str(path))
+    assert field.text() == str(path)
+    with qtbot.waitSignal(bench.bridge.bus_text_saved, timeout=PATIENCE_MS):
+        QTest.keyClick(field, Qt.Key.Key_Return)
+    assert not window.bus_panel.isVisible()
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("OCMM bus report")
+    assert "Rig            recommended" in text
+    assert "  elapsed          600015" in text
+    qtbot.waitUntil(lambda: str(path) in window.banner.text(), timeout=PATIENCE_MS)
+
+
+def test_esc_puts_the_panel_away(bench: BusBench) -> None:
+    window = bench.window
+    publish(bench.bus.ring, IN_ORDER)
+    QTest.keyClick(window, Qt.Key.Key_M)
+    QTest.keyClick(window, Qt.Key.Key_B)
+    field = window.bus_panel.findChild(QLineEdit, "path")
+    assert field is not None
+    QTest.keyClick(field, Qt.Key.Key_Escape)
+    assert not window.bus_panel.isVisible()
+    assert window.mode() is Mode.MAINTAIN
+
+
+def test_a_folder_that_is_given_is_not_asked_for(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    bench = BusBench(qtbot, tmp_path, out=tmp_path / "out")
+    try:
+        publish(bench.bus.ring, IN_ORDER)
+        QTest.keyClick(bench.window, Qt.Key.Key_M)
+        with qtbot.waitSignal(bench.bridge.bus_text_saved, timeout=PATIENCE_MS) as saved:
+            QTest.keyClick(bench.window, Qt.Key.Key_B)
+        (path,) = saved.args
+        assert path.parent == tmp_path / "out"
+        assert path.read_text(encoding="utf-8").startswith("OCMM bus report")
+    finally:
+        bench.close()
+
+
+def test_without_a_bus_the_page_and_the_key_say_why(qtbot: QtBot, open_window: OpenWindow) -> None:
+    window = open_window(out=Path("nowhere")).window
+    QTest.keyClick(window, Qt.Key.Key_M)
+    assert "do not come over the bus" in window.bus.trouble()
+    QTest.keyClick(window, Qt.Key.Key_B)
+    qtbot.waitUntil(lambda: "do not come over the bus" in window.banner.text(), timeout=PATIENCE_MS)
+
+
+def test_every_text_fits_in_every_size(qtbot: QtBot, bench: BusBench) -> None:
+    window = bench.window
+    publish(bench.bus.ring, MISSING)
+    QTest.keyClick(window, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: window.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
+    for size in ((1280, 720), (1920, 1080)):
+        window.resize(*size)
+        qtbot.wait(50)
+        assert (window.width(), window.height()) == size, "the page asks for more room"
+        cameras = window.bus.cameras
+        assert not cameras.horizontalScrollBar().isVisible()
+        assert not cameras.verticalScrollBar().isVisible()
+        assert not window.bus.events.horizontalScrollBar().isVisible()
+        for label in (*window.bus.facts.values(),):
+            assert label.width() >= label.sizeHint().width()
