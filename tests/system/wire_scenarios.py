@@ -237,7 +237,7 @@ def objects() -> dict[str, Any]:
 
 def killed() -> dict[str, Any]:
     """Kill the cameras while they are measuring."""
-    return _disturbed(signal.SIGKILL, 6.0)
+    return _disturbed(signal.SIGKILL, 1.5)
 
 
 def frozen() -> dict[str, Any]:
@@ -247,7 +247,7 @@ def frozen() -> dict[str, Any]:
 
 def restarted() -> dict[str, Any]:
     """Let one camera lose its state."""
-    return _disturbed(signal.SIGUSR2, 1.0)
+    return _disturbed(signal.SIGUSR2, 2.0)
 
 
 def _disturbed(number: signal.Signals, seconds: float) -> dict[str, Any]:
@@ -260,16 +260,19 @@ def _disturbed(number: signal.Signals, seconds: float) -> dict[str, Any]:
         os.kill(child, number)
         error = ""
         begin = time.monotonic()
+        between: list[Cycle] = []
         try:
             # What was under way may still arrive.
-            read_for(source, 0.05)
+            between, _ = read_for(source, 0.05)
             while time.monotonic() - begin < seconds:
                 after.append(source.read())
         except BusError as caught:
             error = caught.code
         return {
             "before": summary(before, passed),
+            "between": summary(between, 0.0),
             "after": summary(after, 0.0),
+            "flagged": sorted({cycle.reason for cycle in between}),
             "error": error,
             "error_after_s": time.monotonic() - begin,
         }
