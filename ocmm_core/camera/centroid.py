@@ -30,11 +30,12 @@ SHARED, JUMPED, UNCONFIRMED = 10, 11, 12
 """Values of `spots.SpotStatus`."""
 
 (
-    THRESHOLD, READ_NOISE, DARK_SPREAD, ELECTRONS_PER_COUNT, FULL_SCALE, WEIGHT_SIGMA,
+    THRESHOLD, READ_NOISE, DARK_SPREAD, BLACK_FRAMES, RESPONSE_SPREAD,
+    ELECTRONS_PER_COUNT, FULL_SCALE, WEIGHT_SIGMA,
     MIN_PIXELS, MAX_PIXELS, MAX_ELONGATION, MAX_SIGMA,
     WINDOW, SEPARATION, FLUX_LOW, FLUX_HIGH, CONFIRM, HOLD, SEARCH_STEP, SEARCH_LINES,
-) = range(18)  # fmt: skip
-N_OPTIONS = 18
+) = range(20)  # fmt: skip
+N_OPTIONS = 20
 """Places in the packed options, see `spots.SpotOptions.packed`."""
 
 STATUS, U, V, VAR_U, VAR_V, FLUX, PEAK, PIXELS, ELONGATION, BACKGROUND = range(10)
@@ -118,8 +119,7 @@ def measure(
     reading[ELONGATION] = _axis_ratio(xx / total - x * x, xy / total - x * y, yy / total - y * y)
     reading[U], reading[V] = left + x, top + y
     noise = options[READ_NOISE] ** 2 + 1.0 / 12.0
-    if not has_black:
-        noise += options[DARK_SPREAD] ** 2
+    noise += noise / options[BLACK_FRAMES] if has_black else options[DARK_SPREAD] ** 2
     located = _refine(light, x, y, left, top, noise, options, reading)
 
     sigma = np.sqrt(max(reading[VAR_U], reading[VAR_V]))
@@ -163,7 +163,8 @@ def _refine(
     ``m / (1 - q / s^2)`` with the first and second weighted moments m and q about the present
     position. A change of one pixel by dp moves the root by ``W (x_i - x) dp / (P (1 - q / s^2))``
     with P the weighted light; the variance is the sum of these squares with the variance of each
-    pixel: read noise, photons, and one twelfth of a count squared for the converter.
+    pixel: read noise and one twelfth of a count squared for the converter, the same in the black
+    image, photons, and the spread of the response.
     """
     height, width = light.shape
     s = options[WEIGHT_SIGMA]
@@ -205,11 +206,13 @@ def _refine(
         # A step of more than the weight's width means that this is not one round spot.
         if not (abs(x - start_x) <= s and abs(y - start_y) <= s):
             return False
+    photons, uneven = 1.0 / options[ELECTRONS_PER_COUNT], options[RESPONSE_SPREAD] ** 2
     var_x = var_y = 0.0
     for i in range(i0, i1):
         for j in range(j0, j1):
             w = weight_x[j - j0] * weight_y[i - i0]
-            v = noise + max(light[i, j], 0.0) / options[ELECTRONS_PER_COUNT]
+            counts = max(light[i, j], 0.0)
+            v = noise + counts * (photons + uneven * counts)
             var_x += v * (w * (j - x)) ** 2
             var_y += v * (w * (i - y)) ** 2
     reading[U], reading[V] = left + x, top + y
@@ -218,7 +221,8 @@ def _refine(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+# Sums in any order: then the compiler adds several numbers at once, which is eight times faster.
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc"})
 def level_of(light: Float, threshold: float) -> float:
     """Return the mean of ``light`` (n,) without the spots in it.
 
@@ -228,12 +232,12 @@ def level_of(light: Float, threshold: float) -> float:
     level = np.inf
     for _ in range(_LEVEL_ROUNDS):
         limit = level + threshold
-        total, n = 0.0, 0
-        for value in light:
-            below = value < limit
-            total += value if below else 0.0
+        total = n = 0.0
+        for k in range(len(light)):
+            below = 1.0 if light[k] < limit else 0.0
+            total += below * light[k]
             n += below
-        level = total / max(n, 1)
+        level = total / max(n, 1.0)
     return level
 
 

@@ -22,7 +22,7 @@ REGION, ROW = 0, 1
 """The cursor of the search: which region, and its next row; negative before the first."""
 
 HIT_U, HIT_V, HIT_LIGHT = 0, 1, 2
-"""Columns of a hit: position, px, and height above the background, counts."""
+"""Columns of a hit: position, px, and counts of its brightest sample."""
 
 _REMEMBER_PX = 300.0
 """A new spot goes to the free slot that last saw an LED nearest to it, within this distance: 0.3 s
@@ -106,14 +106,18 @@ def _scan(
         for k in range(count):
             light[k] -= float(black[row, left + k * step])
     threshold = options[centroid.THRESHOLD]
-    level = centroid.level_of(light, threshold)
+    limit = threshold + centroid.level_of(light, threshold)
+    above = 0
+    for k in range(count):
+        above += 1 if light[k] > limit else 0
+    if above == 0:
+        # Nearly every line is dark, and counting is much faster than looking.
+        return n_hits
     half = 0.5 * options[centroid.WINDOW]
     for k in range(count):
-        value = light[k] - level
-        if value > threshold:
-            u = left + k * step
-            if not _is_watched(slots, half, u, row):
-                n_hits = _enter(hits, n_hits, half, u, row, value)
+        u = left + k * step
+        if light[k] > limit and not _is_watched(slots, half, u, row):
+            n_hits = _enter(hits, n_hits, half, u, row, light[k])
     return n_hits
 
 

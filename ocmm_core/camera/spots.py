@@ -76,6 +76,10 @@ class SpotOptions:
     dark_spread
         Standard deviation of the dark signal from pixel to pixel; counts as noise where there is
         no black image.
+    black_frames
+        Frames of which a black image is the mean.
+    response_spread
+        Relative standard deviation of the response to light from pixel to pixel.
     electrons_per_count
         For the shot noise.
     full_scale
@@ -106,6 +110,8 @@ class SpotOptions:
     threshold: float = 200.0
     read_noise: float = 40.0
     dark_spread: float = 60.0
+    black_frames: int = 64
+    response_spread: float = 0.01
     electrons_per_count: float = 1.0
     full_scale: float = 16383.0
     weight_sigma: float = 1.3
@@ -132,7 +138,7 @@ class SpotOptions:
             positive is not.
         """
         for name in ("threshold", "electrons_per_count", "weight_sigma", "max_sigma",
-                     "confirm", "search_step", "search_lines"):  # fmt: skip
+                     "black_frames", "confirm", "search_step", "search_lines"):  # fmt: skip
             if not getattr(self, name) > 0:
                 raise InputError(
                     "camera.spots",
@@ -160,7 +166,8 @@ class SpotOptions:
         """Return the numbers as the compiled loops take them, (N_OPTIONS,)."""
         return np.array(
             [
-                self.threshold, self.read_noise, self.dark_spread, self.electrons_per_count,
+                self.threshold, self.read_noise, self.dark_spread, self.black_frames,
+                self.response_spread, self.electrons_per_count,
                 self.full_scale, self.weight_sigma, self.min_pixels, self.max_pixels,
                 self.max_elongation, self.max_sigma, self.window, self.separation,
                 self.flux_low, self.flux_high, self.confirm, self.hold,
@@ -181,7 +188,8 @@ class SpotReading:
     uv
         (2,), px of the sensor: also given where the spot is refused, NaN in the dark.
     variance
-        (2,), px^2: of read noise, photons and converter.
+        (2,), px^2: of read noise, photons and converter, and of what the pixels keep of their
+        differences.
     flux, peak, background
         Counts: weighted light, brightest pixel above the background, background.
     pixels

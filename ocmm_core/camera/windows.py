@@ -206,7 +206,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def report(
-    slots: Float, readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
+    readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
 ) -> tuple[int, bool]:
     """Write what one frame says to ``uv`` (8, 2), ``variance`` (8, 2) and ``status`` (8,).
 
