@@ -87,7 +87,7 @@ class CameraFit:
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """A minimum with the points that it takes for good, and its chi-square per degree of freedom."""
+    """A minimum, the points that it takes for good, and chi-square per degree of freedom."""
 
     start: Start
     minimum: Minimum[LensCamera]

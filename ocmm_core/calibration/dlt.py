@@ -153,10 +153,12 @@ def pose_of_dlt(camera: CameraModel, points_world: Points3, uv: Pixels) -> Rigid
 
 
 def flatness(points_world: Points3) -> float:
-    """Return depth over width: the least over the greatest extent along the principal axes."""
-    _, _, axes = principal_axes(points_world)
-    extents = np.ptp(points_world @ axes.T, axis=0)
-    return float(extents.min() / extents.max()) if extents.max() > 0.0 else 0.0
+    """Return depth over width: the least over the greatest spread along the principal axes.
+
+    Standard deviations: of evenly filled boxes they are as the edges, however the box is turned.
+    """
+    _, widths, _ = principal_axes(points_world)
+    return float(widths[2] / widths[0]) if widths[0] > 0.0 else 0.0
 
 
 def principal_axes(points: Points3) -> tuple[Float, Float, Float]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from ocmm_core.calibration.camera_model_fit import CameraFit
-from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
-from ocmm_core.calibration.least_squares import covariance_of, minimise
+from ocmm_core.calibration.camera_model_fit import CameraFit, fit_camera
+from ocmm_core.calibration.camera_problem import CameraProblem, whitening_of
+from ocmm_core.calibration.least_squares import minimise
 from ocmm_core.calibration.lens import EXTRA_TERMS, project_extended
-from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
 SIGNIFICANT = 1e-4
@@ -53,7 +52,10 @@ class LensTerms:
 
 
 def judge_lens_terms(fit: CameraFit) -> LensTerms:
-    """Return what the extra terms would be, from the points that ``fit`` used.
+    """Return what the extra terms would be.
+
+    Points that only the fit without them takes for wrong, as a lens that needs them bends the
+    picture most at its rim, are used.
 
     Parameters
     ----------
@@ -65,33 +67,21 @@ def judge_lens_terms(fit: CameraFit) -> LensTerms:
     CalibrationError
         The points do not determine the extra terms.
     """
-    points, uv = fit.points_world[fit.used], fit.uv[fit.used]
-    problem = CameraProblem(
-        points,
-        uv,
-        whitening_of(fit.camera, points, fit.sigma_px, fit.reference_sigma),
-        free_parameters(EXTRA_TERMS),
+    full = fit_camera(
+        fit.camera.model, fit.points_world, fit.uv, fit.sigma_px, fit.reference_sigma, EXTRA_TERMS
     )
-    base = minimise(replace(problem, free=fit.free), fit.camera)
-    full = minimise(problem, base.state)
-    covariance = covariance_of(full.jacobian)
-    dof = 2 * len(uv) - len(problem.free)
-    if covariance is None or dof < 1:
-        name = fit.camera.model.name
-        raise CalibrationError(
-            "calibration.lens_terms",
-            f"The points of camera '{name}' do not show whether more lens terms are needed.",
-            "Spread the points over more of the sensor and over a deeper volume.",
-        )
+    points, uv = fit.points_world[full.used], fit.uv[full.used]
+    whitening = whitening_of(full.camera, points, fit.sigma_px, fit.reference_sigma)
+    base = minimise(CameraProblem(points, uv, whitening, fit.free), fit.camera)
     terms = len(EXTRA_TERMS)
-    gain = max(base.cost - full.cost, 0.0) / terms
-    statistic = gain / (full.cost / dof) if full.cost > 0.0 else 0.0
-    effect = project_extended(full.state, points) - project_extended(base.state, points)
+    gain = max(base.cost - full.chi2, 0.0) / terms
+    statistic = gain * full.dof / full.chi2 if full.chi2 > 0.0 else 0.0
+    effect = project_extended(full.camera, points) - project_extended(base.state, points)
     return LensTerms(
-        values=full.state.extra,
-        sigmas=np.sqrt(np.diag(covariance)[-terms:]),
+        values=full.camera.extra,
+        sigmas=np.sqrt(np.diag(full.covariance)[-terms:]),
         f_statistic=statistic,
-        p_value=float(f_distribution.sf(statistic, terms, dof)),
+        p_value=float(f_distribution.sf(statistic, terms, full.dof)),
         effect_rms_px=float(np.sqrt(np.mean(effect**2))),
         effect_max_px=float(np.linalg.norm(effect, axis=1).max()),
     )
