@@ -77,7 +77,7 @@ class CameraCounters:
     emergencies: int
 
 
-def read_identityread_text(access: ObjectAccess) -> CameraTexts:
+def read_identity_text(access: ObjectAccess) -> CameraTexts:
     """Return names, versions and sizes of the camera."""
     name, hardware, software = (read_text(access, index, 0) for index in (0x1008, 0x1009, 0x100A))
     firmware, sensor_logic, boot_loader = (read_text(access, VERSIONS, sub) for sub in (1, 2, 3))

@@ -58,7 +58,10 @@ class Diagnosis:
         data = data[:DATA_BYTES].ljust(DATA_BYTES, b"\x00")
         self.register = register
         self.count += 1
-        self._newest = HISTORY_FIRST + (self._newest - HISTORY_FIRST + 1) % HISTORY_MESSAGES
+        if self._newest:
+            self._newest = HISTORY_FIRST + (self._newest - HISTORY_FIRST + 1) % HISTORY_MESSAGES
+        else:
+            self._newest = HISTORY_FIRST
         if self._newest == self._acknowledged:
             # The acknowledged message is the one that gives way.
             self._acknowledged = 0
