@@ -1,15 +1,12 @@
 """Which calibration is in force, and whether it may be trusted: a chain of events on the disk.
 
 Records are never changed. What happens to them - accepted, verified, put in doubt - is appended
-to one file of JSON lines for each rig; every line holds its own hash and that of the line before.
-The state of a calibration follows from its record and these events alone. A last line without its
-end was being written when the power went: nobody was told of it, and it is left out.
+to one chained file for each rig. The state of a calibration follows from its record and these
+events alone.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -26,15 +23,13 @@ from ocmm_core.calibration.records import (
     record_hash,
     save,
 )
-from ocmm_core.documents import read_bytes
+from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
 DUE_BEFORE = timedelta(days=14)
 """A calibration that ends within this time is DUE."""
 CLOCK_TOLERANCE = timedelta(seconds=60)
 """The computer's clock may stand so far before the last event; further back it is not believed."""
-
-_FIRST_LINK = "0" * 64
 
 
 class State(StrEnum):
@@ -65,8 +60,6 @@ class Event(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     Attributes
     ----------
-    number
-        1, 2, 3 ...
     utc
         ISO 8601 text.
     kind
@@ -79,11 +72,8 @@ class Event(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         For a doubt: last time at which all was well.
     who, reason
         For people.
-    previous
-        SHA-256 of the line before.
     """
 
-    number: int
     utc: str
     kind: EventKind
     calibration: str
@@ -91,12 +81,6 @@ class Event(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     since_utc: str = ""
     who: str
     reason: str
-    previous: str
-
-
-class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    event: Event
-    sha256: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,14 +115,18 @@ class CalibrationStore:
 
     Raises
     ------
-    CalibrationError
+    StorageError
         The chain of events is broken.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._chain = folder / "events.jsonl"
-        self.events, self._length = _read_chain(self._chain)
+        self._chain = ChainFile(folder / "events.jsonl", Event)
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """Return what happened, oldest first."""
+        return self._chain.items
 
     def active(self) -> CameraRecord | None:
         """Return the record that was accepted last, or None before the first one.
@@ -253,36 +241,17 @@ class CalibrationStore:
         evidence: str = "",
         since: datetime | None = None,
     ) -> None:
-        event = Event(
-            number=len(self.events) + 1,
-            utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
-            kind=kind,
-            calibration=calibration,
-            evidence=evidence,
-            since_utc="" if since is None else since.astimezone(UTC).isoformat(),
-            who=who,
-            reason=reason,
-            previous=_link(self.events[-1]) if self.events else _FIRST_LINK,
+        self._chain.append(
+            Event(
+                utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
+                kind=kind,
+                calibration=calibration,
+                evidence=evidence,
+                since_utc="" if since is None else since.astimezone(UTC).isoformat(),
+                who=who,
+                reason=reason,
+            )
         )
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(self._chain, os.O_WRONLY | os.O_CREAT, 0o644)
-            try:
-                content = msgspec.json.encode(_Line(event, _link(event))) + b"\n"
-                os.ftruncate(descriptor, self._length)
-                if os.pwrite(descriptor, content, self._length) != len(content):
-                    raise OSError(0, "only a part was written")
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
-        except OSError as error:
-            raise CalibrationError(
-                "history.unwritable",
-                f"{self._chain}: the event '{kind}' cannot be stored ({error.strerror}).",
-                "Free the disk or restore the right to write, then do it again.",
-            ) from error
-        self.events = (*self.events, event)
-        self._length += len(content)
 
 
 def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:
@@ -324,37 +293,3 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
             "Calibrate the cameras before that day.",
         )
     return Standing(State.VALID)
-
-
-def _read_chain(path: Path) -> tuple[tuple[Event, ...], int]:
-    """Return the events and how many bytes they take."""
-    if not path.exists():
-        return (), 0
-    content = read_bytes(path)
-    content = content[: content.rfind(b"\n") + 1]
-    events: list[Event] = []
-    previous = _FIRST_LINK
-    for number, text in enumerate(content.splitlines(keepends=True), start=1):
-        try:
-            line = msgspec.json.decode(text, type=_Line)
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise _broken(path, number) from error
-        event = line.event
-        whole = msgspec.json.encode(_Line(event, _link(event))) + b"\n" == text
-        if not whole or event.number != number or event.previous != previous:
-            raise _broken(path, number)
-        previous = line.sha256
-        events.append(event)
-    return tuple(events), len(content)
-
-
-def _link(event: Event) -> str:
-    return hashlib.sha256(msgspec.json.encode(event)).hexdigest()
-
-
-def _broken(path: Path, number: int) -> CalibrationError:
-    return CalibrationError(
-        "history.broken",
-        f"{path}: line {number} of the history of calibrations is not as it was written.",
-        "Restore the file from a backup; until then no calibration of this rig is used.",
-    )

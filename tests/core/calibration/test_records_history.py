@@ -179,35 +179,6 @@ def test_what_was_stored_is_there_again(store: CalibrationStore, tmp_path: Path)
     assert again.verifications() == (make_verification(make_record()),)
 
 
-def test_every_changed_byte_of_the_history_is_noticed(
-    store: CalibrationStore, tmp_path: Path
-) -> None:
-    store.suspect("monitor", "bump", MADE, MADE)
-    path = tmp_path / "rig" / "events.jsonl"
-    content = path.read_bytes()
-    lines = content.count(b"\n")
-    for at in range(len(content)):
-        path.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
-        try:
-            seen = CalibrationStore(tmp_path / "rig").events
-        except CalibrationError:
-            continue
-        # Only the end of the last line can look as if it was never finished.
-        assert at == len(content) - 1
-        assert len(seen) == lines - 1
-    path.write_bytes(content[: content.rfind(b"\n", 0, -1) - 20])
-    assert len(CalibrationStore(tmp_path / "rig").events) == 1
-
-
-def test_a_torn_line_is_left_out_and_overwritten(store: CalibrationStore, tmp_path: Path) -> None:
-    path = tmp_path / "rig" / "events.jsonl"
-    path.write_bytes(path.read_bytes() + b'{"event":{"number":3')
-    again = CalibrationStore(tmp_path / "rig")
-    assert again.events == store.events
-    again.suspect("monitor", "bump", MADE, MADE)
-    assert CalibrationStore(tmp_path / "rig").events == again.events
-
-
 def test_a_verification_must_be_of_this_calibration_and_of_other_data(
     store: CalibrationStore,
 ) -> None:
