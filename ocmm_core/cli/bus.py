@@ -12,6 +12,7 @@ from rich.table import Table
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.bus_decode import decode_capture
 from ocmm_core.cli.bus_session import open_bus, scan
+from ocmm_core.cli.bus_watch import watch_bus
 from ocmm_core.cli.compose import identities
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import RECOMMENDED_RIG, ForceOption, RigOption
@@ -133,6 +134,36 @@ def write(
             "This is right for commands; for a setting, check the value.",
         )
     make_console().print(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}")
+
+
+@bus_app.command()
+def watch(
+    *,
+    source: BusOption,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.2, help="How long the bus is run.")
+    ] = 5.0,
+    every: Annotated[
+        float | None,
+        typer.Option("--every", min=0.2, help="Also print the report every so many seconds."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the report at the end to this file.")
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Run the bus for a while and print its report: cameras, cycles, clocks, events.
+
+    It is the text that the window writes in Maintain, made to be mailed to support. Exit code 0:
+    the bus was in operation at the end.
+    """
+    console = make_console()
+    with open_bus(source, rig, force=force, wait=False) as bus:
+        text, in_operation = watch_bus(bus, seconds, every, console)
+    if out is not None:
+        write_bytes(out, text.encode("utf-8"))
+    raise typer.Exit(0 if in_operation else 1)
 
 
 @bus_app.command()

@@ -63,8 +63,12 @@ class BusSession:
 
 
 @contextmanager
-def open_bus(source: str, rig_path: Path, *, force: bool = False) -> Iterator[BusSession]:
+def open_bus(
+    source: str, rig_path: Path, *, force: bool = False, wait: bool = True
+) -> Iterator[BusSession]:
     """Bring the bus of a source to operation, for as long as the context lasts.
+
+    Without ``wait`` the context begins when the bus process is started.
 
     Raises
     ------
@@ -84,7 +88,8 @@ def open_bus(source: str, rig_path: Path, *, force: bool = False) -> Iterator[Bu
             raise _no_bus(source)
         process.start()
         session = BusSession(rig, feed, process)
-        _await_operation(session)
+        if wait:
+            _await_operation(session)
         yield session
     finally:
         feed.acquisition.request_stop()

@@ -65,6 +65,8 @@ class StationRequest:
         Use a network interface although the computer needs it itself.
     method
         How poses are computed.
+    control
+        Socket over which faults can be made to the cameras of a virtual wire; empty: none.
     """
 
     plan: Path
@@ -83,6 +85,7 @@ class StationRequest:
     record: Path | None = None
     force: bool = False
     method: Method = "gauss-newton"
+    control: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,7 +250,9 @@ def _replay(request: StationRequest, rig: Rig, path: Path) -> Feed:
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return the software cameras that play the request's script; the interface is left open."""
     script = msgspec.Raw(script_of(request, plan).to_json().encode("utf-8"))
-    return SegmentConfig(interface="", cameras=identities(rig), provider=script)
+    return SegmentConfig(
+        interface="", cameras=identities(rig), provider=script, control=request.control
+    )
 
 
 def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:

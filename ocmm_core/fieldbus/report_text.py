@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable
 from datetime import UTC, datetime
 
@@ -18,10 +19,11 @@ from ocmm_core.fieldbus.report_words import (
 
 _LINKS = {Link.WHOLE: "---", Link.BROKEN: "-X-", Link.UNKNOWN: "-?-"}
 _BAR = 40
+_COLUMNS = 100
 _MEANINGS = (
     "good: all cameras answered in time with new, consistent data",
-    "late: this computer or the answer came after its time; the frames follow in the next cycle",
-    "lost: no answer came back; the cameras keep the frames and send them again",
+    "late: this computer came too late or left the cycle out; the frames come with the next",
+    "lost: no answer, or the cameras were not in operation; they send again what they kept",
     "bad:  an answer came and was refused (working counter, state, counters, clock, content)",
 )
 
@@ -51,7 +53,8 @@ def report_text(report: BusReport, *, rig: str, written: datetime) -> str:
     what, remedy = trouble_words(report)
     if what:
         alarm = f" [{report.alarm}]" if report.alarm else ""
-        lines += [f"Trouble        {what}{alarm}", f"What to do     {remedy or 'Wait.'}"]
+        lines += [*_wrapped("Trouble        ", what + alarm)]
+        lines += [*_wrapped("What to do     ", remedy or "Wait.")]
     for part in (_wire, _cycles, _cameras, _clocks):
         lines += ["", *part(report)]
     for title, histogram in (
@@ -60,7 +63,8 @@ def report_text(report: BusReport, *, rig: str, written: datetime) -> str:
     ):
         lines += ["", *_histogram(title, histogram)]
     lines += ["", *_events(report), "", "Notes"]
-    lines += [f"  {note}" for note in report.notes] or ["  none"]
+    for note in report.notes or ("none",):
+        lines += _wrapped("  ", note)
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
@@ -160,4 +164,11 @@ def _event(event: BusEvent) -> Iterable[str]:
         f"{event.number:>4}  {stamp}  {event.code}{where}  "
         f"cycle {event.cycle}, seen in {event.cycles}"
     )
-    yield f"      {event.what} {event.remedy}"
+    yield from _wrapped("    ", f"{event.what} {event.remedy}", _COLUMNS - 2)
+
+
+def _wrapped(head: str, text: str, columns: int = _COLUMNS) -> list[str]:
+    """Return ``text`` behind ``head``, its further lines below its first."""
+    return textwrap.wrap(
+        text, columns, initial_indent=head, subsequent_indent=" " * len(head)
+    ) or [head]

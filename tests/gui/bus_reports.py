@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
 
+from ocmm_core.acquisition.frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
 from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.compose import StationRequest, make_feed
+from ocmm_core.cli.compose import StationRequest, script_of
 from ocmm_core.documents import resource
 from ocmm_core.fieldbus.alarms import TEXTS, Alarm
 from ocmm_core.fieldbus.report import (
@@ -24,6 +26,7 @@ from ocmm_core.fieldbus.report import (
 )
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import SessionOptions
+from ocmm_core.simulation.source import SimulatedSource
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
@@ -144,34 +147,69 @@ def publish(ring: FrameRing, report: BusReport) -> None:
     ring.set_report(encode_report(report))
 
 
+class Switch:
+    """A source that can be made silent, as cameras without power are.
+
+    Parameters
+    ----------
+    source
+        Gives the frames, at its own pace.
+    """
+
+    def __init__(self, source: SimulatedSource) -> None:
+        self._source = source
+        self.silent = False
+
+    @property
+    def description(self) -> SourceDescription:
+        """Return what the source says about itself; it comes by itself now."""
+        return replace(self._source.description, live=True)
+
+    def open(self) -> None:
+        """Open the source."""
+        self._source.open()
+
+    def read(self) -> Cycle:
+        """Return a cycle of the source; while it is silent its frames are lost."""
+        cycle = self._source.read()
+        if not self.silent or cycle.frames is None:
+            return cycle
+        return Cycle(CycleVerdict.LOST, "no answer", frames_lost=len(cycle.frames))
+
+    def close(self) -> None:
+        """Close the source."""
+        self._source.close()
+
+
 @dataclass(frozen=True, slots=True)
 class BusStation:
-    """A station that takes its frames for those of a bus, and the ring that plays the bus."""
+    """A station that takes its frames for those of a bus, and what plays the bus."""
 
     station: MeasuringStation
     ring: FrameRing
-    worker: AcquisitionWorker
+    switch: Switch
 
 
-def station_on_bus(folder: Path, *, speed: float = 1.0, plan: str = "quick.toml") -> BusStation:
-    """Return a station on the virtual rig whose reports are written by the test."""
+def station_on_bus(folder: Path, *, plan: str = "quick.toml") -> BusStation:
+    """Return a station on the virtual rig in real time; its reports are written by the test."""
     request = StationRequest(
-        plan=resource("plans", plan), out=folder, speed=speed, stay=True, frame_rate_hz=800
+        plan=resource("plans", plan), out=folder, speed=1.0, stay=True, frame_rate_hz=800
     )
     plan_read, rig, body = load_plan(request.plan), load_rig(request.rig), load_probe(request.probe)
-    feed = make_feed(request, plan_read, rig)
+    virtual = script_of(request, plan_read).build()
+    switch = Switch(SimulatedSource(virtual, request.speed, hover=True))
+    ring = FrameRing.create(len(rig.cameras))
     head = make_head(
         plan=request.plan, rig=request.rig, probe=request.probe, operator="demo",
         part=plan_read.part, serial="1",
     )  # fmt: skip
-    assert isinstance(feed.acquisition, AcquisitionWorker)
     station = MeasuringStation(
         plan_read,
         rig,
         body,
         JobFile.create(folder / "job.ocmm", head),
-        feed.acquisition,
-        feed.ring,
+        AcquisitionWorker(switch, ring),
+        ring,
         StationOptions(SessionOptions(), TrackingOptions(), live_source=True),
     )
-    return BusStation(station, feed.ring, feed.acquisition)
+    return BusStation(station, ring, switch)

@@ -134,7 +134,8 @@ def test_the_edge_below_which_most_values_lie() -> None:
 def test_the_text_says_everything_in_a_hundred_columns() -> None:
     event = BusEvent(
         number=7, utc_ns=1_763_712_000_250_000_000, cycle=77, code="bus.frozen", camera="left",
-        what="Camera 'left' repeats old data.", remedy="Switch it off and on.", cycles=3,
+        what="Camera 'left' repeats old data: " + "which is told at length, " * 5,
+        remedy="Switch it off and on.", cycles=3,
     )  # fmt: skip
     left = msgspec.structs.replace(
         camera("left", 1, "SAFEOP"), al_code=0x1B, al_text="watchdog", clock_offset_ns=-12,
