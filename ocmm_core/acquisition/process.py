@@ -14,6 +14,8 @@ import sys
 import threading
 from pathlib import Path
 
+import msgspec
+
 from ocmm_core.acquisition.bus_commands import CommandPort, read_first_line
 from ocmm_core.acquisition.bus_config import BusConfig, read_config
 from ocmm_core.acquisition.ethercat import EthercatSource
@@ -33,7 +35,11 @@ EXIT_FAILED = 2
 
 
 def main() -> None:
-    """Run the bus process; ``ocmm-acq [CONFIG.json]``, standard input without an argument."""
+    """Run the bus process: ``ocmm-acq [--interface NAME | CONFIG.json]``.
+
+    Without a file the configuration comes on standard input. A service names the interface, which
+    whoever connects to it may not choose.
+    """
     try:
         sys.exit(_run(sys.argv[1:]))
     except OcmmError as error:
@@ -42,9 +48,14 @@ def main() -> None:
 
 
 def _run(arguments: list[str]) -> int:
-    from_parent = not arguments
+    fixed = arguments[1] if arguments[:1] == ["--interface"] and len(arguments) > 1 else ""
+    from_parent = bool(fixed) or not arguments
     content = read_first_line(sys.stdin.fileno()) if from_parent else read_bytes(Path(arguments[0]))
     config = read_config(content)
+    if fixed:
+        config = msgspec.structs.replace(
+            config, interface=fixed, redundant_interface="", force=False
+        )
     ring = FrameRing.attach(config.ring_path)
     port: CommandPort | None = None
     stop = threading.Event()

@@ -23,10 +23,7 @@ _UP = 0x1
 _LOOPBACK = 0x8
 _CAP_NET_ADMIN = 12
 _ETHERTYPE = 0x88A4
-_RIGHTS = (
-    "Run the bus program as root, or give it the rights once: "
-    "setcap cap_net_raw,cap_net_admin,cap_sys_nice+ep on the interpreter of its own environment."
-)
+_RIGHTS = "Give the bus process its rights once: sudo installer/linux/grant-rights.sh"
 
 
 def check_interface(name: str, *, force: bool = False) -> None:
