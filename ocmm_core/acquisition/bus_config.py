@@ -44,7 +44,7 @@ def read_config(content: bytes) -> BusConfig:
     """Return the configuration in ``content``; raise InputError where it is none."""
     try:
         config = msgspec.json.decode(content, type=BusConfig)
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(
             "bus.config",
             f"The configuration of the bus process is not valid: {error}.",

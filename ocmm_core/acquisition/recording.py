@@ -240,7 +240,7 @@ def _decode_head(path: Path, line: bytes) -> RecordingHead:
     except msgspec.ValidationError:
         # Whole JSON of another kind: a later version or another file.
         fault = "is no recording of this version"
-    except msgspec.DecodeError:
+    except (msgspec.DecodeError, UnicodeDecodeError):
         fault = "is no recording, or its first line is cut off"
     else:
         if not line.endswith(b"\n"):

@@ -57,7 +57,7 @@ def main() -> None:
 def _run(content: bytes) -> None:
     try:
         config = msgspec.json.decode(content, type=ScanConfig)
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(
             "bus.scan",
             f"What to look at is not valid: {error}.",

@@ -21,6 +21,7 @@ from ocmm_core.errors import BusError, InputError
 
 VENDOR_ID = 0xFA4E0001
 """Not assigned by the EtherCAT Technology Group: it spells out that the device is not real."""
+VENDOR_NAME = "OCMM"
 PRODUCT_CODE = 0x00CA3E01
 REVISION = 0x00010000
 DEVICE_NAME = "OCMM smart camera"
@@ -208,6 +209,8 @@ SYNC0_NS, SYNC1_NS = DEFAULT_FRAME_PERIOD_NS, 875_000
 """Default periods of the clock's two signals: SYNC0 exposes, SYNC1 ends the bus cycle."""
 SII_BYTES = 4096
 """Size of the EEPROM."""
+SII_CONFIGURATION = struct.pack("<7H", 0x0005, 0, 0, 0, 0, 0, 0)
+"""Its first words without station alias: what the controller loads at power-on."""
 DC_ACTIVATE = 0x0700
 """What a master writes into the activation register (0x0980) for both signals."""
 
@@ -248,8 +251,10 @@ def data_crc(content: bytes | bytearray | memoryview) -> int:
 
 def check_data_crc(content: bytes) -> bool:
     """Return whether a camera's whole input arrived as the camera sent it."""
+    if len(content) != INPUT_DTYPE.itemsize:
+        return False
     found: int = DATA_CRC.unpack_from(content, DATA_CRC_AT)[0]
-    return len(content) == INPUT_DTYPE.itemsize and found == data_crc(content)
+    return found == data_crc(content)
 
 
 class CameraMode(IntEnum):

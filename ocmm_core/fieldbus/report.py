@@ -205,5 +205,5 @@ def decode_report(content: bytes) -> BusReport | None:
     """Return the report in ``content``, or None where it is none of this version."""
     try:
         return msgspec.json.decode(content, type=BusReport)
-    except msgspec.DecodeError:
+    except (msgspec.DecodeError, UnicodeDecodeError):
         return None

@@ -95,8 +95,8 @@ class ServiceChannel:
             self.stray += 1
             return False
         _number, jobs = self._waiting.get(index, (0, ()))
-        asked = [(job.datagram.command, job.datagram.register) for job in jobs]
-        if not jobs or asked != [(answer.command, answer.register) for answer in datagrams]:
+        asked = [_shape(job.datagram) for job in jobs]
+        if not jobs or asked != [_shape(answer) for answer in datagrams]:
             self.stray += 1
             return False
         del self._waiting[index]
@@ -119,3 +119,8 @@ class ServiceChannel:
                 self.given_up += 1
                 for job in jobs:
                     job.answered(None)
+
+
+def _shape(datagram: Datagram) -> tuple[int, int, int]:
+    """Return what no slave changes; a broadcast counts the slaves in its target."""
+    return datagram.command, datagram.register, len(datagram.data)
