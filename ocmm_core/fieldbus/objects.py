@@ -16,12 +16,14 @@ from ocmm_core.fieldbus.eeprom import EepromRead
 from ocmm_core.fieldbus.emergency import Emergency, parse_emergency
 from ocmm_core.fieldbus.mailbox_line import MailboxAreas, MailboxLine
 from ocmm_core.fieldbus.requests import EepromRequest, ObjectReply, ObjectRequest
-from ocmm_core.fieldbus.sdo import SdoRead, SdoTransfer, SdoWrite
+from ocmm_core.fieldbus.sdo import SdoRead, SdoTransfer, SdoWrite, coe_content
 from ocmm_core.fieldbus.service import Job
 
 STALL_NS = 500_000_000
 """A transfer that gets no further for so long has failed."""
-_TRIES = 3
+_TRIES = 4
+_OUT_OF_STEP = (b"\x03\x05", b"\x04\x05")
+"""High words of abort codes: toggle bit, unknown command (ETG.1000.6, table 41)."""
 _TELL_NS = 100_000_000
 
 Request = ObjectRequest | EepromRequest
@@ -74,6 +76,7 @@ class CameraLine:
         self._sdo: SdoTransfer | None = None
         self._eeprom: EepromRead | None = None
         self._error: BusError | None = None
+        self._again = False
         self._tries = 0
         self._progress = (-1, 0)
         self._moved_ns = self._told_ns = 0
@@ -108,7 +111,7 @@ class CameraLine:
         done, total = transfer.progress
         if self._error is not None:
             self._tries += 1
-            if self._error.code == "bus.mailbox" and self._tries < _TRIES:
+            if self._again and self._tries < _TRIES:
                 self._begin(now_ns)
                 return None
             return self._finish(done, total, self._error)
@@ -135,6 +138,7 @@ class CameraLine:
     def _begin(self, now_ns: int) -> None:
         request, size = self._request, self._mailbox.areas.out_bytes
         self._error = None
+        self._again = False
         self._progress = (-1, 0)
         self._moved_ns = self._told_ns = now_ns
         if isinstance(request, EepromRequest):
@@ -176,6 +180,7 @@ class CameraLine:
             self._sdo.answer(content)
         except BusError as error:
             self._error = error
+            self._again = error.code == "bus.mailbox" or _is_disturbance(content)
             return
         if not self._sdo.done:
             self._mailbox.send(self._sdo.request(self._mailbox.next_counter()))
@@ -251,6 +256,12 @@ class ObjectService:
 
     def _emergency(self, camera: str, emergency: Emergency) -> None:
         self.emergencies.append((camera, emergency))
+
+
+def _is_disturbance(content: bytes) -> bool:
+    """Return whether a camera gave up because request and answer got out of step."""
+    parts = coe_content(content)
+    return parts is not None and parts[1][6:8] in _OUT_OF_STEP
 
 
 def _no_camera(request: Request, names: tuple[str, ...]) -> ObjectReply:
