@@ -16,6 +16,7 @@ from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.client import Acquisition, BusProcess
 from ocmm_core.acquisition.recorder import FrameRecorder, ReplaySource
 from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.service_client import ServiceBus
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
 from ocmm_core.camera.rig import Rig, load_rig
@@ -50,7 +51,8 @@ class StationRequest:
     plan, rig, probe, part
         Documents; the part is only for virtual rigs.
     source
-        ``"simulated"``, ``"ethercat:virtual"``, ``"ethercat:IFACE"`` or ``"replay:FILE"``.
+        ``"simulated"``, ``"ethercat:virtual"``, ``"ethercat:IFACE"``, ``"ethercat:service"`` or
+        ``"replay:FILE"``.
     out
         Folder of the job file; made if it does not exist.
     seed, speed, world, frame_rate_hz
@@ -199,6 +201,8 @@ def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
         return _simulated(request, plan)
     if request.source == "ethercat:virtual":
         return _virtual_bus(request, plan, rig)
+    if request.source == "ethercat:service":
+        return _service(request, rig)
     if kind == "ethercat" and name:
         return _bus(request, rig, name)
     if kind == "replay" and name:
@@ -206,7 +210,7 @@ def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
     raise InputError(
         "source.unknown",
         f"--source is {request.source!r}, which is no source of frames.",
-        "Give simulated, ethercat:virtual, ethercat:IFACE or replay:FILE.",
+        "Give simulated, ethercat:virtual, ethercat:IFACE, ethercat:service or replay:FILE.",
     )
 
 
@@ -270,6 +274,13 @@ def _bus(request: StationRequest, rig: Rig, interface: str) -> Feed:
     bus = _bus_config(rig, ring, interface, period_ns, force=request.force)
     description = _bus_description(f"EtherCAT on {interface}", rig, bus)
     return Feed(BusProcess(bus, ring), ring, description, live=True)
+
+
+def _service(request: StationRequest, rig: Rig) -> Feed:
+    ring = FrameRing.create(len(rig.cameras))
+    bus = _bus_config(rig, ring, "", round(1e9 / rig.frame_rate_hz), force=False)
+    description = _bus_description("EtherCAT, service of this computer", rig, bus)
+    return Feed(ServiceBus(bus, ring), ring, description, live=True)
 
 
 def _bus_config(

@@ -18,7 +18,8 @@ DEMO_PART = resource("parts", "demo.toml")
 SOURCE_HELP = (
     "Where frames come from: 'simulated' (virtual rig in this process), 'ethercat:virtual' "
     "(virtual rig over a whole EtherCAT wire, without root), 'ethercat:IFACE' (cameras on that "
-    "network interface), 'replay:FILE' (a recording made with ocmm record)."
+    "network interface), 'ethercat:service' (those of the service of this computer), "
+    "'replay:FILE' (a recording made with ocmm record)."
 )
 
 PlanOption = Annotated[Path, typer.Option("--plan", help="Plan document (TOML): what to measure.")]
