@@ -23,7 +23,7 @@ VENDOR_ID = 0xFA4E0001
 """Not assigned by the EtherCAT Technology Group: it spells out that the device is not real."""
 VENDOR_NAME = "OCMM"
 PRODUCT_CODE = 0x00CA3E01
-REVISION = 0x00010000
+REVISION = 0x00020000
 DEVICE_NAME = "OCMM smart camera"
 
 N_SLOTS = 8

@@ -15,11 +15,13 @@ from ocmm_core.fieldbus.camera_slave import (
     PRODUCT_CODE,
     REVISION,
     SII_BYTES,
+    SII_CONFIGURATION,
     SM_INPUTS,
     SM_OUTPUTS,
     SYNC0_NS,
     SYNC1_NS,
     VENDOR_ID,
+    VENDOR_NAME,
     Pdo,
 )
 from ocmm_core.fieldbus.camera_slave import INPUT_START as INPUT_START
@@ -43,8 +45,9 @@ def sii_image(serial: int, alias: int) -> bytes:
     alias
         Station alias, 1 to 65535.
     """
-    config = struct.pack("<HHHHHHH", 0x0005, 0, 0, 0, alias, 0, 0)
-    head = bytearray(config + struct.pack("<H", _crc8(config)))
+    head = bytearray(SII_CONFIGURATION)
+    struct.pack_into("<H", head, 8, alias)
+    head += struct.pack("<H", _crc8(head))
     head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, REVISION, serial)
     head += bytes(8 + 8)
     head += struct.pack(
@@ -57,7 +60,7 @@ def sii_image(serial: int, alias: int) -> bytes:
     )
     head = head.ljust(0x7C, b"\x00")
     head += struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)
-    body = _category(_CATEGORY_STRINGS, _strings("OCMM", DEVICE_NAME))
+    body = _category(_CATEGORY_STRINGS, _strings(VENDOR_NAME, DEVICE_NAME))
     body += _category(
         _CATEGORY_GENERAL,
         bytes([1, 0, 1, 2, 0, _COE_DETAILS]).ljust(14, b"\x00") + bytes([0x11, 0x00]) + bytes(16),
@@ -94,7 +97,7 @@ def _pdo(category: int, pdo: Pdo, sync_manager: int) -> bytes:
     return _category(category, content)
 
 
-def _crc8(content: bytes) -> int:
+def _crc8(content: bytes | bytearray) -> int:
     crc = 0xFF
     for byte in content:
         crc ^= byte
