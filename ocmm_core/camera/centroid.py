@@ -14,15 +14,12 @@ the same spots show less than 0.001 px, and their scatter is within 5 % of the C
 (``benchmarks/centroids.py``).
 """
 
-# numba ships no annotations, so its decorator hides the types that these functions state.
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
 
 GOOD, FREE, DARK, EDGE, CROWDED, SATURATED, SMALL, LARGE, ELONGATED, DIM = range(10)
@@ -51,7 +48,7 @@ _ELONGATION_NOISE = 5.0
 than 5 / k in less than one of a thousand frames from k = 9 on, of ten thousand from 14 on."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def measure(
     pixels: NDArray[np.uint16],
     left: int,
@@ -146,7 +143,7 @@ def measure(
         reading[STATUS] = GOOD
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _refine(
     light: Float,
     x: float,
@@ -222,7 +219,7 @@ def _refine(
 
 
 # Sums in any order: then the compiler adds several numbers at once, which is eight times faster.
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc"})
+@compiled(reorder=True)
 def level_of(light: Float, threshold: float) -> float:
     """Return the mean of ``light`` (n,) without the spots in it.
 
@@ -241,7 +238,7 @@ def level_of(light: Float, threshold: float) -> float:
     return level
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _border(light: Float, border: Float) -> None:
     height, width = light.shape
     border[:width], border[width : 2 * width] = light[0], light[height - 1]
@@ -251,7 +248,7 @@ def _border(light: Float, border: Float) -> None:
         n += 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _fill(
     light: Float, threshold: float, i: int, j: int, mark: NDArray[np.uint8], stack: Int
 ) -> int:
@@ -272,7 +269,7 @@ def _fill(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _another(
     light: Float, threshold: float, least: int, mark: NDArray[np.uint8], stack: Int
 ) -> bool:
@@ -287,7 +284,7 @@ def _another(
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _axis_ratio(xx: float, xy: float, yy: float) -> float:
     """Return the ratio of the axes of the ellipse of inertia; 1 is round."""
     # A row of single pixels has no width; a pixel itself has a variance of 1/12.

@@ -6,16 +6,13 @@ place between four samples is still a third of the peak. A whole sensor takes 51
 lines, 64 ms at 8 kHz.
 """
 
-# numba ships no annotations, so its decorator hides the types that these functions state.
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ocmm_core.camera import centroid, windows
+from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
 
 REGION, ROW = 0, 1
@@ -29,7 +26,7 @@ _REMEMBER_PX = 300.0
 behind an obstacle at the operator's usual 0.2 m/s and 2 px/mm are some 130 px."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, windows)
 def plan(
     slots: Float, regions: Int, anywhere: bool, options: Float, cursor: Int, lines: Int
 ) -> int:
@@ -56,7 +53,7 @@ def plan(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, windows)
 def look(
     samples: NDArray[np.uint16],
     lines: Int,
@@ -79,14 +76,14 @@ def look(
     _place(slots, regions, anywhere, options, hits, n_hits)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, windows)
 def _wanted(slots: Float, region: int, anywhere: bool) -> bool:
     if not anywhere:
         return bool(slots[region, windows.PHASE] == windows.NOBODY)
     return bool(np.any(slots[:, windows.PHASE] == windows.NOBODY))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, windows)
 def _scan(
     samples: NDArray[np.uint16],
     line: Int,
@@ -121,7 +118,7 @@ def _scan(
     return n_hits
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, windows)
 def _is_watched(slots: Float, half: float, u: float, v: float) -> bool:
     for s in range(len(slots)):
         if (
@@ -133,7 +130,7 @@ def _is_watched(slots: Float, half: float, u: float, v: float) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, windows)
 def _enter(hits: Float, n_hits: int, half: float, u: float, v: float, value: float) -> int:
     at = min(n_hits, len(hits) - 1)
     for k in range(n_hits):
@@ -150,7 +147,7 @@ def _enter(hits: Float, n_hits: int, half: float, u: float, v: float, value: flo
     return n_hits
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, windows)
 def _place(
     slots: Float, regions: Int, anywhere: bool, options: Float, hits: Float, n_hits: int
 ) -> None:
@@ -178,7 +175,7 @@ def _place(
             slot[windows.PHASE] = windows.TRIAL
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(centroid, windows)
 def _inside(region: Int, u: float, v: float) -> bool:
     return bool(
         region[0] <= u < region[0] + region[2] and region[1] <= v < region[1] + region[3]

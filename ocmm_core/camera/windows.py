@@ -6,16 +6,13 @@ nothing is reported meanwhile. After a while the slot is given up, and the searc
 it anew.
 """
 
-# numba ships no annotations, so its decorator hides the types that these functions state.
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ocmm_core.camera import centroid
+from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
 
 SLOT_U, SLOT_V, MOVE_U, MOVE_V, LIGHT, PHASE, SEEN, MISSED, HOME_U, HOME_V = range(10)
@@ -36,13 +33,13 @@ lasts for 12 ms, as long as a crossing of two LEDs or the edge of a part."""
 _LIGHT_GAIN = 1.0 / 16.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(centroid)
 def corner(position: float, size: int, limit: int) -> int:
     """Return the first pixel of a window of ``size`` about a position, kept on the sensor."""
     return min(max(int(np.floor(position - 0.5 * (size - 1) + 0.5)), 0), limit - size)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def aim(slots: Float, options: Float, width: int, height: int, corners: Int) -> None:
     """Fill in where the next windows stand, ``corners`` (8, 2): left and top; -1 of a free slot."""
     size = int(options[centroid.WINDOW])
@@ -54,7 +51,7 @@ def aim(slots: Float, options: Float, width: int, height: int, corners: Int) -> 
             corners[s, 1] = corner(slots[s, SLOT_V] + slots[s, MOVE_V], size, height)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def read(
     pixels: NDArray[np.uint16],
     corners: Int,
@@ -83,7 +80,7 @@ def read(
     settle(slots, options, readings)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def settle(slots: Float, options: Float, readings: Float) -> None:
     """Judge the readings (8, N_READING) of one frame together and move the slots on.
 
@@ -121,7 +118,7 @@ def settle(slots: Float, options: Float, readings: Float) -> None:
             slot[SLOT_V] += slot[MOVE_V]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def _follow(slot: Float, reading: Float, confirm: int) -> None:
     surprise_u = reading[centroid.U] - slot[SLOT_U] - slot[MOVE_U]
     surprise_v = reading[centroid.V] - slot[SLOT_V] - slot[MOVE_V]
@@ -136,7 +133,7 @@ def _follow(slot: Float, reading: Float, confirm: int) -> None:
     slot[MISSED] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def _judge_light(slots: Float, options: Float, readings: Float) -> None:
     for s in range(len(slots)):
         if slots[s, PHASE] == FOLLOWED and readings[s, centroid.STATUS] == centroid.GOOD:
@@ -145,7 +142,7 @@ def _judge_light(slots: Float, options: Float, readings: Float) -> None:
                 readings[s, centroid.STATUS] = centroid.JUMPED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
     """Let no two windows report the same spot.
 
@@ -175,7 +172,7 @@ def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
             readings[s, centroid.STATUS] = centroid.SHARED
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(centroid)
 def _located(slot: Float, reading: Float) -> bool:
     status = reading[centroid.STATUS]
     found = (
@@ -184,7 +181,7 @@ def _located(slot: Float, reading: Float) -> bool:
     return bool(slot[PHASE] != NOBODY and found)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
     """Return the mean motion of the LEDs that are seen; zero where none is."""
     u = v = 0.0
@@ -204,7 +201,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
     return u, v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid)
 def report(
     readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
 ) -> tuple[int, bool]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ocmm_core.camera import centroid, search, windows
+from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
 
 (
@@ -34,7 +34,7 @@ _S27, _S30, _S31, _S16, _S32, _S40 = (np.uint64(shift) for shift in (27, 30, 31,
 _UNIT24 = 1.0 / (1 << 24)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@compiled()
 def mix(key: np.uint64, number: np.uint64) -> np.uint64:
     """Return 64 random bits for a number under a key (SplitMix64, Steele et al. 2014)."""
     z = key + number * _STEP
@@ -43,7 +43,7 @@ def mix(key: np.uint64, number: np.uint64) -> np.uint64:
     return z ^ (z >> _S31)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def expose(
     left: int,
     top: int,
@@ -93,7 +93,7 @@ def expose(
             signal[i, j] = background + light * (
                 1.0 + response_spread * normal[np.int64((fixed >> _S16) & _MASK)]
             )
-            n_hot += (fixed >> _S40) < hot
+            n_hot += 1 if (fixed >> _S40) < hot else 0
         if n_hot:
             for j in range(columns):
                 number = start + stride * np.uint64(j)
@@ -109,7 +109,7 @@ def expose(
             out[i, j] = np.uint16(min(max(level + gain * electrons, 0.0), full))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _add_light(
     left: int, top: int, step: int, columns: int, light: Float, sigma: float, signal: Float
 ) -> None:
@@ -137,7 +137,7 @@ def _add_light(
             signal[i, j] += row * share[j - j0]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(centroid, search, windows)
 def run(
     first: int,
     lights: Float,
