@@ -100,12 +100,15 @@ class BusAccounts:
         """Return everything as it is now."""
         settings, session, view = self._settings, bus.session, bus.view
         known = view.cameras if len(view.cameras) == len(settings.cameras) else ()
+        # Where a bring-up has found a camera; one that failed leaves it in INIT.
+        idle = "PREOP" if session.places and session.master else "INIT"
         cameras = tuple(
             self._camera(
                 camera,
-                session.places[place] + 1 if session.master and session.places else 0,
+                session.serials.index(camera.serial) + 1 if camera.serial in session.serials else 0,
                 session.firmware[place] if session.firmware else "",
                 known[place] if known and session.master else None,
+                idle,
             )
             for place, camera in enumerate(settings.cameras)
         )
@@ -138,10 +141,15 @@ class BusAccounts:
         )
 
     def _camera(
-        self, camera: CameraIdentity, position: int, firmware: str, view: CameraView | None
+        self,
+        camera: CameraIdentity,
+        position: int,
+        firmware: str,
+        view: CameraView | None,
+        idle: str,
     ) -> CameraReport:
         account = self._cameras[camera.name]
-        state, code = "-", 0
+        state, code = idle if position and view is None else "-", 0
         if view is not None and view.answers:
             state, code = STATE_NAMES.get(view.state, "-"), view.code
         return CameraReport(

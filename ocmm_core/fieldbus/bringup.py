@@ -88,6 +88,9 @@ class Session:
     ----------
     master
         The open master, from the phase SCAN on.
+    serials
+        Serial numbers in the order of the wire, as the last look at it found them, in this
+        bring-up or an earlier one.
     places
         For each camera of the rig, its position on the wire, 0 first.
     stations, areas
@@ -101,6 +104,7 @@ class Session:
     """
 
     master: Master | None = None
+    serials: tuple[int | None, ...] = ()
     places: tuple[int, ...] = ()
     stations: tuple[int, ...] = ()
     areas: tuple[MailboxAreas, ...] = ()
@@ -138,7 +142,9 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     yield BusPhase.LINK
     for interface in settings.interfaces:
         check_interface(interface, force=settings.force)
+    before, session.serials = session.serials, ()
     _await_devices(settings)
+    session.serials = before
     yield BusPhase.SCAN
     master = session.master = Master(settings.interface, settings.redundant_interface)
     master.find()
@@ -149,6 +155,7 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     for position in range(master.n_devices):
         yield BusPhase.IDENTIFY
         found.append(master.identify(position))
+    session.serials = tuple(device.serial for device in found)
     session.places = assign(found, settings.cameras)
     session.stations = tuple(master.station(place) for place in session.places)
     yield from _configure(settings, session, master)

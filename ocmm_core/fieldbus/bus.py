@@ -101,7 +101,8 @@ class CameraBus:
     def open_steps(self) -> Iterator[BusPhase]:
         """Open, or open again, step by step; see `bring_up`."""
         self.close()
-        session = self._session = Session()
+        session = self._session = Session(serials=self._session.serials)
+        self._watch = StateWatch(())
         try:
             yield from bring_up(self._settings, session)
         except BaseException:
