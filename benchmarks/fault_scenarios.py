@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,14 +18,17 @@ from pathlib import Path
 
 import msgspec
 
+from ocmm_core.acquisition.remote_objects import RemoteObjects
 from ocmm_core.acquisition.ring import Word
 from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, read_status
 from ocmm_core.documents import write_atomic
+from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.alarms import Alarm
 from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.fieldbus.profile_objects import CALIBRATION
 from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.simulation.fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
-from ocmm_core.simulation.faults import Deed
+from ocmm_core.simulation.faults import CORRUPT_WITH_SUM, Deed
 from ocmm_core.simulation.frame_watch import FrameWatch, Watched
 from ocmm_core.simulation.line_rules import FrameKind, LineRule, Trick, Way
 from ocmm_core.simulation.registers import AL_SYNC, INIT, PREOP, SAFEOP
@@ -36,8 +40,14 @@ FLAG_CYCLES = 3
 """From then on no exposure may be accepted that a fault makes doubtful."""
 GIVE_UP_S = 10.0
 _SETTLE_S = 0.1
+_GROUP_NS = 1_100_000_000
+"""Events that are alike and nearer than a second are one."""
+_NO_FAULT = ("bus.operation", Alarm.HOST_BUSY)
 _POLL_S = 0.002
 _FIRST_STATION = 0x1001
+DEVICE_NAME_OBJECT = 0x1008
+_NOTE = 5
+_LONG_NOTE = bytes(33 + n % 90 for n in range(1000))
 
 
 class Moment(msgspec.Struct, frozen=True):
@@ -66,6 +76,10 @@ class Scenario:
         No frame can be right while it lasts, so none may be given out.
     lasts_s
         How long.
+    asks
+        What is asked meanwhile of a camera, through the bus process; returns what came of it.
+    answer
+        What has to come of it.
     """
 
     name: str
@@ -74,6 +88,8 @@ class Scenario:
     alarms: tuple[Alarm, ...]
     stops: bool = True
     lasts_s: float = 0.3
+    asks: Callable[[FaultRig], str] | None = None
+    answer: str = ""
 
 
 class Outcome(msgspec.Struct, kw_only=True):
@@ -85,8 +101,10 @@ class Outcome(msgspec.Struct, kw_only=True):
         Of the scenario.
     reported
         Codes of the events, in order.
+    named
+        One of the alarms came that the scenario asks for.
     flagged_cycles
-        From the fault to the first event that had to come; None where none came.
+        From the fault to the first sign of any alarm; None where none came.
     accepted
         Frames given out that were exposed while the fault lasted, from the third cycle on.
     stopped_ms
@@ -111,10 +129,13 @@ class Outcome(msgspec.Struct, kw_only=True):
         The bus process was there all the time.
     message
         The last sentence of the bus process.
+    answer
+        What came of the question to a camera.
     """
 
     name: str
     reported: list[str]
+    named: bool
     flagged_cycles: float | None
     accepted: int
     stopped_ms: float
@@ -136,6 +157,7 @@ class Outcome(msgspec.Struct, kw_only=True):
     phases: list[str]
     running: bool
     message: str
+    answer: str = ""
 
     @property
     def wrong(self) -> int:
@@ -209,6 +231,35 @@ def _cable(
     return Scenario(name, line(rule), line(), alarms, stops=stops, lasts_s=s)
 
 
+def _read_forbidden(rig: FaultRig) -> str:
+    return _object(rig, lambda camera: camera.write(DEVICE_NAME_OBJECT, 0, b"x" * 17))
+
+
+def _write_long(rig: FaultRig) -> str:
+    def there_and_back(camera: RemoteObjects) -> None:
+        for text in (_LONG_NOTE, _LONG_NOTE[::-1]):
+            camera.write(CALIBRATION, _NOTE, text)
+            if camera.read(CALIBRATION, _NOTE) != text:
+                raise BusError("rig.note", "The note came back changed.", "")
+
+    return _object(rig, there_and_back)
+
+
+def _read_hung(rig: FaultRig) -> str:
+    return _object(rig, lambda camera: camera.read(DEVICE_NAME_OBJECT, 0))
+
+
+def _object(rig: FaultRig, action: Callable[[RemoteObjects], object]) -> str:
+    """Return the code of the error, or "done"."""
+    if rig.bus is None:
+        return "no bus process"
+    try:
+        action(RemoteObjects(rig.bus, RIGHT.name, timeout_s=3.0))
+    except BusError as error:
+        return error.code
+    return "done"
+
+
 _PROCESS = (FrameKind.PROCESS,)
 _GONE = (Alarm.SILENT, Alarm.CAMERA_MISSING, Alarm.LOST_ANSWERS, Alarm.LINK_DOWN)
 _PART = (Alarm.CAMERA_MISSING, Alarm.WORKING_COUNTER, Alarm.RESTARTED, Alarm.LEFT_OPERATION)
@@ -228,12 +279,12 @@ SCENARIOS: tuple[Scenario, ...] = (
              _call(FaultRig.start_cameras, early=False), _GONE),
     Scenario("first camera off and on", deed(Deed.POWER_OFF, 0), deed(Deed.POWER_ON, 0), _GONE),
     Scenario("last camera off and on", deed(Deed.POWER_OFF, 1), deed(Deed.POWER_ON, 1), _PART),
-    _at_once("camera restarts", deed(Deed.RESTART, 1), _PART),
+    _at_once("camera restarts", deed(Deed.RESTART, 1), (*_GONE, *_PART)),
     _toggled("camera silent", Deed.MUTE, _PART),
     Scenario("camera unplugged and back", deed(Deed.UNPLUG, 1), deed(Deed.PLUG, 1), _PART),
     _toggled("camera frozen, full working counter", Deed.FREEZE, (Alarm.FROZEN,)),
     _at_once("watchdog: master stands still 300 ms",
-             _call(lambda rig: rig.stall_bus(0.3), early=True), (Alarm.WATCHDOG,)),
+             _call(lambda rig: rig.stall_bus(0.3), early=False), (Alarm.WATCHDOG,)),
     _at_once("camera falls to SAFEOP", deed(Deed.FALL_BACK, 1, SAFEOP, AL_SYNC), (Alarm.SYNC,)),
     _at_once("camera drops to PREOP", deed(Deed.FALL_BACK, 1, PREOP, 0x001D),
              (Alarm.LEFT_OPERATION, *_PART)),
@@ -258,7 +309,7 @@ SCENARIOS: tuple[Scenario, ...] = (
     _cable("total silence", LineRule(do=Trick.DROP), _GONE, stops=True),
     Scenario("camera's data corrupted", deed(Deed.CORRUPT, 1, 1), deed(Deed.CORRUPT, 1, 0),
              (Alarm.PAYLOAD,)),
-    Scenario("camera's header corrupted, check sum right", deed(Deed.CORRUPT, 1, 2),
+    Scenario("camera's header corrupted, check sum right", deed(Deed.CORRUPT, 1, CORRUPT_WITH_SUM),
              deed(Deed.CORRUPT, 1, 0),
              (Alarm.PAYLOAD, Alarm.FRAME_RATE, Alarm.GAP, Alarm.FROZEN, Alarm.RESTARTED,
               Alarm.CONFIGURATION, Alarm.SYNC, Alarm.LEFT_OPERATION)),
@@ -273,6 +324,16 @@ SCENARIOS: tuple[Scenario, ...] = (
              (Alarm.ALIAS, Alarm.DUPLICATE), lasts_s=0.8),
     Scenario("one camera too many", deed(Deed.PLUG, 2), deed(Deed.UNPLUG, 2),
              (Alarm.CAMERAS, Alarm.FOREIGN_DEVICE), stops=False, lasts_s=0.8),
+    Scenario("one camera at another frame rate", deed(Deed.FRAME_PERIOD, 1, 130_000),
+             deed(Deed.FRAME_PERIOD, 1, 0), (Alarm.FRAME_RATE,)),
+    _at_once("emergency message", deed(Deed.EMERGENCY, 1, 0x4210), (Alarm.EMERGENCY,)),
+    Scenario("request to a camera whose mailbox hangs", deed(Deed.HANG_MAILBOX, 1, 1),
+             deed(Deed.HANG_MAILBOX, 1, 0), (Alarm.OBJECT_TIMEOUT,), stops=False, lasts_s=1.0,
+             asks=_read_hung, answer=Alarm.OBJECT_TIMEOUT),
+    Scenario("request that is refused", _nothing, _nothing, (), stops=False,
+             asks=_read_forbidden, answer=Alarm.OBJECT_REFUSED),
+    Scenario("long value in segments", _nothing, _nothing, (), stops=False, asks=_write_long,
+             answer="done"),
     _at_once("clock of the first camera jumps", deed(Deed.CLOCK_JUMP, 0, 5_000_000),
              (Alarm.CLOCK_JUMP,)),
     _at_once("clock of the last camera jumps", deed(Deed.CLOCK_JUMP, 1, -3_000_000),
@@ -329,11 +390,19 @@ class Player:
         if self.healthy(before_it, time.monotonic_ns()) is None:
             raise TimeoutError(f"not in operation before '{scenario.name}'")
         self.watch(before_it, _SETTLE_S)
+        while self._recently(scenario.alarms):
+            self.watch(before_it, _SETTLE_S)
         self._rig.line_log(new_log=True)
         status = read_status(self._ring)
         stray, recoveries = self._counts()
         seen = Watched()
         begin = scenario.begin(self._rig)
+        answers: list[str] = []
+        asking: threading.Thread | None = None
+        if scenario.asks is not None:
+            ask = scenario.asks
+            asking = threading.Thread(target=lambda: answers.append(ask(self._rig)))
+            asking.start()
         self.watch(seen, scenario.lasts_s)
         last_ns = self._ring.word(Word.LAST_FRAMES_NS)
         end = scenario.end(self._rig) if scenario.lasts_s else begin
@@ -342,12 +411,16 @@ class Player:
         log = self._rig.line_log()
         after = read_status(self._ring)
         stray_after, recoveries_after = self._counts()
+        if asking is not None:
+            asking.join()
         first = [
-            event.utc_ns - begin.utc_ns for event in seen.events if event.code in scenario.alarms
+            event.utc_ns - begin.utc_ns for event in seen.events if event.code not in _NO_FAULT
         ]
         return Outcome(
             name=scenario.name,
             reported=[event.code for event in seen.events],
+            named=not scenario.alarms
+            or any(event.code in scenario.alarms for event in seen.events + seen.grown),
             flagged_cycles=min(first) / CYCLE_NS if first else None,
             accepted=seen.exposed_between(
                 begin.monotonic_ns + FLAG_CYCLES * CYCLE_NS, end.monotonic_ns
@@ -368,8 +441,14 @@ class Player:
             phases=[phase.value for phase in seen.phases],
             running=self._running(),
             message=after.message,
+            answer="".join(answers),
             **_cycles(status, after),
         )
+
+    def _recently(self, alarms: tuple[Alarm, ...]) -> bool:
+        """Return whether one of these would be taken for the same event as before."""
+        since_ns = time.monotonic_ns() - _GROUP_NS
+        return any(self._watch.last_sign_ns.get(alarm, 0) > since_ns for alarm in alarms)
 
     def _look(self, seen: Watched) -> int:
         return self._watch.look(seen)

@@ -18,7 +18,7 @@ _STATE, _ERROR = 0x0F, 0x10
 _ACKNOWLEDGE = 0x10
 _SAFEOP, _OP = 4, 8
 _SLOW_CYCLES = 4
-"""Clocks and error counters of the cameras are asked for in turn, every so many cycles."""
+"""Error counters of the cameras are asked for in turn, every so many cycles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,22 +112,18 @@ class StateWatch:
                 Datagram(Command.FPRD, station, AL_STATUS, bytes(_AL_BYTES)),
                 lambda answer, camera=camera: self._state(camera, cycle, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
             )
+            # In every cycle: no frame may be taken that was exposed by another clock.
+            yield Job(
+                Datagram(Command.FPRD, station, TIME_DIFFERENCE, bytes(4)),
+                lambda answer, camera=camera: self._clock(camera, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
+            )
         turn, rest = divmod(cycle, _SLOW_CYCLES)
         if rest == 0:
-            yield self._slow_job(turn)
-
-    def _slow_job(self, turn: int) -> Job:
-        camera, errors = divmod(turn % (2 * len(self._stations)), 2)
-        station = self._stations[camera]
-        if errors:
-            return Job(
-                Datagram(Command.FPRD, station, _ERRORS, bytes(_ERRORS_BYTES)),
+            camera = turn % len(self._stations)
+            yield Job(
+                Datagram(Command.FPRD, self._stations[camera], _ERRORS, bytes(_ERRORS_BYTES)),
                 lambda answer: self._errors(camera, answer),
             )
-        return Job(
-            Datagram(Command.FPRD, station, TIME_DIFFERENCE, bytes(4)),
-            lambda answer: self._clock(camera, answer),
-        )
 
     def _count(self, cycle: int, answer: Datagram | None) -> None:
         if answer is not None and cycle >= self._newest:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.simulation.camera_store import CameraStore
 from ocmm_core.simulation.pattern import CameraFrames, ClockPattern
 from ocmm_core.simulation.segment import Segment
 from ocmm_core.simulation.software_camera import SoftwareCamera
@@ -68,6 +69,7 @@ class Unit:
         self.identity = identity
         self._provider = provider
         self.boots = boots
+        self._store = CameraStore()
         self.powered = self.plugged = True
         self.muted = self.broken_behind = False
         self.camera = self.switch_on(0)
@@ -77,7 +79,12 @@ class Unit:
         self.boots += 1
         self.powered = True
         self.camera = SoftwareCamera(
-            self.sees, self.identity.serial, self.identity.alias, self._provider, self.boots
+            self.sees,
+            self.identity.serial,
+            self.identity.alias,
+            self._provider,
+            self.boots,
+            self._store,
         )
         self.camera.esc.clock.jump(clock_ns)
         if isinstance(self._provider, ClockPattern):

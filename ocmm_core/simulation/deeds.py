@@ -8,16 +8,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.fieldbus.camera_slave import INPUT_START
+from ocmm_core.fieldbus.camera_slave import (
+    DATA_CRC,
+    DATA_CRC_AT,
+    INPUT_DTYPE,
+    INPUT_START,
+    data_crc,
+)
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.chain import Chain, Unit
-from ocmm_core.simulation.faults import CameraDeed, Deed, DeedAnswer
+from ocmm_core.simulation.faults import CORRUPT_WITH_SUM, CameraDeed, Deed, DeedAnswer
 from ocmm_core.simulation.registers import AL_STATUS, STATION_ADDRESS
 
 _CLOCK_STEP_NS = 1_234_567_891
 """What the clock of a restarted camera shows more than the time before."""
 _SPOILED_BYTES = 160
 """Header and first two frames of a camera's inputs: always used, unlike the last frames."""
+_TIMES_BYTES = 16
+"""Frame counter, exposure time and period: the begin of the header."""
 
 
 class Deeds:
@@ -56,9 +64,16 @@ class Deeds:
             Deed.SWAP: self._swap,
             Deed.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
             Deed.PLUG: _plug,
-            Deed.CLOCK_JUMP: lambda unit, deed, _now: unit.camera.esc.clock.jump(deed.value),
+            Deed.CLOCK_JUMP: _jump,
             Deed.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
                 deed.value, now
+            ),
+            Deed.HANG_MAILBOX: lambda unit, deed, _now: setattr(
+                unit.camera, "mailbox_hangs", bool(deed.value)
+            ),
+            Deed.EMERGENCY: lambda unit, deed, _now: unit.camera.emergency(deed.value),
+            Deed.FRAME_PERIOD: lambda unit, deed, _now: setattr(
+                unit.camera, "period_override", deed.value
             ),
             Deed.CORRUPT: self._corrupt,
             Deed.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
@@ -74,6 +89,7 @@ class Deeds:
         """Do it and return how things stand then."""
         units = self._chain.units
         error = ""
+        utc_ns = time.time_ns()
         if not 0 <= deed.camera < len(units):
             error = f"there is no camera {deed.camera}"
         else:
@@ -81,7 +97,7 @@ class Deeds:
             self._chain.lay()
         return DeedAnswer(
             monotonic_ns=now_ns,
-            utc_ns=time.time_ns(),
+            utc_ns=utc_ns,
             order=tuple(number for number in self._chain.order if units[number].plugged),
             states=tuple(
                 unit.camera.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units
@@ -99,14 +115,25 @@ class Deeds:
 
     def _corrupt(self, unit: Unit, deed: CameraDeed, _now_ns: int) -> None:
         def spoil(memory: bytearray) -> None:
-            bit = int(self._random.integers(8 * _SPOILED_BYTES))
+            with_sum = deed.value == CORRUPT_WITH_SUM
+            bit = int(self._random.integers(8 * (_TIMES_BYTES if with_sum else _SPOILED_BYTES)))
             memory[INPUT_START + bit // 8] ^= 1 << bit % 8
+            if with_sum:
+                inputs = memory[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
+                DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, data_crc(inputs))
 
         unit.camera.esc.spoil = spoil if deed.value else None
 
 
 def _restart(unit: Unit) -> None:
     unit.switch_on(_CLOCK_STEP_NS * unit.boots)
+
+
+def _jump(unit: Unit, deed: CameraDeed, now_ns: int) -> None:
+    esc = unit.camera.esc
+    esc.clock.jump(deed.value)
+    esc.now_ns = now_ns
+    unit.camera.buffer.look_again(esc.system_time_ns)
 
 
 def _plug(unit: Unit, _deed: CameraDeed, _now_ns: int) -> None:

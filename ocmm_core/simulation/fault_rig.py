@@ -31,7 +31,7 @@ from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.camera_process import READY, SegmentConfig
 from ocmm_core.simulation.faults import CameraDeed, Deed, DeedAnswer
 from ocmm_core.simulation.line_rules import LineLog, LineOrder, LineRule
-from ocmm_core.simulation.network import make_link, run, tool
+from ocmm_core.simulation.network import make_link, run, set_link, tool
 from ocmm_core.simulation.proxy import ProxyConfig
 
 HOST, NEAR, FAR, CAMERAS = "host0", "near0", "far0", "cameras0"
@@ -192,7 +192,8 @@ class FaultRig:
 
     def link(self, name: str, *, up: bool) -> int:
         """Switch an interface on or off; return the time when that was done."""
-        return self._ip("link", "set", name, "up" if up else "down")
+        set_link(name, up=up)
+        return time.monotonic_ns()
 
     def delete_near_cable(self) -> int:
         """Remove the interface of the bus process; return the time when that was done."""

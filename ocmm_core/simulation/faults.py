@@ -24,6 +24,10 @@ class Faults:
     seed: int = 0
 
 
+CORRUPT_WITH_SUM = 2
+"""Value of `Deed.CORRUPT`."""
+
+
 class Deed(StrEnum):
     """What is done to a camera or its cable; the comment says what ``value`` means."""
 
@@ -64,7 +68,8 @@ class Deed(StrEnum):
     EMERGENCY = "emergency"
     """The camera sends an emergency message with error code ``value``."""
     CORRUPT = "corrupt"
-    """1: one bit of each of the camera's answers is wrong; 0: no more."""
+    """1: one bit of each of the camera's answers is wrong; 2: one bit of its frame counter and
+    times, with the right check sum; 0: no more."""
     REMAP = "remap"
     """Position ``value`` of the input assignment shows the mapping object ``code``."""
     LINK_ERRORS = "link errors"

@@ -87,6 +87,11 @@ class FrameBuffer:
         self._generated = self._tail = self._overrun_at = first
         self.lost = first
 
+    def look_again(self, now_ns: int) -> None:
+        """Make the frames anew that were made ahead of their exposure: the clock jumped."""
+        if self.running:
+            self._generated = min(self._generated, max(self._tail, self._newest(now_ns) + 1))
+
     def darken(self, now_ns: int, count: int) -> int:
         """Make the next exposures without light; return how long they take, ns."""
         if not self.running:

@@ -15,7 +15,7 @@ from ocmm_core.simulation.pattern import CLOCK_MODULUS_US, read_clock
 
 SAME_TIME_US = 50
 """Exposures of two cameras that belong together: clocks that follow each other, and rounding."""
-MAX_AGE_US = 1_000_000
+MAX_AGE_US = 700_000
 """Older frames are no news. Cameras keep 128 ms; a computer that stood still may add its time."""
 _READ_FRAMES = 8192
 
@@ -33,8 +33,8 @@ class Watched:
         times; that no camera showed; not later than the one before.
     exposed_us
         Host times of all exposures, modulo `CLOCK_MODULUS_US`.
-    events
-        What the bus process reported.
+    events, grown
+        What the bus process reported, and what went on that had been reported before.
     phases
         Phases of the bus in order, without repetitions.
     alarms
@@ -49,6 +49,7 @@ class Watched:
     disordered: int = 0
     exposed_us: list[NDArray[np.int64]] = field(default_factory=list)
     events: list[BusEvent] = field(default_factory=list)
+    grown: list[BusEvent] = field(default_factory=list)
     phases: list[BusPhase] = field(default_factory=list)
     alarms: list[str] = field(default_factory=list)
 
@@ -74,6 +75,13 @@ class FrameWatch:
     ----------
     ring
         The ring; nobody else reads it.
+
+    Attributes
+    ----------
+    last_sign_ns
+        When an event with this code last appeared or grew.
+    report
+        The last report.
     """
 
     def __init__(self, ring: FrameRing) -> None:
@@ -81,16 +89,20 @@ class FrameWatch:
         self._counter = -1
         self._host_us = -1
         self._sequence = -1
-        self._event = 0
+        self._looked_us = time.monotonic_ns() // 1000
+        self._cycles: dict[int, int] = {}
         self._lost = ring.word(Word.FRAMES_LOST)
+        self.last_sign_ns: dict[str, int] = {}
         self.report: BusReport | None = None
 
     def look(self, seen: Watched) -> int:
         """Take in what is new; return how many frames that was."""
         count = 0
+        looked_us = time.monotonic_ns() // 1000
         while (block := self._ring.read(_READ_FRAMES)) is not None:
             count += len(block)
             self._judge(block, seen)
+        self._looked_us = looked_us
         lost = self._ring.word(Word.FRAMES_LOST)
         seen.lost += lost - self._lost
         self._lost = lost
@@ -104,9 +116,15 @@ class FrameWatch:
 
     def _take_report(self, report: BusReport, seen: Watched) -> None:
         self.report = report
-        seen.events += [event for event in report.events if event.number > self._event]
-        if report.events:
-            self._event = report.events[-1].number
+        for event in report.events:
+            known = self._cycles.get(event.number)
+            if known is None:
+                seen.events.append(event)
+            elif event.cycles > known:
+                seen.grown.append(event)
+            if known != event.cycles:
+                self._cycles[event.number] = event.cycles
+                self.last_sign_ns[event.code] = time.monotonic_ns()
         if seen.phases[-1:] != [report.phase]:
             seen.phases.append(report.phase)
         if report.alarm and seen.alarms[-1:] != [report.alarm]:
@@ -114,6 +132,8 @@ class FrameWatch:
 
     def _judge(self, block: FrameBlock, seen: Watched) -> None:
         now_us = time.monotonic_ns() // 1000
+        # What waited in the ring for this process is not older for that.
+        patience_us = now_us - self._looked_us
         seen.frames += len(block)
         readings = [
             read_clock(block.valid[:, camera], block.uv[:, camera])
@@ -129,7 +149,7 @@ class FrameWatch:
             mixed |= (reading.bus_us != told_us) | (np.abs(apart) > SAME_TIME_US)
         age = _signed_us(now_us - first.host_us)
         # A camera makes its frames a little ahead of time, and says when they will be exposed.
-        stale = (age > MAX_AGE_US) | (age < -SAME_TIME_US)
+        stale = (age > MAX_AGE_US + patience_us) | (age < -SAME_TIME_US)
         host_us = np.concatenate([[self._host_us], first.host_us])
         forward = _signed_us(np.diff(host_us)) > 0
         forward[0] |= self._host_us < 0

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
+import socket
+import struct
 import subprocess
 from collections.abc import Sequence
 
@@ -11,6 +14,8 @@ from ocmm_core.errors import BusError
 
 _SYSTEM_FOLDERS = "/usr/sbin:/sbin:/usr/bin:/bin"
 _TIMEOUT_S = 10.0
+_GET_FLAGS, _SET_FLAGS, _UP = 0x8913, 0x8914, 1
+"""Linux: SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP."""
 _PACKAGES = {"ip": "iproute2", "unshare": "util-linux"}
 
 
@@ -63,6 +68,29 @@ def make_link(near: str, far: str) -> None:
             "Check that these names are free and that the kernel has virtual Ethernet (veth); "
             "or use --source simulated.",
         )
+
+
+def set_link(name: str, *, up: bool) -> None:
+    """Switch an interface on or off, at once.
+
+    Raises
+    ------
+    BusError
+        There is no such interface, or this user may not.
+    """
+    request = struct.Struct("16sh14x")
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+            asked = request.pack(name.encode(), 0)
+            flags = request.unpack(fcntl.ioctl(channel, _GET_FLAGS, asked))[1]
+            flags = flags | _UP if up else flags & ~_UP
+            fcntl.ioctl(channel, _SET_FLAGS, request.pack(name.encode(), flags))
+    except OSError as error:
+        raise BusError(
+            "bus.virtual_link",
+            f"Interface '{name}' cannot be switched ({error.strerror}).",
+            "Check its name and the rights of this user.",
+        ) from error
 
 
 def remove_link(near: str) -> None:

@@ -194,8 +194,8 @@ def test_frames_that_cannot_be_are_refused_although_the_check_sum_fits(
         ({"state": 4, "error": True, "code": 0x2C}, Alarm.SYNC, "right", False),
         ({"state": 4}, Alarm.LEFT_OPERATION, "right", False),
         ({"state": 8, "error": True, "code": 0x11}, Alarm.LEFT_OPERATION, "right", False),
-        ({"clock_offset_ns": -30_000}, Alarm.SYNC, "right", False),
-        ({"age": 11}, Alarm.LOST_ANSWERS, "", False),
+        ({"clock_offset_ns": -30_000}, Alarm.CLOCK_JUMP, "right", False),
+        ({"age": 1}, Alarm.LOST_ANSWERS, "", False),
     ],
 )
 def test_a_full_working_counter_does_not_hide_what_the_cameras_say(
