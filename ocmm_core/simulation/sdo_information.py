@@ -13,6 +13,7 @@ _VARIABLE, _RECORD = 7, 9
 _LIST_COUNTS, _LIST_ALL, _LIST_OUTPUTS, _LIST_INPUTS, _LIST_BACKUP, _LIST_SETTINGS = range(6)
 _READ_ALWAYS, _WRITE_PREOP, _WRITE_ALWAYS = 0x07, 0x08, 0x38
 _MAPPED_OUTPUT, _MAPPED_INPUT, _SETTING = 0x40, 0x80, 0x0200
+_NO_TYPE = 0
 _OUTPUTS = range(0x7000, 0x8000)
 
 
@@ -36,6 +37,9 @@ def object_information(
         index, sub = struct.unpack_from("<HB", content)
         item = objects.get(index)
         entry = item.entries.get(sub) if item is not None else None
+        if item is not None and entry is None and sub < max(item.entries):
+            # A gap inside a record is no error, or a list of everything would be full of them.
+            answer = struct.pack("<HBBHHH", index, sub, 0, _NO_TYPE, 0, 0)
         if entry is not None:
             access = entry_access(index, entry)
             # No additional values (unit, default, limits) follow.

@@ -259,6 +259,10 @@ def test_information_describes_every_entry() -> None:
             assert found[3:5] == (entry.kind, entry.bits)
             assert bool(found[5] & 0x38) == entry.writable
             assert described[14:].decode() == entry.name
+    # A gap in a record is described as nothing; beyond its end is an error.
+    gap = struct.pack("<HBBHHH", INPUT_SYNC, 9, 0, 0, 0, 0)
+    assert ask(5, struct.pack("<HBB", INPUT_SYNC, 9, 0))[4:] == gap
+    assert ask(5, struct.pack("<HBB", INPUT_SYNC, 0x21, 0))[:1] == b"\x07"
     assert ask(3, b"\x55\x55")[:1] == b"\x07"
     assert ask(9, bytes(4))[:1] == b"\x07"
 
