@@ -13,7 +13,12 @@ import numpy as np
 
 from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
 from ocmm_core.calibration.dlt import Start, starts
-from ocmm_core.calibration.least_squares import Minimum, covariance_of, minimise
+from ocmm_core.calibration.least_squares import (
+    ABSOLUTE_DECREASE,
+    Minimum,
+    covariance_of,
+    minimise,
+)
 from ocmm_core.calibration.lens import LensCamera, project_extended
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.errors import CalibrationError
@@ -190,7 +195,7 @@ def _from_start(
         minimum = _robust(problem, camera)
         if reference_sigma > 0.0:
             problem, _ = _whitened_again(problem, minimum, sigma_px, reference_sigma, steps=0)
-        minimum, used = _without_wrong_points(problem, minimum.state)
+        minimum, used = without_wrong_points(problem, minimum.state)
     dof = max(2 * int(used.sum()) - len(problem.free), 1)
     return _Candidate(start, minimum, used, minimum.cost / dof)
 
@@ -228,17 +233,18 @@ def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
     return minimum
 
 
-def _without_wrong_points(
-    problem: CameraProblem, camera: LensCamera
+def without_wrong_points(
+    problem: CameraProblem, camera: LensCamera, enough: float = ABSOLUTE_DECREASE
 ) -> tuple[Minimum[LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Return the minimum of the good points, and which they are.
 
-    All points are judged again after every fit, so that one wrongly left out comes back.
+    All points are judged again after every fit, so that one wrongly left out comes back; the first
+    time by ``camera``. Fits end where chi-square can fall by no more than ``enough``.
     """
     distances = problem.distances(problem.miss(camera))
     used = distances <= _limit(distances)
     for _ in range(_ROUNDS):
-        minimum = minimise(problem.scaled(used.astype(np.float64)), camera)
+        minimum = minimise(problem.scaled(used.astype(np.float64)), camera, enough=enough)
         camera = minimum.state
         distances = problem.distances(problem.miss(camera))
         again = distances <= _limit(distances)

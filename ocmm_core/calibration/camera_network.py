@@ -164,11 +164,8 @@ def calibrate_rig(
     for nominal, row in zip(rig.cameras, rows, strict=True):
         seen = np.flatnonzero(np.isfinite(spots.uv[row]).all(axis=1)).astype(np.int64)
         at, uv = points.positions_world[seen], spots.uv[row, seen]
-        fit = fit_camera(nominal, at, uv, spots.sigma_px, points.sigma)
+        fit = _fit_or_explain(nominal, at, uv, spots.sigma_px, points.sigma)
         found = judge_fit(fit, [points.names[i] for i in seen])
-        if ratio_of(fit) > RMS_REFUSED or np.mean(~fit.used) > OUTLIERS_REFUSED:
-            mixed_up = explain_misfit(nominal, at, uv, spots.sigma_px, points.sigma)
-            found = [mixed_up, *found] if mixed_up is not None else found
         # What is hopeless is refused here: a test of its lens terms would mean nothing.
         let_pass(found, force=True)
         terms.append(judge_lens_terms(fit))
@@ -189,6 +186,30 @@ def calibrate_rig(
         hull_world=_hull(points, fits, indices),
         forced=any(one.refuses for one in everything),
     )
+
+
+def _fit_or_explain(
+    nominal: CameraModel, at: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
+) -> CameraFit:
+    """Return the fit of one camera; a list that would fit in another order is refused for it."""
+    try:
+        fit = fit_camera(nominal, at, uv, sigma_px, reference_sigma)
+    except CalibrationError as error:
+        if error.code == "calibration.too_few_points":
+            raise
+        _refuse_mix_up(nominal, at, uv, sigma_px, reference_sigma)
+        raise
+    if ratio_of(fit) > RMS_REFUSED or np.mean(~fit.used) > OUTLIERS_REFUSED:
+        _refuse_mix_up(nominal, at, uv, sigma_px, reference_sigma)
+    return fit
+
+
+def _refuse_mix_up(
+    nominal: CameraModel, at: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
+) -> None:
+    mixed_up = explain_misfit(nominal, at, uv, sigma_px, reference_sigma)
+    if mixed_up is not None:
+        let_pass([mixed_up], force=False)
 
 
 def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:

@@ -64,10 +64,22 @@ class Minimum(Generic[S]):
     converged: bool
 
 
-def minimise(problem: Projector[S], start: S, max_iterations: int = 60) -> Minimum[S]:
+def minimise(
+    problem: Projector[S],
+    start: S,
+    max_iterations: int = 60,
+    enough: float = ABSOLUTE_DECREASE,
+) -> Minimum[S]:
     """Return the minimum of the squared residuals that is reached from ``start``.
 
     A start that is impossible itself is returned with an infinite cost.
+
+    Parameters
+    ----------
+    max_iterations
+        Number of steps that are tried.
+    enough
+        The minimum is reached when chi-square can fall by no more than this.
     """
     state = start
     residuals, jacobian = problem.linearise(state)
@@ -81,7 +93,7 @@ def minimise(problem: Projector[S], start: S, max_iterations: int = 60) -> Minim
         damped.flat[:: len(damped) + 1] += damping
         step = -np.linalg.solve(damped, gradient)
         predicted = -float(step @ (2.0 * gradient + normal @ step))
-        small = predicted <= RELATIVE_DECREASE * cost + ABSOLUTE_DECREASE
+        small = predicted <= RELATIVE_DECREASE * cost + enough
         if small and damping <= 1.0:
             return Minimum(state, residuals, jacobian, cost, iteration - 1, converged=True)
         trial = problem.moved(state, step / scale)

@@ -7,14 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from ocmm_core.calibration.camera_model_fit import CameraFit, fit_camera
-from ocmm_core.calibration.camera_problem import CameraProblem, whitening_of
-from ocmm_core.calibration.least_squares import minimise
+from ocmm_core.calibration.camera_model_fit import CameraFit, without_wrong_points
+from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
+from ocmm_core.calibration.least_squares import covariance_of, minimise
 from ocmm_core.calibration.lens import EXTRA_TERMS, project_extended
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
 SIGNIFICANT = 1e-4
 """Probability below which chance does not explain the gain of the extra terms."""
+
+ENOUGH = 1e-2
+"""Chi-square; a prism and a shifted principal point are nearly the same, and the last hundredth of
+that valley would take longer than all the rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,21 +72,31 @@ def judge_lens_terms(fit: CameraFit) -> LensTerms:
     CalibrationError
         The points do not determine the extra terms.
     """
-    full = fit_camera(
-        fit.camera.model, fit.points_world, fit.uv, fit.sigma_px, fit.reference_sigma, EXTRA_TERMS
+    whitening = whitening_of(fit.camera, fit.points_world, fit.sigma_px, fit.reference_sigma)
+    problem = CameraProblem(fit.points_world, fit.uv, whitening, free_parameters(EXTRA_TERMS))
+    full, used = without_wrong_points(problem, fit.camera, ENOUGH)
+    covariance = covariance_of(full.jacobian)
+    dof = 2 * int(used.sum()) - len(problem.free)
+    if covariance is None or dof < 1:
+        raise CalibrationError(
+            "calibration.lens_terms",
+            f"The points of camera '{fit.camera.model.name}' do not show whether more lens terms "
+            f"are needed.",
+            "Spread the points over more of the sensor and over a deeper volume.",
+        )
+    points = fit.points_world[used]
+    base = minimise(
+        CameraProblem(points, fit.uv[used], whitening[:, used], fit.free), fit.camera, enough=ENOUGH
     )
-    points, uv = fit.points_world[full.used], fit.uv[full.used]
-    whitening = whitening_of(full.camera, points, fit.sigma_px, fit.reference_sigma)
-    base = minimise(CameraProblem(points, uv, whitening, fit.free), fit.camera)
     terms = len(EXTRA_TERMS)
-    gain = max(base.cost - full.chi2, 0.0) / terms
-    statistic = gain * full.dof / full.chi2 if full.chi2 > 0.0 else 0.0
-    effect = project_extended(full.camera, points) - project_extended(base.state, points)
+    gain = max(base.cost - full.cost, 0.0) / terms
+    statistic = gain * dof / full.cost if full.cost > 0.0 else 0.0
+    effect = project_extended(full.state, points) - project_extended(base.state, points)
     return LensTerms(
-        values=full.camera.extra,
-        sigmas=np.sqrt(np.diag(full.covariance)[-terms:]),
+        values=full.state.extra,
+        sigmas=np.sqrt(np.diag(covariance)[-terms:]),
         f_statistic=statistic,
-        p_value=float(f_distribution.sf(statistic, terms, full.dof)),
+        p_value=float(f_distribution.sf(statistic, terms, dof)),
         effect_rms_px=float(np.sqrt(np.mean(effect**2))),
         effect_max_px=float(np.linalg.norm(effect, axis=1).max()),
     )

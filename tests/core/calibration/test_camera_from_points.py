@@ -259,6 +259,8 @@ def test_covariance_of_undetermined_parameters_is_none() -> None:
 
 
 @pytest.mark.statistics
+@pytest.mark.slow
+@pytest.mark.timeout(300)
 def test_no_wrong_minimum_in_a_thousand_calibrations(
     record_property: Callable[[str, object], None],
 ) -> None:

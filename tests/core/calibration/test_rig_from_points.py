@@ -1,0 +1,306 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ocmm_core.calibration.camera_network import RigCalibration, calibrate_rig
+from ocmm_core.calibration.evaluation import axis_errors, error_map, split, subset
+from ocmm_core.calibration.guards import Finding, let_pass
+from ocmm_core.calibration.lens import LensCamera, see
+from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
+from ocmm_core.camera.model import N_PARAMETERS, project
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.pose import triangulate
+from tests.core.calibration.known_points import SIGMA_PX, distorted, observe, rig
+
+AROUND = np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])
+"""The volume in which the facts state what a slab costs: 100 mm in front of and behind it."""
+
+
+def shifted(points: ReferencePoints, factor: Float | float) -> ReferencePoints:
+    return replace(points, positions_world=points.positions_world * factor)
+
+
+def error_inside(rig: Rig, seed: int) -> Float:
+    """Return the RMS systematic error (3,), um, of noiseless points in `AROUND`."""
+    truth = np.random.default_rng(seed).uniform(AROUND[0], AROUND[1], (100, 3))
+    exact = np.stack([project(camera, truth) for camera in CAMERAS])
+    rms: Float = 1e3 * np.sqrt(np.mean((triangulate(rig, exact) - truth) ** 2, axis=0))
+    return rms
+
+
+CAMERAS = rig().cameras
+
+
+def refusal(points: ReferencePoints, spots: SpotTable, force: bool = False) -> CalibrationError:
+    with pytest.raises(CalibrationError) as caught:
+        calibrate_rig(rig(), points, spots, force)
+    return caught.value
+
+
+def codes(calibration: RigCalibration) -> set[str]:
+    return {warning.code for warning in calibration.warnings}
+
+
+@pytest.mark.statistics
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_table_1_of_the_thesis_and_what_the_depth_of_the_volume_is_worth() -> None:
+    table, slab_costs, deep_costs, predicted = [], [], [], []
+    for seed in range(40):
+        points, spots = observe(rig(), 400, 15.0, seed)
+        used, kept = split(points, 200, np.random.default_rng(seed))
+        calibration = calibrate_rig(rig(), *subset(points, spots, used), force=True)
+        calibrated = calibration.applied_to(rig(), "record")
+        table.append(axis_errors(calibrated, *subset(points, spots, kept)).rms)
+        slab_costs.append(error_inside(calibrated, seed))
+        chart = error_map(calibrated, AROUND, (6, 8, 6), SIGMA_PX)
+        predicted.append(np.sqrt(np.nanmean(chart.calibration_sigma**2, axis=(0, 1, 2))))
+        deep = calibrate_rig(rig(), *observe(rig(), 200, 200.0, 1000 + seed))
+        deep_costs.append(error_inside(deep.applied_to(rig(), "record"), seed))
+    rms = 1e3 * np.sqrt(np.mean(np.square(table), axis=0))
+    # 8000 points: the RMS itself is known to one per cent.
+    assert rms == pytest.approx(np.array([4.6, 22.7, 4.6]), rel=0.05)
+    slab_um, deep_um = (np.sqrt(np.mean(np.square(c), axis=0)) for c in (slab_costs, deep_costs))
+    # Depth error of 40 calibrations with some two free directions each: known to 10 per cent.
+    assert slab_um[1] == pytest.approx(30.0, rel=0.2)
+    assert deep_um[1] < 5.0
+    assert slab_um[1] > 5.0 * deep_um[1]
+    # The map of every calibration says so by itself; its grid reaches the rims, the points do not.
+    map_um = 1e3 * np.sqrt(np.mean(np.square(predicted), axis=0))
+    assert map_um[1] == pytest.approx(slab_um[1], rel=0.45)
+
+
+@pytest.mark.statistics
+@pytest.mark.timeout(300)
+def test_error_map_is_what_calibrations_scatter_by() -> None:
+    ends = np.array([[-150.0, 150.0], [-80.0, 80.0], [-150.0, 150.0]])
+    flat = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, 3)
+    exact = np.stack([project(camera, flat) for camera in CAMERAS])
+    volume = np.stack([flat.min(axis=0), flat.max(axis=0)])
+    squares = []
+    for seed in range(60):
+        points, spots = observe(rig(), 120, 150.0, seed, reference_sigma=0.003)
+        calibrated = calibrate_rig(rig(), points, spots, force=True).applied_to(rig(), "record")
+        chart = error_map(calibrated, volume, (2, 2, 2), SIGMA_PX)
+        errors = triangulate(calibrated, exact) - flat
+        squares.append((errors / chart.calibration_sigma.reshape(-1, 3)) ** 2)
+    # 60 runs x 24 values, of which perhaps a quarter is independent: 1 +- 0.08 each axis.
+    assert np.mean(squares, axis=(0, 1)) == pytest.approx(np.ones(3), abs=0.3)
+
+
+def test_error_map_is_empty_where_only_one_camera_sees() -> None:
+    chart = error_map(rig(), np.array([[-900.0, 0.0, 0.0], [0.0, 0.1, 0.1]]), (2, 1, 1), SIGMA_PX)
+    assert np.isnan(chart.calibration_sigma[0]).all()
+    assert np.isnan(chart.spot_sigma[0]).all()
+    assert np.isfinite(chart.calibration_sigma[1]).all()
+    # Table 1 at the centre of the field, where X and Z are best: spots alone.
+    assert 1e3 * chart.spot_sigma[1, 0, 0, 1] == pytest.approx(22.7, rel=0.1)
+
+
+@pytest.mark.statistics
+@pytest.mark.timeout(300)
+def test_common_reference_points_couple_the_cameras() -> None:
+    found = []
+    for seed in range(120):
+        points, spots = observe(rig(), 80, 200.0, seed, sigma_px=0.002, reference_sigma=0.01)
+        calibration = calibrate_rig(rig(), points, spots, force=True)
+        found.append([c.model.T_camera_from_world.translation for c in calibration.cameras])
+    shifts = np.array(found).reshape(120, 6)
+    rows = [3, 4, 5, N_PARAMETERS + 3, N_PARAMETERS + 4, N_PARAMETERS + 5]
+    predicted = calibration.covariance[np.ix_(rows, rows)]
+    assert np.allclose(calibration.covariance, calibration.covariance.T)
+    assert np.linalg.eigvalsh(calibration.covariance).min() > -1e-12
+    correlation = np.corrcoef(shifts.T)[:3, 3:]
+    sigmas = np.sqrt(np.diag(predicted))
+    expected = (predicted / np.outer(sigmas, sigmas))[:3, 3:]
+    # Correlations of 120 samples are known to 0.09; two of these are above 0.3.
+    assert np.abs(expected).max() > 0.3
+    assert np.abs(correlation - expected).max() < 0.3
+
+
+def test_a_good_calibration_says_what_it_is() -> None:
+    points, spots = observe(rig(), 300, 250.0, 1, reference_sigma=0.0017)
+    spots.uv[1, 7] = np.nan
+    spots.uv[0, 20] += [0.4, 0.0]
+    calibration = calibrate_rig(rig(), points, spots)
+    left, right = calibration.cameras
+    assert [outlier.name for outlier in left.outliers] == ["P020"]
+    assert left.outliers[0].miss_px == pytest.approx([0.4, 0.0], abs=6 * SIGMA_PX)
+    assert codes(calibration) == {"calibration.outliers"}
+    assert "P020" in calibration.warnings[0].what
+    assert "'left'" in calibration.warnings[0].what
+    assert len(right.indices) == 299
+    assert 7 not in right.indices
+    assert not calibration.forced
+    assert left.rms_px == pytest.approx(SIGMA_PX, rel=0.15)
+    low, high = calibration.volume_world
+    assert np.all(low > [-200.1, -125.1, -200.1])
+    assert np.all(high < [200.1, 125.1, 200.1])
+    applied = calibration.applied_to(rig(), "the record")
+    assert applied.identity == "the record"
+    assert applied.cameras[0].serial == CAMERAS[0].serial
+    assert applied.parameter_covariance.shape == (2 * N_PARAMETERS,) * 2
+
+
+def test_split_shares_all_points_and_is_seeded() -> None:
+    points, _ = observe(rig(), 50, 100.0, 1)
+    used, kept = split(points, 20, np.random.default_rng(1))
+    assert sorted([*used, *kept]) == list(range(50))
+    assert len(used) == 20
+    assert np.array_equal(used, split(points, 20, np.random.default_rng(1))[0])
+    with pytest.raises(CalibrationError, match="leave none for evaluation"):
+        split(points, 50, np.random.default_rng(1))
+
+
+def test_flat_volume_warns_refuses_and_can_be_forced() -> None:
+    # With such good spots the focal length alone would be known well enough.
+    shallow = observe(rig(), 400, 80.0, 1, sigma_px=0.002)
+    assert codes(calibrate_rig(rig(), *shallow)) == {"calibration.flat_volume"}
+    flat = observe(rig(), 400, 15.0, 1)
+    error = refusal(*flat)
+    assert error.code == "calibration.flat_volume"
+    assert "0.03 times as deep as wide" in error.what
+    assert "force" in error.remedy
+    forced = calibrate_rig(rig(), *flat, force=True)
+    assert forced.forced
+    assert {"calibration.flat_volume", "calibration.focal_sigma"} <= codes(forced)
+
+
+def test_small_volume_and_uncertain_focal_length_are_refused() -> None:
+    points, spots = observe(rig(), 200, 400.0, 1)
+    small = np.abs(points.positions_world).max(axis=1) < 10.0
+    rng = np.random.default_rng(2)
+    truth = rng.uniform(-10.0, 10.0, (200, 3))
+    uv = np.stack([project(camera, truth) for camera in CAMERAS])
+    uv += SIGMA_PX * rng.standard_normal(uv.shape)
+    tiny = replace(points, positions_world=truth), replace(spots, uv=uv)
+    assert not small.all()
+    error = refusal(*tiny)
+    assert error.code in {"calibration.small_volume", "calibration.focal_sigma"}
+    assert "calibration.small_volume" in codes(calibrate_rig(rig(), *tiny, force=True))
+
+
+def test_too_few_points_are_refused_by_number() -> None:
+    points, spots = observe(rig(), 200, 200.0, 1)
+    spots.uv[1, 15:] = np.nan
+    error = refusal(points, spots)
+    assert error.code == "calibration.too_few_points"
+    assert "'right' saw 15" in error.what
+
+
+def test_residuals_that_their_sigma_does_not_explain() -> None:
+    # What is stated is too good by three, by one and a half, and too bad by two.
+    points, spots = observe(rig(), 400, 400.0, 1, sigma_px=3.0 * SIGMA_PX)
+    assert refusal(points, replace(spots, sigma_px=SIGMA_PX)).code == "calibration.chi2"
+    forced = calibrate_rig(rig(), points, replace(spots, sigma_px=SIGMA_PX), force=True)
+    honest = calibrate_rig(rig(), points, spots)
+    # The covariance grows with what was seen.
+    assert np.trace(forced.covariance) == pytest.approx(np.trace(honest.covariance), rel=0.15)
+    modest = calibrate_rig(rig(), points, replace(spots, sigma_px=2.0 * SIGMA_PX))
+    assert "calibration.chi2" in codes(modest)
+    generous = calibrate_rig(rig(), points, replace(spots, sigma_px=6.0 * SIGMA_PX))
+    assert "calibration.chi2_low" in codes(generous)
+    hopeless = refusal(points, replace(spots, sigma_px=0.2 * SIGMA_PX), force=True)
+    assert hopeless.code == "calibration.rms"
+
+
+def test_many_wrong_points_are_refused_even_when_forced() -> None:
+    points, spots = observe(rig(), 200, 200.0, 1)
+    wrong = np.random.default_rng(3).choice(200, 30, replace=False)
+    spots.uv[0, wrong] += 5.0
+    error = refusal(points, spots, force=True)
+    assert error.code == "calibration.outliers"
+    assert "30 of 200" in error.what
+
+
+@pytest.mark.parametrize("depth", [40.0, 300.0])
+def test_a_mixed_up_list_is_named(depth: float) -> None:
+    points, spots = observe(rig(), 120, depth, 1)
+    at = points.positions_world
+    cases = [
+        (at[::-1], "calibration.wrong_order", "reverse order"),
+        (np.roll(at, 1, axis=0), "calibration.wrong_order", "next point"),
+        (np.roll(at, -1, axis=0), "calibration.wrong_order", "point before"),
+        (at[:, [1, 0, 2]], "calibration.wrong_axes", "swapped"),
+        (at * [1.0, -1.0, 1.0], "calibration.wrong_axes", "wrong sign"),
+    ]
+    for positions, code, words in cases:
+        error = refusal(replace(points, positions_world=positions), spots, force=True)
+        assert error.code == code
+        assert words in error.what
+    swapped = replace(spots, uv=spots.uv[:, :, ::-1])
+    assert refusal(points, swapped, force=True).code == "calibration.wrong_axes"
+    shuffled = at[np.random.default_rng(1).permutation(120)]
+    error = refusal(replace(points, positions_world=shuffled), spots, force=True)
+    assert error.code in {"calibration.rms", "calibration.outliers", "calibration.no_start"}
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1.0 / 25.4, "in inches, but says mm"),
+        (25.4, "in mm, but says inches"),
+        (1e-3, "in metres, but says mm"),
+        (10.0, "in mm, but says centimetres"),
+    ],
+)
+def test_a_wrong_unit_is_named(factor: float, words: str) -> None:
+    points, spots = observe(rig(), 120, 300.0, 1)
+    error = refusal(shifted(points, factor), spots, force=True)
+    assert error.code == "calibration.wrong_unit"
+    assert words in error.what
+
+
+def test_a_rig_of_another_size_can_be_forced() -> None:
+    points, spots = observe(rig(), 120, 300.0, 1)
+    doubled = shifted(points, 2.0)
+    assert refusal(doubled, spots).code == "calibration.baseline"
+    assert "calibration.baseline" in codes(calibrate_rig(rig(), doubled, spots, force=True))
+
+
+def test_another_camera_is_refused_by_serial() -> None:
+    points, spots = observe(rig(), 120, 300.0, 1)
+    other = replace(spots, serials=(spots.serials[0], 99))
+    error = refusal(points, other, force=True)
+    assert error.code == "calibration.serial_mismatch"
+    assert "99" in error.what
+    assert "'right'" in error.what
+    # The order of the cameras in the file does not matter.
+    turned = replace(spots, serials=spots.serials[::-1], uv=spots.uv[::-1])
+    assert np.allclose(
+        calibrate_rig(rig(), points, turned).covariance,
+        calibrate_rig(rig(), points, spots).covariance,
+    )
+
+
+def test_a_lens_that_needs_more_terms_is_refused() -> None:
+    points, spots = observe(rig(), 300, 250.0, 1)
+    lens = LensCamera(distorted(CAMERAS[0], -1.5), np.array([2e-8, 0.0, 5e-4]))
+    noise = SIGMA_PX * np.random.default_rng(1).standard_normal((300, 2))
+    spots.uv[0] = see(lens, points.positions_world).uv.T + noise
+    error = refusal(points, spots, force=True)
+    assert error.code == "calibration.lens_model"
+    lens = LensCamera(lens.model, 0.25 * lens.extra)
+    spots.uv[0] = see(lens, points.positions_world).uv.T + noise
+    assert "calibration.lens_model" in codes(calibrate_rig(rig(), points, spots))
+
+
+def test_cameras_without_a_common_volume_are_refused() -> None:
+    points, spots = observe(rig(), 200, 300.0, 1)
+    spots.uv[0, :100] = np.nan
+    spots.uv[1, 100:] = np.nan
+    assert refusal(points, spots).code == "calibration.no_common_volume"
+
+
+def test_what_cannot_be_forced_is_said_first() -> None:
+    soft = Finding("a.soft", "Soft.", "Do.", refuses=True, forcible=True)
+    hard = Finding("a.hard", "Hard.", "Do.", refuses=True)
+    with pytest.raises(CalibrationError) as caught:
+        let_pass([soft, hard], force=False)
+    assert caught.value.code == "a.hard"
+    assert [one.refuses for one in let_pass([soft], force=True)] == [False]
