@@ -1,0 +1,100 @@
+"""The application stands still for two seconds, as a long call into a library makes it.
+
+The station is real and so is the wire, with software cameras on it. `ctypes.PyDLL` keeps the lock
+of the interpreter during a call, so that no thread of the application moves, the one that reads
+the ring included.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.acquisition.worker import AcquisitionState
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.cli.options import DEMO_PLAN
+from ocmm_core.errors import BusError
+from ocmm_core.simulation.virtual_bus import namespace_command
+from ocmm_core.station.station import MeasuringStation
+
+# Processes must answer each other within a millisecond: not beside other tests.
+pytestmark = [pytest.mark.timing, pytest.mark.slow]
+
+_FREEZE_S = 2.0
+_FRAMES_A_SECOND = 8000
+
+
+@pytest.fixture(autouse=True)
+def namespace() -> None:
+    """Skip where there can be no virtual wire."""
+    try:
+        namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+
+
+def wait_for_frames(station: MeasuringStation, count: int) -> None:
+    end = time.monotonic() + 30.0
+    while (status := station.acquisition_status()).frames < count:
+        assert status.state is not AcquisitionState.STOPPED, status.message
+        assert time.monotonic() < end, status
+        time.sleep(0.01)
+
+
+def freeze() -> int:
+    """Stand still and return how often another thread of this process moved meanwhile."""
+    moved = 0
+    ready, stop = threading.Event(), threading.Event()
+
+    def count() -> None:
+        nonlocal moved
+        ready.set()
+        while not stop.wait(0.001):
+            moved += 1
+
+    other = threading.Thread(target=count)
+    other.start()
+    ready.wait()
+    before = moved
+    ctypes.PyDLL(None).usleep(round(_FREEZE_S * 1e6))
+    after = moved
+    stop.set()
+    other.join()
+    return after - before
+
+
+def test_a_frozen_application_loses_no_frame(
+    tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
+    station = build_station(
+        StationRequest(plan=DEMO_PLAN, out=tmp_path, source="ethercat:virtual")
+    ).station
+    try:
+        station.start()
+        wait_for_frames(station, _FRAMES_A_SECOND)
+        before = station.acquisition_status()
+        # What happens between the two lines that read the clock may be one step of the other.
+        assert freeze() <= 1
+        after = station.acquisition_status()
+        # The bus process went on: a quarter of what comes in that time proves it, also where the
+        # machine is busy.
+        assert after.frames - before.frames > 0.25 * _FREEZE_S * _FRAMES_A_SECOND
+        wait_for_frames(station, after.frames + _FRAMES_A_SECOND)
+        later = station.acquisition_status()
+        report = station.bus_report()
+        # What the bus process lost, it lost by itself.
+        record_property("frames lost in the bus process", later.frames_lost - before.frames_lost)
+        record_property("cycles", f"{later.good - before.good} of {later.elapsed - before.elapsed}")
+        assert report is not None
+        assert report.recoveries == 0
+    finally:
+        station.close()
+    # Counters that are read while they change need not fit each other; now they stand.
+    final = station.acquisition_status()
+    assert final.overrun == 0
+    assert final.good + final.late + final.lost + final.bad == final.elapsed
