@@ -62,7 +62,7 @@ def measure(seconds: float) -> dict[str, float]:
         while time.monotonic() - begin < seconds:
             cycle = source.read()
             counts[cycle.verdict.value] += 1
-            counts["late"] += cycle.elapsed - 1
+            counts[cycle.skipped.value] += cycle.elapsed - 1
             counts["elapsed"] += cycle.elapsed
             counts["frames"] += 0 if cycle.frames is None else len(cycle.frames)
             counts["frames lost"] += cycle.frames_lost
