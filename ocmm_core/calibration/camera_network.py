@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.calibration.camera_model_fit import CameraFit, fit_camera, indices_of_wrong
-from ocmm_core.calibration.camera_problem import CameraProblem, whitening_of
+from ocmm_core.calibration.camera_problem import whitening_of
 from ocmm_core.calibration.guards import (
     OUTLIERS_REFUSED,
     RMS_REFUSED,
@@ -24,7 +24,7 @@ from ocmm_core.calibration.guards import (
     let_pass,
     ratio_of,
 )
-from ocmm_core.calibration.lens import see
+from ocmm_core.calibration.lens import by_point, see
 from ocmm_core.calibration.lens_terms import LensTerms, judge_lens_terms
 from ocmm_core.calibration.mix_up import explain_baseline, explain_misfit
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
@@ -305,13 +305,10 @@ def _reference_gain(fit: CameraFit) -> Float:
     """Return d(parameters)/d(reference position), (14, n, 3), of the used points."""
     points = fit.points_world[fit.used]
     whitening = whitening_of(fit.camera, points, fit.sigma_px, fit.reference_sigma)
-    problem = CameraProblem(points, fit.uv[fit.used], whitening, fit.free)
-    _, jacobian = problem.linearise(fit.camera)
-    by_point = problem.whitened(
-        see(fit.camera, points, N_PARAMETERS).d_point(fit.camera).transpose(1, 0, 2)
+    rows = see(fit.camera, points, N_PARAMETERS, whitening=whitening).rows
+    gain: Float = -np.einsum(
+        "pq,qun,uin->pni", fit.covariance, rows, by_point(fit.camera, rows), optimize=True
     )
-    rows = jacobian.T.reshape(N_PARAMETERS, 2, -1)
-    gain: Float = -np.einsum("pq,qun,iun->pni", fit.covariance, rows, by_point, optimize=True)
     return gain
 
 

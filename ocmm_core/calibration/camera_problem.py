@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, project_extended, see
+from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, by_point, project_extended, see
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS
 from ocmm_core.geometry import Float, Pixels, Points3
 
@@ -39,15 +39,10 @@ class CameraProblem:
 
         All of u come before all of v.
         """
-        seen = see(state, self.points_world, max(N_PARAMETERS, self.free[-1] + 1))
-        columns = seen.d_parameters
-        if not np.isfinite(seen.uv).all():
-            return np.full(seen.uv.size, np.inf), np.zeros((seen.uv.size, len(self.free)))
-        if len(columns) != len(self.free):
-            columns = columns[list(self.free)]
-        residuals = self.whitened(seen.uv - self.uv.T)
-        jacobian = self.whitened(columns)
-        return residuals.reshape(-1), jacobian.reshape(len(self.free), -1).T
+        terms = max(N_PARAMETERS, self.free[-1] + 1)
+        seen = see(state, self.points_world, terms, self.uv, self.whitening)
+        rows = seen.rows if terms == len(self.free) else seen.rows[list(self.free)]
+        return seen.misses.reshape(-1), rows.reshape(len(self.free), -1).T
 
     def miss(self, state: LensCamera) -> Pixels:
         """Return predicted minus observed, (n, 2), px."""
@@ -55,8 +50,9 @@ class CameraProblem:
 
     def distances(self, miss: Pixels) -> Float:
         """Return the whitened length (n,) of each point's residual (n, 2), px."""
-        bounded = np.where(np.isfinite(miss), miss, BEHIND_PX)
-        distances: Float = np.linalg.norm(self.whitened(bounded.T), axis=0)
+        u, v = np.where(np.isfinite(miss), miss, BEHIND_PX).T
+        first, across, second = self.whitening
+        distances: Float = np.hypot(first * u, across * u + second * v)
         return distances
 
     def moved(self, state: LensCamera, step: Float) -> LensCamera:
@@ -68,16 +64,6 @@ class CameraProblem:
     def scaled(self, factors: Float) -> CameraProblem:
         """Return the problem with every point's residual multiplied by its factor (n,)."""
         return replace(self, whitening=self.whitening * factors)
-
-    def whitened(self, rows: Float) -> Float:
-        """Return pixels (..., 2, n) in units of their standard deviations."""
-        first, across, second = self.whitening
-        out = np.empty_like(rows)
-        np.multiply(first, rows[..., 0, :], out=out[..., 0, :])
-        np.multiply(second, rows[..., 1, :], out=out[..., 1, :])
-        if across.any():
-            out[..., 1, :] += across * rows[..., 0, :]
-        return out
 
 
 def free_parameters(extra_terms: tuple[str, ...] = ()) -> tuple[int, ...]:
@@ -103,7 +89,7 @@ def whitening_of(
     if reference_sigma == 0.0:
         whitening[0] = whitening[2] = 1.0 / sigma_px
         return whitening
-    u, v = see(camera, points_world, N_PARAMETERS).d_point(camera)
+    u, v = by_point(camera, see(camera, points_world, N_PARAMETERS).rows)
     variance_u = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", u, u)
     variance_v = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", v, v)
     common = reference_sigma**2 * np.einsum("in,in->n", u, v)

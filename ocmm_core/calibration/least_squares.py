@@ -140,6 +140,6 @@ def _cost(residuals: Float) -> float:
 def _normal_equations(residuals: Float, jacobian: Float) -> tuple[Float, Float, Float]:
     """Return the normal matrix and gradient in scaled parameters, and the scale (p,)."""
     normal = jacobian.T @ jacobian
-    scale = np.sqrt(np.diag(normal))
+    scale = np.sqrt(normal.diagonal())
     scale[scale == 0.0] = 1.0
     return normal / np.outer(scale, scale), (jacobian.T @ residuals) / scale, scale

@@ -13,7 +13,7 @@ from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters,
 from ocmm_core.calibration.dlt import camera_of_dlt, dlt, flatness, pose_of_dlt, pose_of_plane
 from ocmm_core.calibration.guards import RMS_REFUSED, ratio_of
 from ocmm_core.calibration.least_squares import covariance_of, minimise
-from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, see
+from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, by_point, see
 from ocmm_core.calibration.lens_terms import judge_lens_terms
 from ocmm_core.camera.model import (
     N_PARAMETERS,
@@ -71,9 +71,9 @@ def test_lens_without_extra_terms_is_the_running_model() -> None:
     seen = see(LensCamera(model), points)
     d_point, d_parameters = projection_jacobians(model, points)
     # The same sums in another order: some ulp of 2000 px, and of derivatives up to 1e6.
-    assert np.abs(seen.uv.T - project(model, points)).max() < 1e-11
-    assert np.abs(seen.d_point(LensCamera(model)).transpose(2, 0, 1) - d_point).max() < 1e-12
-    ours = seen.d_parameters[:N_PARAMETERS].transpose(2, 1, 0)
+    assert np.abs(seen.misses.T - project(model, points)).max() < 1e-11
+    assert np.abs(by_point(LensCamera(model), seen.rows).transpose(2, 0, 1) - d_point).max() < 1e-12
+    ours = seen.rows[:N_PARAMETERS].transpose(2, 1, 0)
     size = np.abs(d_parameters).max((0, 1))
     assert (np.abs(ours - d_parameters).max((0, 1)) / size).max() < 1e-12
 
@@ -85,11 +85,10 @@ def test_derivatives_with_extra_terms_are_those_of_the_pixels() -> None:
     for index, (name, step) in enumerate(zip(ALL_PARAMETERS, STEPS, strict=True)):
         change = np.zeros(len(ALL_PARAMETERS))
         change[index] = step
-        numeric = (see(lens.moved(change), points).uv - see(lens.moved(-change), points).uv) / (
-            2.0 * step
-        )
+        ahead, behind = (see(lens.moved(way * change), points).misses for way in (1.0, -1.0))
+        numeric = (ahead - behind) / (2.0 * step)
         # Steps move pixels by some 1e-3 px, of which 1e-12 px is rounding: 1e-8 with room.
-        miss = np.abs(seen.d_parameters[index] - numeric).max()
+        miss = np.abs(seen.rows[index] - numeric).max()
         assert miss < 2e-8 * np.abs(numeric).max(), name
 
 
@@ -195,14 +194,14 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
     plain = fit_camera(camera(), points, project(camera(), points) + noise, SIGMA_PX)
     assert not judge_lens_terms(plain).significant
     lens = LensCamera(camera(), np.array([3e-8, 0.0, 8e-4]))
-    fit = fit_camera(camera(), points, see(lens, points).uv.T + noise, SIGMA_PX)
+    fit = fit_camera(camera(), points, see(lens, points).misses.T + noise, SIGMA_PX)
     terms = judge_lens_terms(fit)
     assert terms.significant
     assert np.all(np.abs(terms.values - lens.extra) < 5.0 * terms.sigmas)
     assert terms.effect_rms_px > SIGMA_PX
     # What the running model gets wrong shows in its residuals, where it takes no point for wrong.
     small = LensCamera(camera(), 0.1 * lens.extra)
-    fit = fit_camera(camera(), points, see(small, points).uv.T + noise, SIGMA_PX)
+    fit = fit_camera(camera(), points, see(small, points).misses.T + noise, SIGMA_PX)
     assert fit.used.all()
     systematic = np.sqrt(fit.rms_px**2 - plain.rms_px**2)
     # Noise and effect correlate by chance, 1 / sqrt(600), on both sides of the difference.
@@ -213,7 +212,7 @@ def test_extra_terms_can_be_selected() -> None:
     rng = np.random.default_rng(11)
     points = slab(300, 200.0, rng)
     lens = LensCamera(camera(), np.array([3e-8, 0.0, 0.0]))
-    uv = see(lens, points).uv.T + SIGMA_PX * rng.standard_normal((300, 2))
+    uv = see(lens, points).misses.T + SIGMA_PX * rng.standard_normal((300, 2))
     fit = fit_camera(camera(), points, uv, SIGMA_PX, extra_terms=("k3",))
     assert ratio_of(fit) == pytest.approx(1.0, abs=0.15)
     assert fit.covariance.shape == (15, 15)
@@ -229,7 +228,9 @@ def test_whitening_makes_the_variance_of_uncertain_points_one() -> None:
     miss = project(model, moved) - project(model, point)
     miss += SIGMA_PX * rng.standard_normal(miss.shape)
     problem = CameraProblem(point, miss[:1], whitening, free_parameters())
-    white = problem.whitened(miss.T)
+    first, across, second = problem.whitening[:, 0]
+    u, v = miss.T
+    white = np.stack([first * u, across * u + second * v])
     # 20,000 samples: a variance is known to one per cent.
     assert np.allclose(np.cov(white), np.eye(2), atol=0.04)
 
