@@ -205,15 +205,15 @@ def phase_bias(case: Case, sensor: Sensor, options: SpotOptions, steps: int = 15
     packed[exposure.READ_NOISE] = 0.0
     room, pixels = np.empty((WINDOW, WINDOW)), np.empty((WINDOW, WINDOW), np.uint16)
     errors = []
-    for u in at:
-        for v in at:
-            place = np.array([u, v])
-            lights = sensor.lights(np.array([[u, v]]), np.ones(1, np.bool_), case.exposure_ns)
+    for u in at.tolist():
+        for v in at.tolist():
+            centre: Float = np.array([[u, v]])
+            lights = sensor.lights(centre, np.ones(1, np.bool_), case.exposure_ns)
             exposure.expose(
                 0, 0, 1, WINDOW, lights, packed, sensor.pattern_key, np.uint64(0), 0.0,
                 sensor.normal, room, pixels,
             )  # fmt: skip
-            errors.append(measure_window(pixels, 0, 0, options).uv - place)
+            errors.append(measure_window(pixels, 0, 0, options).uv - centre[0])
     return np.array(errors)
 
 
@@ -250,7 +250,7 @@ def windows_per_second(seconds: float, normal: Float) -> float:
     black = sensor.black_image(BLACK_FRAMES, case.exposure_ns)
     slots = FinderState.fresh().slots
     corners = np.array([[60 * slot, 50 * slot] for slot in range(len(slots))], np.int64)
-    centres = corners + 0.5 * (WINDOW - 1)
+    centres: Float = corners.astype(np.float64) + 0.5 * (WINDOW - 1)
     lights = sensor.lights(centres, np.ones(len(slots), np.bool_), case.exposure_ns)
     pixels: NDArray[np.uint16] = np.stack(
         [

@@ -2,8 +2,9 @@
 
 1. Black image off, signed: noise about zero stays about zero. Then the level of the
    window's border off, which takes away even light that the black image does not hold.
-2. Pixels above the threshold that touch each other are a blob. The brightest blob gives the first
-   centroid, weighted by the height above the threshold; a second blob makes the window crowded.
+2. Pixels above the threshold that touch each other are a blob. The main blob gives the first
+   centroid, weighted by the height above the threshold; a second one that is large enough for an
+   LED makes the window crowded.
 3. Two Newton steps to the centroid under a Gaussian weight that is centred on the result
    (the windowed centroid of SExtractor, Bertin, 2.x manual, chapter on windowed positions).
 
@@ -80,28 +81,28 @@ def measure(
     _border(light, border)
     threshold = options[THRESHOLD]
     background = level_of(border, threshold)
-    best_i, best_j = 0, 0
+    brightest = -np.inf
     for i in range(height):
         for j in range(width):
             light[i, j] -= background
-            if light[i, j] > light[best_i, best_j]:
-                best_i, best_j = i, j
+            brightest = max(brightest, light[i, j])
     for k in range(N_READING):
         reading[k] = np.nan
     reading[BACKGROUND] = background
-    reading[PEAK] = light[best_i, best_j]
+    reading[PEAK] = brightest
     reading[PIXELS] = 0.0
-    if light[best_i, best_j] <= threshold:
+    if brightest <= threshold:
         reading[STATUS] = DARK
         return
 
-    count = _fill(light, threshold, best_i, best_j, mark, stack)
+    count, spots = _main_blob(light, threshold, int(options[MIN_PIXELS]), mark, stack)
     touches, clipped = False, False
-    total = x = y = xx = xy = yy = 0.0
+    total = x = y = xx = xy = yy = peak = 0.0
     for k in range(count):
         i, j = stack[k] // width, stack[k] % width
         touches |= i == 0 or j == 0 or i == height - 1 or j == width - 1
         clipped |= pixels[i, j] >= options[FULL_SCALE]
+        peak = max(peak, light[i, j])
         w = light[i, j] - threshold
         total += w
         x += w * j
@@ -111,8 +112,7 @@ def measure(
         yy += w * i * i
     x /= total
     y /= total
-    crowded = _another(light, threshold, int(options[MIN_PIXELS]), mark, stack)
-    reading[PIXELS] = count
+    reading[PEAK], reading[PIXELS] = peak, count
     reading[ELONGATION] = _axis_ratio(xx / total - x * x, xy / total - x * y, yy / total - y * y)
     reading[U], reading[V] = left + x, top + y
     noise = options[READ_NOISE] ** 2 + 1.0 / 12.0
@@ -120,14 +120,13 @@ def measure(
     located = _refine(light, x, y, left, top, noise, options, reading)
 
     sigma = np.sqrt(max(reading[VAR_U], reading[VAR_V]))
-    peak = reading[PEAK]
     contrast = peak / np.sqrt(noise + peak / options[ELECTRONS_PER_COUNT])
     longest = options[MAX_ELONGATION] + _ELONGATION_NOISE / contrast
 
     # What is said is the cause: a spot that is cut or overexposed has a wrong size as well.
     if touches:
         reading[STATUS] = EDGE
-    elif crowded:
+    elif spots > 1:
         reading[STATUS] = CROWDED
     elif clipped:
         reading[STATUS] = SATURATED
@@ -270,18 +269,35 @@ def _fill(
 
 
 @compiled()
-def _another(
+def _main_blob(
     light: Float, threshold: float, least: int, mark: NDArray[np.uint8], stack: Int
-) -> bool:
-    """Return whether there is one more blob that is large enough for an LED."""
+) -> tuple[int, int]:
+    """Put the pixels of the main blob into ``stack``.
+
+    That is the one with the most light; a hot pixel may outshine an LED, but is too small for one.
+
+    Returns the number of its pixels, and how many blobs are large enough for an LED.
+    """
     height, width = light.shape
+    main_i = main_j = count = blobs = spots = 0
+    most, main_large = -1.0, False
     for i in range(height):
         for j in range(width):
             if light[i, j] <= threshold or mark[i, j] != 0:
                 continue
-            if _fill(light, threshold, i, j, mark, stack) >= least:
-                return True
-    return False
+            count = _fill(light, threshold, i, j, mark, stack)
+            total = 0.0
+            for k in range(count):
+                total += light[stack[k] // width, stack[k] % width]
+            large = count >= least
+            blobs += 1
+            spots += 1 if large else 0
+            if (large and not main_large) or (large == main_large and total > most):
+                main_i, main_j, most, main_large = i, j, total, large
+    if blobs > 1:
+        mark[:] = 0
+        count = _fill(light, threshold, main_i, main_j, mark, stack)
+    return count, spots
 
 
 @compiled()

@@ -191,7 +191,7 @@ class SpotReading:
         (2,), px^2: of read noise, photons and converter, and of what the pixels keep of their
         differences.
     flux, peak, background
-        Counts: weighted light, brightest pixel above the background, background.
+        Counts: weighted light, brightest pixel of the spot above the background, background.
     pixels
         Above the threshold.
     elongation
