@@ -233,7 +233,8 @@ class Esc:
 
     def post(self, mailbox: bytes) -> bool:
         """Send a mailbox that nobody asked for; say whether there was room for it."""
-        if self.state < PREOP or len(self._replies) >= _MAX_REPLIES:
+        # One place is left for the answer to a request.
+        if self.state < PREOP or len(self._replies) >= _MAX_REPLIES - 1:
             return False
         self._replies.append(mailbox)
         self._load_reply()

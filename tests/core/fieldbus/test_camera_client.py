@@ -88,6 +88,23 @@ def test_intrinsics_survive_the_camera_and_a_loss_of_power(tmp_path: Path) -> No
     assert again.read(CALIBRATION, 3) == hashlib.sha256(intrinsics().encode()).digest()
 
 
+def test_flash_that_lost_a_bit_is_told_and_not_used(tmp_path: Path) -> None:
+    host = DirectCamera(store=CameraStore(tmp_path))
+    client.write_intrinsics(host, intrinsics(), "Certificate 17")
+    client.measure_black_image(host, 2)
+    client.store_black_image(host)
+    for file in tmp_path.iterdir():
+        content = bytearray(file.read_bytes())
+        content[-1] ^= 1
+        file.write_bytes(content)
+    again = DirectCamera(store=CameraStore(tmp_path))
+    assert client.read_intrinsics(again) is None
+    assert again.read(CALIBRATION, 5) == b""
+    assert client.read_black_image(again).images == BlackImage(0)
+    codes = {message.code for message in client.read_error_history(again)}
+    assert codes == {ErrorCode.STORED_DATA}
+
+
 def test_intrinsics_of_another_camera_are_refused() -> None:
     host = DirectCamera()
     with pytest.raises(BusError, match="0x06090030"):
