@@ -3,7 +3,9 @@
 The scenarios are played one after another on one and the same bus process: each has to end in
 operation, without a restart, or the next one would have nothing to disturb. Used by
 ``benchmarks/faults.py`` and by the system tests, which run this file as a program inside a private
-network namespace: ``python benchmarks/fault_scenarios.py RESULT.json [NAME ...]``.
+network namespace: ``python benchmarks/fault_scenarios.py RESULT.json faults [NAME ...]``, or
+``... exact`` for one camera and answers lost in known cycles, or ``... starts COUNT`` for rapid
+starts and stops.
 """
 
 from __future__ import annotations
@@ -17,13 +19,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
+from ocmm_core.acquisition.ethercat import EthercatSource
+from ocmm_core.acquisition.realtime import BUS_PRIORITY, take_priority
 from ocmm_core.acquisition.remote_objects import RemoteObjects
-from ocmm_core.acquisition.ring import Word
-from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, read_status
+from ocmm_core.acquisition.ring import FrameRing, Word
+from ocmm_core.acquisition.worker import (
+    AcquisitionState,
+    AcquisitionStatus,
+    AcquisitionWorker,
+    StopReason,
+    read_status,
+)
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.alarms import Alarm
+from ocmm_core.fieldbus.bus import BusSettings
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.fieldbus.profile_objects import CALIBRATION
 from ocmm_core.fieldbus.report import BusPhase
@@ -42,6 +54,8 @@ GIVE_UP_S = 10.0
 _SETTLE_S = 0.1
 _GROUP_NS = 1_100_000_000
 """Events that are alike and nearer than a second are one."""
+_CALM_S = 1.5
+"""A busy computer disturbs the bus again and again; it is not waited for any longer."""
 _NO_FAULT = ("bus.operation", Alarm.HOST_BUSY)
 _POLL_S = 0.002
 _FIRST_STATION = 0x1001
@@ -211,6 +225,12 @@ def _call(action: Callable[[FaultRig], object], *, early: bool) -> Step:
     return step
 
 
+def _adapter_gone(rig: FaultRig) -> Moment:
+    gone_ns = rig.delete_near_cable()
+    present = now()
+    return Moment(gone_ns, present.utc_ns - present.monotonic_ns + gone_ns)
+
+
 def _nothing(_rig: FaultRig) -> Moment:
     return now()
 
@@ -273,7 +293,7 @@ SCENARIOS: tuple[Scenario, ...] = (
              (Alarm.LINK_DOWN,)),
     Scenario("cable cut further on", link(FAR, up=False), link(FAR, up=True), _GONE),
     Scenario("cameras' own link down", link(CAMERAS, up=False), link(CAMERAS, up=True), _GONE),
-    Scenario("adapter removed and back", _call(FaultRig.delete_near_cable, early=True),
+    Scenario("adapter removed and back", _adapter_gone,
              _call(FaultRig.make_near_cable, early=False), (Alarm.LINK_DOWN,)),
     Scenario("all cameras killed and restarted", _call(FaultRig.kill_cameras, early=True),
              _call(FaultRig.start_cameras, early=False), _GONE),
@@ -390,7 +410,9 @@ class Player:
         if self.healthy(before_it, time.monotonic_ns()) is None:
             raise TimeoutError(f"not in operation before '{scenario.name}'")
         self.watch(before_it, _SETTLE_S)
-        while self._recently(scenario.alarms):
+        # These come with many faults.
+        deadline = time.monotonic() + _CALM_S
+        while self._recently((*scenario.alarms, *_GONE)) and time.monotonic() < deadline:
             self.watch(before_it, _SETTLE_S)
         self._rig.line_log(new_log=True)
         status = read_status(self._ring)
@@ -414,7 +436,9 @@ class Player:
         if asking is not None:
             asking.join()
         first = [
-            event.utc_ns - begin.utc_ns for event in seen.events if event.code not in _NO_FAULT
+            event.utc_ns - (log.first_utc_ns or begin.utc_ns)
+            for event in seen.events
+            if event.code not in _NO_FAULT
         ]
         return Outcome(
             name=scenario.name,
@@ -483,5 +507,105 @@ def play_all(names: list[str], out: Path) -> None:
                     break
 
 
+def play_exact(out: Path) -> None:
+    """Let answers of one camera get lost; a cycle is one frame then, and the counts are exact."""
+    scenario = _cable(
+        "1 % of the answers lost, one camera",
+        LineRule(do=Trick.DROP, share=0.01, kinds=_PROCESS),
+        _LOST,
+        s=3.0,
+    )
+    with tempfile.TemporaryDirectory() as folder, FaultRig(Path(folder), (LEFT,), seed=3) as rig:
+        rig.start_bus()
+        write_atomic(out, msgspec.json.encode([Player(rig).play(scenario)]))
+
+
+class Starts(msgspec.Struct, kw_only=True):
+    """What became of rapid starts and stops.
+
+    Attributes
+    ----------
+    count
+        How many.
+    ended
+        How many ended when asked, by that and in time.
+    measured
+        How many had come as far as giving out frames.
+    frames, wrong
+        Given out in all of them, and those that must not have been.
+    slowest_stop_s
+        From the request to the end.
+    descriptors, threads
+        More than before the first start.
+    works
+        The last one was left alone, and gave out frames.
+    """
+
+    count: int = 0
+    ended: int = 0
+    measured: int = 0
+    frames: int = 0
+    wrong: int = 0
+    slowest_stop_s: float = 0.0
+    descriptors: int = 0
+    threads: int = 0
+    works: bool = False
+
+
+def play_starts(count: int, out: Path) -> None:
+    """Start and stop the acquisition again and again, often before it is in operation."""
+    random = np.random.default_rng(5)
+    result = Starts(count=count)
+    with tempfile.TemporaryDirectory() as folder, FaultRig(Path(folder), (LEFT, RIGHT)) as rig:
+        before: tuple[int, int] | None = None
+        for number in range(count + 1):
+            last = number == count
+            _start_once(result, 3.0 if last else float(random.uniform(0.0, 0.9)), last=last)
+            now_open = (len(list(Path("/proc/self/fd").iterdir())), threading.active_count())
+            before = before or now_open
+            result.descriptors = now_open[0] - before[0]
+            result.threads = now_open[1] - before[1]
+        rig.line_log()
+    write_atomic(out, msgspec.json.encode(result))
+
+
+def _start_once(result: Starts, seconds: float, *, last: bool) -> None:
+    ring = FrameRing.create(2)
+    try:
+        settings = BusSettings(HOST, (LEFT, RIGHT), 125_000, CYCLE_NS)
+        worker = AcquisitionWorker(EthercatSource(settings), ring)
+        watch, seen = FrameWatch(ring), Watched()
+        worker.start()
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and not (last and seen.frames):
+            watch.look(seen)
+            time.sleep(_POLL_S)
+        asked = time.monotonic()
+        worker.request_stop()
+        in_time = worker.join(GIVE_UP_S)
+        watch.look(seen)
+        requested = read_status(ring).stop_reason is StopReason.REQUESTED
+        result.ended += 0 if last else int(in_time and requested)
+        result.works |= last and seen.frames > 0
+        result.slowest_stop_s = max(result.slowest_stop_s, time.monotonic() - asked)
+        result.measured += bool(seen.frames)
+        result.frames += seen.frames
+        result.wrong += seen.wrong
+    finally:
+        ring.close()
+
+
+def main() -> None:
+    """Do what the arguments say; see the module."""
+    out, what, *rest = Path(sys.argv[1]), *sys.argv[2:]
+    if what == "faults":
+        play_all(rest, out)
+    elif what == "exact":
+        play_exact(out)
+    else:
+        take_priority(BUS_PRIORITY)
+        play_starts(int(rest[0]), out)
+
+
 if __name__ == "__main__":
-    play_all(sys.argv[2:], Path(sys.argv[1]))
+    main()

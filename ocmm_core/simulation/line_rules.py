@@ -108,6 +108,8 @@ class LineLog(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
         The same for process data, one by one; the first `MAX_TOUCHED`.
     heartbeats
         First and last heartbeat of process data that came from the master; -1 before.
+    first_utc_ns
+        When something was done to a frame for the first time; 0 before.
     error
         Why the order was not understood.
     """
@@ -118,6 +120,7 @@ class LineLog(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     done: dict[str, int] = msgspec.field(default_factory=dict)
     touched: list[Touched] = msgspec.field(default_factory=list)
     heartbeats: tuple[int, int] = (-1, -1)
+    first_utc_ns: int = 0
     error: str = ""
 
 

@@ -87,6 +87,7 @@ class LineTricks:
         self._done: Counter[tuple[Way, FrameKind, Trick]] = Counter()
         self._touched: list[Touched] = []
         self._first = self._last = -1
+        self._first_utc_ns = 0
         self._cycles: dict[int, int] = {}
 
     def set_rules(self, rules: tuple[LineRule, ...]) -> None:
@@ -101,12 +102,14 @@ class LineTricks:
             done={f"{way} {kind} {did}": n for (way, kind, did), n in self._done.items()},
             touched=self._touched[:MAX_TOUCHED],
             heartbeats=(self._first, self._last),
+            first_utc_ns=self._first_utc_ns,
         )
         if new:
             self._seen.clear()
             self._done.clear()
             self._touched = []
             self._first = self._last = -1
+            self._first_utc_ns = 0
         return log
 
     def treat(self, frame: bytes, way: Way) -> list[tuple[int, bytes]]:
@@ -121,6 +124,7 @@ class LineTricks:
             self._before[key] = frame
             return [(0, frame), *released]
         self._done[way, kind, rule.do] += 1
+        self._first_utc_ns = self._first_utc_ns or time.time_ns()
         if kind is FrameKind.PROCESS:
             self._touched.append(Touched(way, heartbeat, rule.do))
         leaving = self._changed(frame, key, rule)
