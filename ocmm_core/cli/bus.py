@@ -10,14 +10,15 @@ from rich import box
 from rich.table import Table
 
 from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.bus_camera import black_app, history, intrinsics_app, snapshot
 from ocmm_core.cli.bus_decode import decode_capture
+from ocmm_core.cli.bus_options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.bus_session import open_bus, scan
 from ocmm_core.cli.bus_watch import watch_bus
 from ocmm_core.cli.compose import identities
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import RECOMMENDED_RIG, ForceOption, RigOption
-from ocmm_core.documents import write_atomic
-from ocmm_core.errors import BusError, InputError, StorageError
+from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.identity import assign
 
 bus_app = typer.Typer(
@@ -28,15 +29,11 @@ bus_app = typer.Typer(
 )
 object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
 bus_app.add_typer(object_app, name="object")
+bus_app.add_typer(black_app, name="black")
+bus_app.add_typer(intrinsics_app, name="intrinsics")
+bus_app.command()(snapshot)
+bus_app.command()(history)
 
-BusOption = Annotated[
-    str,
-    typer.Option(
-        "--source",
-        help="'ethercat:IFACE' (cameras on that network interface) or 'ethercat:virtual'.",
-    ),
-]
-CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]
 _AddressArgument = Annotated[
     str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")
 ]
@@ -88,7 +85,7 @@ def read(
 ) -> None:
     """Print an entry of a camera's object dictionary: bytes, number and text."""
     index, sub = _address(address)
-    with open_bus(source, rig, force=force) as bus:
+    with open_bus(source, rig, camera=camera, force=force) as bus:
         value = bus.objects(camera).read(index, sub)
     if out is not None:
         write_bytes(out, value)
@@ -122,7 +119,7 @@ def write(
             f"VALUE is '{value}', which is no sequence of bytes in hexadecimal.",
             "Give two digits for each byte, the lowest byte first.",
         ) from None
-    with open_bus(source, rig, force=force) as bus:
+    with open_bus(source, rig, camera=camera, force=force) as bus:
         objects = bus.objects(camera)
         objects.write(index, sub, content)
         found = objects.read(index, sub)
@@ -190,19 +187,6 @@ def decode(
     contradicting answers are counted and not used.
     """
     decode_capture(file, cameras, record, load_rig(rig), make_console())
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all, and say where it is."""
-    try:
-        write_atomic(path, content)
-    except OSError as error:
-        raise StorageError(
-            "out.file",
-            f"{path}: cannot be written ({error.strerror}).",
-            "Give a file in a folder that exists and that you may write to.",
-        ) from error
-    make_console().print(f"{path}: {len(content)} bytes", highlight=False)
 
 
 def _address(text: str) -> tuple[int, int]:

@@ -13,8 +13,10 @@ from ocmm_core.acquisition.client import ChildProcess
 from ocmm_core.acquisition.remote_objects import RemoteObjects
 from ocmm_core.acquisition.scan_process import ScanConfig, scan_command
 from ocmm_core.acquisition.worker import AcquisitionState, read_status
+from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.compose import Feed, StationRequest, make_feed, segment_of
+from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import DEMO_PLAN
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
@@ -22,7 +24,8 @@ from ocmm_core.fieldbus.scan import ScannedDevice, decode_scan
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.virtual_bus import scan_virtual
 
-_START_S = 20.0
+_START_S = 60.0
+"""The bus process gives up by itself where starting is of no use."""
 _STOP_S = 3.0
 _SCAN_S = 30.0
 _POLL_S = 0.01
@@ -48,38 +51,52 @@ class BusSession:
 
     def objects(self, camera: str) -> RemoteObjects:
         """Return the objects of a camera; raise InputError where the rig has none so named."""
-        names = [known.name for known in self.rig.cameras]
-        if camera not in names:
-            raise InputError(
-                "bus.no_camera",
-                f"The rig '{self.rig.name}' has no camera '{camera}'.",
-                f"Give one of: {', '.join(names)}.",
-            )
-        return RemoteObjects(self.process, camera)
+        return RemoteObjects(self.process, camera_of(self.rig, camera).name)
 
     def report(self) -> BusReport | None:
         """Return what the bus process last said about the bus."""
         return decode_report(self.feed.ring.report())
 
 
+def camera_of(rig: Rig, name: str) -> CameraModel:
+    """Return a camera of the rig; raise InputError where it has none so named."""
+    for camera in rig.cameras:
+        if camera.name == name:
+            return camera
+    raise InputError(
+        "bus.no_camera",
+        f"The rig '{rig.name}' has no camera '{name}'.",
+        f"Give one of: {', '.join(camera.name for camera in rig.cameras)}.",
+    )
+
+
 @contextmanager
 def open_bus(
-    source: str, rig_path: Path, *, force: bool = False, wait: bool = True
+    source: str, rig_path: Path, *, camera: str = "", force: bool = False, wait: bool = True
 ) -> Iterator[BusSession]:
     """Bring the bus of a source to operation, for as long as the context lasts.
 
-    Without ``wait`` the context begins when the bus process is started.
+    Parameters
+    ----------
+    source, rig_path, force
+        As the commands take them.
+    camera
+        Who will be asked for; checked before anything is started.
+    wait
+        Without it the context begins when the bus process is started.
 
     Raises
     ------
     InputError
-        The source is no EtherCAT bus.
+        The source is no EtherCAT bus, or the rig has no such camera.
     BusError
         It cannot be brought to operation.
     """
     if not source.startswith("ethercat:"):
         raise _no_bus(source)
     rig = load_rig(rig_path)
+    if camera:
+        camera_of(rig, camera)
     request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source, force=force)
     feed = make_feed(request, load_plan(DEMO_PLAN), rig)
     try:
@@ -89,7 +106,8 @@ def open_bus(
         process.start()
         session = BusSession(rig, feed, process)
         if wait:
-            _await_operation(session)
+            with make_console().status("Bringing the cameras to operation"):
+                _await_operation(session)
         yield session
     finally:
         feed.acquisition.request_stop()
