@@ -90,8 +90,10 @@ def see(
         whitening = np.ones((3, n))
         whitening[1] = 0.0
     misses, rows = np.empty((2, n)), np.empty((terms, 2, n))
+    # Data from files may lie in another byte order, which the kernel does not take.
     points = np.ascontiguousarray(points_world, dtype=np.float64)
-    see_points(camera.packed(), points, np.ascontiguousarray(uv), whitening, misses, rows)
+    spots = np.ascontiguousarray(uv, dtype=np.float64)
+    see_points(camera.packed(), points, spots, whitening, misses, rows)
     return Seen(misses, rows)
 
 
