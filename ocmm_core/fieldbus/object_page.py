@@ -130,7 +130,8 @@ five bytes.
 Over temperature carries the temperature as INT, 0.1 degC, in its first two bytes.
 
 A camera that is told to start with a configuration that contradicts itself (exposure not shorter
-than the period, mode corrected without intrinsics) falls to PREOP with AL status code 0x0026.
+than the period, a window that is not on the sensor, mode corrected without intrinsics) falls to
+PREOP with AL status code 0x0026.
 
 Refusals of SDO transfers use the abort codes of ETG.1000.6: 0x05030000 toggle bit, 0x05040001
 command, 0x06010002 read only, 0x06010004 no complete access (only records of whole numbers travel
@@ -191,7 +192,7 @@ def _process_data() -> str:
             "Status:\n",
             _bits(_STATUS),
             "Flags of a frame: bit 0 the button of the probe is pressed, bit 1 frames were lost\n"
-            "just before this one.\n",
+            "just before this one, bit 2 a spot is overexposed.\n",
             f"Control: bit {Control.STREAM.bit_length() - 1} the acknowledgement is valid.\n",
         )
     )

@@ -93,16 +93,20 @@ class BlackImages:
         self._now_ns = 0
 
     def switch_on(self) -> None:
-        """Use the stored one, as the camera does when it gets power."""
+        """Use the stored one, as the camera does when it gets power.
+
+        Where none is stored, the sensor keeps what it came with.
+        """
         try:
             block = self._store.load(STORED_NAME)
-            loaded = None if block is None else _InUse.from_block(block)
-            self._sensor.set_black_image(self._camera, None if loaded is None else loaded.pixels)
+            if block is None:
+                return
+            loaded = _InUse.from_block(block)
+            self._use(loaded)
         except OcmmError as error:
             self._failed(error)
             return
-        self._in_use = loaded
-        self._stored_sha = None if loaded is None else loaded.sha256
+        self._stored_sha = loaded.sha256
 
     def work(self, now_ns: int) -> bool:
         """Look whether the work is done; say whether there was any."""
@@ -111,12 +115,16 @@ class BlackImages:
         if job is None or now_ns - self._began_ns < self._takes_ns or not job.finished():
             return False
         self._job = None
-        if job.error is not None:
-            self._state = Work.FAILED
-            self._failed(job.error)
-            return True
-        self._state = Work.DONE
-        self._in_use = job.result
+        error = job.error
+        if error is None:
+            try:
+                # Not by the job: the sensor is set by the thread that makes the frames alone.
+                self._use(job.result)
+            except OcmmError as refused:
+                error = refused
+        self._state = Work.DONE if error is None else Work.FAILED
+        if error is not None:
+            self._failed(error)
         return True
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
@@ -166,9 +174,7 @@ class BlackImages:
         self._job = Job(STORED_NAME, work)
 
     def _measure(self, frames: int) -> _InUse:
-        measured = _InUse.of(self._sensor.black_image(self._camera, frames))
-        self._sensor.set_black_image(self._camera, measured.pixels)
-        return measured
+        return _InUse.of(self._sensor.black_image(self._camera, frames))
 
     def _keep(self, in_use: _InUse) -> _InUse:
         self._store.save(STORED_NAME, in_use.block())
@@ -181,14 +187,16 @@ class BlackImages:
             raise StorageError(
                 "camera.stored", "There is no stored black image.", "Measure and store one."
             )
-        loaded = _InUse.from_block(block)
-        self._sensor.set_black_image(self._camera, loaded.pixels)
-        return loaded
+        return _InUse.from_block(block)
 
     def _clear(self) -> None:
-        self._sensor.set_black_image(self._camera, None)
         self._store.forget(STORED_NAME)
         self._stored_sha = None
+
+    def _use(self, image: _InUse | None) -> None:
+        if image is not self._in_use or image is None:
+            self._sensor.set_black_image(self._camera, None if image is None else image.pixels)
+        self._in_use = image
 
     def _images(self) -> BlackImage:
         images = BlackImage(0)

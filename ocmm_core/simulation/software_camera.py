@@ -227,6 +227,7 @@ class SoftwareCamera:
         lens = self.electronics.lens
         try:
             config = self._config()
+            self.electronics.configure(config)
         except InputError:
             self.esc.fall_back(PREOP, _AL_INCONSISTENT)
             return
@@ -234,7 +235,6 @@ class SoftwareCamera:
             self.esc.fall_back(PREOP, _AL_INCONSISTENT)
             return
         self._crc = config.crc()
-        self.electronics.configure(config)
         self.buffer.lens = lens if config.mode is CameraMode.CORRECTED else None
         if self.esc.sync0 is not None or state == OP:
             self.buffer.start(*self._schedule())

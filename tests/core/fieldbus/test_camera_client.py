@@ -52,6 +52,8 @@ class SensorPattern(TestPattern, SimpleSensor):
         strobe: int,
         windows: tuple[tuple[int, int, int, int], ...],
     ) -> None:
+        if any(left + width > SENSOR_PX for left, _top, width, _height in windows):
+            raise InputError("test.window", "The window is not on the sensor.", "Move it.")
         self.settings = {
             "exposure_ns": exposure_ns, "threshold": threshold, "strobe": strobe,
             "windows": windows,
@@ -173,6 +175,10 @@ def test_the_sensor_gets_the_configuration() -> None:
     assert pattern.settings == {
         "exposure_ns": 33_000, "threshold": 77, "strobe": 5, "windows": config.windows,
     }  # fmt: skip
+    host.go(reg.PREOP)
+    host.write(0x8001, 5, (SENSOR_PX - 1).to_bytes(2, "little"))
+    host.go(reg.SAFEOP)
+    assert host.status == (reg.PREOP | reg.ERROR, 0x0026)
 
 
 def test_a_black_image_is_measured_stored_cleared_and_survives(tmp_path: Path) -> None:
