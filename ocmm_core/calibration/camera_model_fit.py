@@ -7,6 +7,7 @@ starts are tried until the residuals are what the spots' sigma says, and the bes
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -190,7 +191,7 @@ def _from_start(
         problem, minimum = _whitened_again(problem, minimum, sigma_px, reference_sigma)
     used = np.ones(len(uv), dtype=np.bool_)
     distances = np.linalg.norm(minimum.residuals.reshape(2, -1), axis=0)
-    if distances.max() > _limit(distances):
+    if distances.max() > _least_limit(len(uv)) and distances.max() > _limit(distances):
         # Wrong points may have led the fit astray beyond return.
         minimum = _robust(problem, camera)
         if reference_sigma > 0.0:
@@ -264,8 +265,12 @@ def _limit(distances: Float) -> float:
 
     Two coordinates: P(d > x) = exp(-x^2 / 2), shared among all points (Bonferroni).
     """
-    n = len(distances)
-    return _scale_of(distances) * float(np.sqrt(-2.0 * np.log(OUTLIER_PROBABILITY / n)))
+    return _scale_of(distances) * _least_limit(len(distances))
+
+
+def _least_limit(n: int) -> float:
+    """Return the limit where the good residuals are what their sigma says."""
+    return math.sqrt(-2.0 * math.log(OUTLIER_PROBABILITY / n))
 
 
 def _result(

@@ -38,6 +38,47 @@ class Start:
     camera: CameraModel
 
 
+@dataclass(frozen=True, slots=True)
+class Cloud:
+    """Points with their principal axes.
+
+    Attributes
+    ----------
+    points
+        (n, 3), mm.
+    centre
+        (3,), their mean.
+    widths
+        (3,), mm: standard deviations along the axes, the largest first.
+    axes
+        (3, 3): rows of a proper rotation.
+    """
+
+    points: Points3
+    centre: Float
+    widths: Float
+    axes: Float
+
+    @property
+    def flatness(self) -> float:
+        """Return depth over width: the least over the greatest spread along the principal axes.
+
+        Of evenly filled boxes standard deviations are as the edges, however the box is turned.
+        """
+        return float(self.widths[2] / self.widths[0]) if self.widths[0] > 0.0 else 0.0
+
+
+def cloud_of(points: Points3) -> Cloud:
+    """Return points (n, 3), mm, with their principal axes."""
+    centre = points.mean(axis=0)
+    centred = points - centre
+    squares, vectors = np.linalg.eigh(centred.T @ centred / len(points))
+    axes = vectors.T[::-1]
+    if np.linalg.det(axes) < 0.0:
+        axes = -axes
+    return Cloud(points, centre, np.sqrt(np.maximum(squares[::-1], 0.0)), axes)
+
+
 def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
     """Yield cameras to start from, the most promising first.
 
@@ -58,30 +99,31 @@ def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[
         p1=0.0,
         p2=0.0,
     )
-    yield from _posed("nominal focal length", ideal, points_world, uv)
-    matrix = dlt(points_world, uv)
+    cloud = cloud_of(points_world)
+    yield from _posed("nominal focal length", ideal, cloud, uv)
+    matrix = dlt(cloud, uv)
     linear = camera_of_dlt(ideal, matrix) if matrix is not None else None
     if linear is not None:
         yield Start("DLT", linear)
         guess = replace(ideal, focal=linear.focal)
-        yield from _posed("focal length of the DLT", guess, points_world, uv)
+        yield from _posed("focal length of the DLT", guess, cloud, uv)
     for factor in FOCAL_GRID:
         guess = replace(ideal, focal=factor * ideal.focal)
-        yield from _posed(f"{factor:g} x nominal focal length", guess, points_world, uv)
+        yield from _posed(f"{factor:g} x nominal focal length", guess, cloud, uv)
 
 
-def dlt(points_world: Points3, uv: Pixels) -> Float | None:
+def dlt(cloud: Cloud, uv: Pixels) -> Float | None:
     """Return the projection matrix (3, 4), px over mm, with the points in front of the camera.
 
     None where the points lie in one plane.
     """
-    whitened = _whitening(points_world)
+    whitened = _whitening(cloud)
     if whitened is None:
         return None
     to_white, white = whitened
     to_unit, image = _image_normalisation(uv)
     matrix: Float = np.linalg.inv(to_unit) @ _homogeneous_solution(white, image) @ to_white
-    depth = points_world @ matrix[2, :3] + matrix[2, 3]
+    depth = cloud.points @ matrix[2, :3] + matrix[2, 3]
     if np.median(depth) < 0.0:
         matrix = -matrix
     return matrix / np.linalg.norm(matrix[2, :3])
@@ -111,16 +153,15 @@ def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
     )
 
 
-def pose_of_plane(camera: CameraModel, points_world: Points3, uv: Pixels) -> RigidTransform | None:
+def pose_of_plane(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform | None:
     """Return the pose (camera from world) of points near a plane, for a known lens.
 
     Homography of the plane, its columns made orthonormal. None where the points are on a line.
     """
-    centre, widths, axes = principal_axes(points_world)
-    if widths[1] < 1e-6 * widths[0]:
+    if cloud.widths[1] < 1e-6 * cloud.widths[0]:
         return None
-    size = widths[0]
-    plane = (points_world - centre) @ axes[:2].T / size
+    size = cloud.widths[0]
+    plane = (cloud.points - cloud.centre) @ cloud.axes[:2].T / size
     image = (uv - [camera.u0, camera.v0]) / [camera.sx * camera.focal, camera.sy * camera.focal]
     to_unit, unit = _image_normalisation(image)
     homography = np.linalg.inv(to_unit) @ _homogeneous_solution(plane, unit)
@@ -134,16 +175,16 @@ def pose_of_plane(camera: CameraModel, points_world: Points3, uv: Pixels) -> Rig
     camera_from_plane = _nearest_rotation(
         np.column_stack([first, second, np.cross(first, second)])
     )
-    rotation = camera_from_plane @ axes
-    return RigidTransform(rotation, homography[:, 2] * size - rotation @ centre)
+    rotation = camera_from_plane @ cloud.axes
+    return RigidTransform(rotation, homography[:, 2] * size - rotation @ cloud.centre)
 
 
-def pose_of_dlt(camera: CameraModel, points_world: Points3, uv: Pixels) -> RigidTransform | None:
+def pose_of_dlt(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform | None:
     """Return the pose (camera from world) nearest to the DLT, for a known lens.
 
     None where the points lie in a plane, or are a mirror image of what the spots show.
     """
-    matrix = dlt(points_world, uv)
+    matrix = dlt(cloud, uv)
     if matrix is None:
         return None
     scale = [camera.focal * camera.sx, camera.focal * camera.sy]
@@ -152,35 +193,13 @@ def pose_of_dlt(camera: CameraModel, points_world: Points3, uv: Pixels) -> Rigid
     return _pose_of(seen) if np.linalg.det(seen[:, :3]) > 0.0 else None
 
 
-def flatness(points_world: Points3) -> float:
-    """Return depth over width: the least over the greatest spread along the principal axes.
-
-    Standard deviations: of evenly filled boxes they are as the edges, however the box is turned.
-    """
-    _, widths, _ = principal_axes(points_world)
-    return float(widths[2] / widths[0]) if widths[0] > 0.0 else 0.0
-
-
-def principal_axes(points: Points3) -> tuple[Float, Float, Float]:
-    """Return the mean (3,), the standard deviations along the principal axes and these (3, 3).
-
-    The axes are rows of a proper rotation, the longest first.
-    """
-    centre = points.mean(axis=0)
-    centred = points - centre
-    squares, vectors = np.linalg.eigh(centred.T @ centred / len(points))
-    axes = vectors.T[::-1]
-    axes[2] = np.cross(axes[0], axes[1])
-    return centre, np.sqrt(np.maximum(squares[::-1], 0.0)), axes
-
-
-def _posed(name: str, camera: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
+def _posed(name: str, camera: CameraModel, cloud: Cloud, uv: Pixels) -> Iterator[Start]:
     """Yield starts with this lens; the pose by plane and by DLT, the likelier one first."""
     methods = [("plane", pose_of_plane), ("DLT", pose_of_dlt)]
-    if flatness(points_world) >= FLAT:
+    if cloud.flatness >= FLAT:
         methods.reverse()
     for method, pose_by in methods:
-        pose = pose_by(camera, points_world, uv)
+        pose = pose_by(camera, cloud, uv)
         if pose is not None:
             yield Start(f"{name}, {method}", replace(camera, T_camera_from_world=pose))
 
@@ -219,18 +238,17 @@ def _nearest_rotation(matrix: Float) -> Float:
     return rotation
 
 
-def _whitening(points: Points3) -> tuple[Float, Points3] | None:
+def _whitening(cloud: Cloud) -> tuple[Float, Points3] | None:
     """Return the matrix (4, 4) that makes the points' covariance the unit matrix, and the points.
 
     None where they have no extent in one direction.
     """
-    centre, widths, axes = principal_axes(points)
-    if widths[2] < 1e-6 * widths[0]:
+    if cloud.widths[2] < 1e-6 * cloud.widths[0]:
         return None
-    linear = axes / widths[:, None]
+    linear = cloud.axes / cloud.widths[:, None]
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = linear, -linear @ centre
-    return matrix, (points - centre) @ linear.T
+    matrix[:3, :3], matrix[:3, 3] = linear, -linear @ cloud.centre
+    return matrix, (cloud.points - cloud.centre) @ linear.T
 
 
 def _image_normalisation(image: Float) -> tuple[Float, Float]:

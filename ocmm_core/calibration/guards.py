@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.calibration.camera_model_fit import CameraFit, indices_of_wrong
-from ocmm_core.calibration.dlt import flatness
+from ocmm_core.calibration.dlt import cloud_of
 from ocmm_core.calibration.lens_terms import LensTerms
 from ocmm_core.camera.model import PARAMETERS
 from ocmm_core.errors import CalibrationError
@@ -203,7 +203,7 @@ def _volume(fit: CameraFit, name: str) -> list[Finding]:
                 refuses=False,
             )
         )
-    flat = flatness(points)
+    flat = cloud_of(points).flatness
     if flat < FLAT_WARNED:
         found.append(
             Finding(

@@ -10,7 +10,6 @@ from numba import njit
 
 from ocmm_core.geometry import Float
 
-
 N_TERMS = 17
 """Length of a row of derivatives: `lens.ALL_PARAMETERS`."""
 

@@ -125,10 +125,14 @@ def covariance_of(jacobian: Float) -> Float | None:
         return None
     scaled = jacobian / scale
     normal = scaled.T @ scaled
-    # Above this the first digit of a variance is rounding.
-    if not np.linalg.cond(normal) < 1e14:
+    try:
+        inverse = np.linalg.inv(normal)
+    except np.linalg.LinAlgError:
         return None
-    covariance: Float = np.linalg.inv(normal) / np.outer(scale, scale)
+    # Above this condition the first digit of a variance is rounding.
+    if not np.abs(normal).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max() < 1e14:
+        return None
+    covariance: Float = inverse / scale / scale[:, None]
     return 0.5 * (covariance + covariance.T)
 
 
@@ -142,4 +146,4 @@ def _normal_equations(residuals: Float, jacobian: Float) -> tuple[Float, Float, 
     normal = jacobian.T @ jacobian
     scale = np.sqrt(normal.diagonal())
     scale[scale == 0.0] = 1.0
-    return normal / np.outer(scale, scale), (jacobian.T @ residuals) / scale, scale
+    return normal / scale / scale[:, None], (jacobian.T @ residuals) / scale, scale

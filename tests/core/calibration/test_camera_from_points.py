@@ -10,7 +10,7 @@ import scipy.io
 
 from ocmm_core.calibration.camera_model_fit import fit_camera
 from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
-from ocmm_core.calibration.dlt import camera_of_dlt, dlt, flatness, pose_of_dlt, pose_of_plane
+from ocmm_core.calibration.dlt import camera_of_dlt, cloud_of, dlt, pose_of_dlt, pose_of_plane
 from ocmm_core.calibration.guards import RMS_REFUSED, ratio_of
 from ocmm_core.calibration.least_squares import covariance_of, minimise
 from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, by_point, see
@@ -95,7 +95,7 @@ def test_derivatives_with_extra_terms_are_those_of_the_pixels() -> None:
 def test_dlt_of_exact_pinhole_points_is_the_camera() -> None:
     model = replace(camera(), k1=0.0, k2=0.0, p1=0.0, p2=0.0)
     points = slab(40, 200.0, np.random.default_rng(3))
-    matrix = dlt(points, project(model, points))
+    matrix = dlt(cloud_of(points), project(model, points))
     assert matrix is not None
     found = camera_of_dlt(model, matrix)
     assert found is not None
@@ -111,7 +111,7 @@ def test_dlt_does_not_mind_a_world_origin_in_the_principal_plane() -> None:
         camera(), k1=0.0, k2=0.0, p1=0.0, p2=0.0, T_camera_from_world=RigidTransform.identity()
     )
     points = slab(40, 200.0, np.random.default_rng(4)) + np.array([0.0, 0.0, 1000.0])
-    matrix = dlt(points, project(model, points))
+    matrix = dlt(cloud_of(points), project(model, points))
     assert matrix is not None
     found = camera_of_dlt(model, matrix)
     assert found is not None
@@ -123,21 +123,21 @@ def test_poses_for_a_known_lens() -> None:
     rng = np.random.default_rng(5)
     flat, deep = slab(40, 0.0, rng), slab(40, 300.0, rng)
     for method, points in ((pose_of_plane, flat), (pose_of_dlt, deep)):
-        pose = method(model, points, project(model, points))
+        pose = method(model, cloud_of(points), project(model, points))
         assert pose is not None
         assert np.allclose(pose.rotation, model.T_camera_from_world.rotation, atol=1e-8)
         assert np.allclose(pose.translation, model.T_camera_from_world.translation, atol=1e-4)
     # A plane has no DLT, and a mirror image no pose.
-    assert dlt(flat, project(model, flat)) is None
-    assert pose_of_dlt(model, deep * [1.0, 1.0, -1.0], project(model, deep)) is None
+    assert dlt(cloud_of(flat), project(model, flat)) is None
+    assert pose_of_dlt(model, cloud_of(deep * [1.0, 1.0, -1.0]), project(model, deep)) is None
 
 
 def test_flatness_does_not_depend_on_the_axes() -> None:
     points = slab(4000, 40.0, np.random.default_rng(6))
     turned = points @ rotation_from_vector(np.array([0.3, -0.8, 0.5])).T
     # The spread of 4000 points is known to one per cent.
-    assert flatness(points) == pytest.approx(0.1, rel=0.04)
-    assert flatness(turned) == pytest.approx(flatness(points), rel=1e-9)
+    assert cloud_of(points).flatness == pytest.approx(0.1, rel=0.04)
+    assert cloud_of(turned).flatness == pytest.approx(cloud_of(points).flatness, rel=1e-9)
 
 
 @pytest.mark.parametrize("reference_sigma", [0.0, 0.004])

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.dlt import pose_of_plane
+from ocmm_core.calibration.dlt import cloud_of, pose_of_plane
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 
@@ -39,7 +39,7 @@ class ZhangProblem:
 
     def start(self) -> ZhangState:
         """Return the closed-form poses for a guessed lens."""
-        poses = tuple(pose_of_plane(PIXEL, self.corners, uv) for uv in self.views)
+        poses = tuple(pose_of_plane(PIXEL, cloud_of(self.corners), uv) for uv in self.views)
         assert all(pose is not None for pose in poses)
         lens = np.array([800.0, 0.0, 800.0, 320.0, 240.0, 0.0, 0.0])
         return ZhangState(lens, tuple(pose for pose in poses if pose is not None))
