@@ -1,4 +1,7 @@
-"""Make the pictures of the window: one seeded run on the virtual rig, stopped where it is worth it.
+"""Make the pictures of the window.
+
+One seeded run on the virtual rig is stopped where it is worth a picture; in a second one, on a
+virtual bus, a camera is switched off; that needs a computer that is not busy with anything else.
 
 Run ``python docs/images/make.py [FOLDER]``; without a folder the pictures beside this file are
 made again.
@@ -7,6 +10,7 @@ made again.
 from __future__ import annotations
 
 import os
+import socket
 import sys
 import tempfile
 import time
@@ -16,13 +20,16 @@ from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
+import msgspec
 from PySide6.QtWidgets import QApplication  # the platform must be chosen before
 
 from ocmm_core.cli.compose import StationRequest, build_station, script_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.view import JobView, LiveView, StatusWord
+from ocmm_core.simulation.faults import CameraDeed, Deed
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
+from ocmm_gui.actions import Mode
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
@@ -36,12 +43,20 @@ SPEED = 3.0
 HIDDEN = (0, 1, 3, 4)
 """LEDs that a hand covers for the picture of the lost probe."""
 
+BUS_S = 40.0
+"""So long the bus runs before its picture is taken: the trends have something to show."""
+
 State = Callable[[LiveView, JobView], bool]
 
 
 def main(folder: Path) -> None:
     """Make all pictures in ``folder``."""
     app = make_application()
+    _inspection(app, folder)
+    _bus(app, folder)
+
+
+def _inspection(app: QApplication, folder: Path) -> None:
     with tempfile.TemporaryDirectory() as out:
         built = build_station(_request(Path(out)))
         bridge = StationBridge(built.station)
@@ -65,6 +80,64 @@ def main(folder: Path) -> None:
             window.close()
 
 
+def _bus(app: QApplication, folder: Path) -> None:
+    with tempfile.TemporaryDirectory() as out:
+        control = f"{out}/cameras"
+        built = build_station(
+            StationRequest(
+                plan=resource("plans", "demo.toml"),
+                out=Path(out),
+                source="ethercat:virtual",
+                control=control,
+            )
+        )
+        bridge = StationBridge(built.station)
+        window = MainWindow(bridge, NoticeCentre(), out=Path(out))
+        window.resize(*SIZE)
+        window.show()
+        bridge.start()
+        try:
+            _wait(app, bridge, _is_trusted)
+            _run_for(app, bridge, BUS_S)
+            window.show_mode(Mode.MAINTAIN)
+            _grab_bus(app, window, bridge, folder, "bus_in_order")
+            _switch_off_second_camera(control)
+            _wait(app, bridge, _is_not_ready)
+            _run_for(app, bridge, 2.0)
+            _grab_bus(app, window, bridge, folder, "bus_camera_missing")
+            window.show_mode(Mode.INSPECT)
+            _grab(app, window, bridge, folder, "far_not_ready", ("dark",), far=True)
+        finally:
+            window.close()
+
+
+def _grab_bus(
+    app: QApplication, window: MainWindow, bridge: StationBridge, folder: Path, name: str
+) -> None:
+    for themes, size in ((("dark", "light"), SIZE), (("contrast",), SMALL)):
+        window.resize(*size)
+        for theme in themes:
+            window.use_theme(theme)
+            _run_for(app, bridge, 0.6)
+            suffix = "" if size == SIZE else f"_{size[1]}p"
+            path = folder / f"window_{theme}_{name}{suffix}.png"
+            window.grab().save(str(path))
+            sys.stdout.write(f"{path}\n")
+
+
+def _switch_off_second_camera(control: str) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ask:
+        ask.sendto(msgspec.json.encode(CameraDeed(do=Deed.POWER_OFF, camera=1)), control)
+
+
+def _run_for(app: QApplication, bridge: StationBridge, seconds: float) -> None:
+    bridge.blockSignals(False)
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        app.processEvents()
+        time.sleep(0.005)
+
+
 def _request(out: Path) -> StationRequest:
     plain = StationRequest(plan=resource("plans", "demo.toml"), out=out, speed=SPEED, stay=True)
     touches = script_of(plain, load_plan(plain.plan)).build().truth.touches
@@ -85,6 +158,14 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
 
 def _is_finished(live: LiveView, job: JobView) -> bool:
     return job.active == "PLATE_TOP" and live.tip_world is not None
+
+
+def _is_trusted(live: LiveView, job: JobView) -> bool:
+    return live.tip_world is not None
+
+
+def _is_not_ready(live: LiveView, job: JobView) -> bool:
+    return live.status is StatusWord.NOT_READY
 
 
 def _is_lost(live: LiveView, job: JobView) -> bool:

@@ -194,9 +194,10 @@ class BusCapture:
         if self.account.answered and not self._areas:
             raise InputError(
                 "capture.layout",
-                f"{self._path}: the recording begins after the cameras were brought up, so it "
-                "does not tell where their data are.",
-                "Record from the start of the program on, or say how many cameras there are.",
+                f"{self._path}: the bring-up of the cameras is not in the recording, or not all of "
+                "it, so it does not tell where their data are.",
+                "Record from before the start on (tcpdump -s 2048), or say how many cameras "
+                "there are.",
             )
 
     def _take_packet(self, packet: Packet) -> FrameBlock | None:

@@ -165,7 +165,7 @@ def watch(
 
 @bus_app.command()
 def decode(
-    file: Annotated[Path, typer.Argument(help="Recorded with: tcpdump -i IFACE -w FILE.")],
+    file: Annotated[Path, typer.Argument(help="Recorded with: tcpdump -i IFACE -s 2048 -w FILE.")],
     *,
     cameras: Annotated[
         int,
@@ -173,7 +173,7 @@ def decode(
             "--cameras",
             min=0,
             max=4,
-            help="How many there are, where the file begins after the start of the cameras.",
+            help="How many there are, where the start of the cameras is not in the file.",
         ),
     ] = 0,
     record: Annotated[

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import socket
 import struct
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -39,6 +41,8 @@ _STATE_US = 100_000
 _STATE_TIMEOUT_S = 1.0
 _STATE_POLL_S = 0.002
 _SETTLE_US = 300
+_FUSE_S = 0.1
+_FUSE_RET_US = 50
 _STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
 _FIRST_STATION = 0x1001
 """What pysoem gives the first device; the others follow."""
@@ -206,7 +210,8 @@ class Master:
         """Lay out the process data and measure the delays of the distributed clocks."""
         self._master.manual_state_change = 1
         try:
-            self._master.config_map()
+            with self._fuse():
+                self._master.config_map()
         except pysoem.ConfigMapError as error:
             raise BusError(
                 "bus.map",
@@ -226,6 +231,38 @@ class Master:
                 "The cameras have no distributed clock.",
                 "Check that all devices on the bus are cameras of this kind.",
             )
+
+    @contextlib.contextmanager
+    def _fuse(self) -> Iterator[None]:
+        """Keep pysoem from waiting where the cable breaks while it maps.
+
+        It would then ask for thousands of words of the EEPROM, wait 8 ms for each and hold the
+        GIL: 84 s without an end for this process (measured). After a moment a helper switches
+        the socket, which it shares, to not waiting; then the rest takes half a second.
+        """
+        timeouts = pysoem.settings.timeouts
+        kept = timeouts.ret, timeouts.eeprom
+        # Without effect while the socket waits, and the EEPROM is not needed.
+        timeouts.ret, timeouts.eeprom = _FUSE_RET_US, _FUSE_RET_US
+        helper = _fork_quietly()
+        if helper == 0:
+            try:
+                time.sleep(_FUSE_S)
+                self._set_blocking(blocking=False)
+            finally:
+                os._exit(0)
+        try:
+            yield
+        finally:
+            os.kill(helper, signal.SIGKILL)
+            os.waitpid(helper, 0)
+            self._set_blocking(blocking=True)
+            timeouts.ret, timeouts.eeprom = kept
+
+    def _set_blocking(self, *, blocking: bool) -> None:
+        for own in self._own:
+            # Only the flag of the open file, which pysoem's own descriptor shares.
+            os.set_blocking(own.fileno(), blocking)
 
     def request(self, state: int) -> None:
         """Ask all devices for a state."""
@@ -267,9 +304,7 @@ class Master:
         self._master.send_processdata()
         self._master.receive_processdata(10_000)
         self.port.tally.learn(self.port.collect(service))
-        for own in self._own:
-            # Only the flag of the open file, which pysoem's own descriptor shares.
-            os.set_blocking(own.fileno(), False)
+        self._set_blocking(blocking=False)
 
     def pump_clock(self) -> None:
         """Pass the reference time on once, without a look at what comes back."""
@@ -357,6 +392,13 @@ class Master:
                     f"{STATE_NAMES[state]} (AL status {device.al_status:#06x}: {why})."
                 )
         return f"The cameras do not reach the state {STATE_NAMES[state]}."
+
+
+def _fork_quietly() -> int:
+    """Fork; the warning about other threads is for children that do more than one system call."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
 
 
 def _be_impatient() -> None:

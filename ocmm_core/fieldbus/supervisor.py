@@ -39,6 +39,8 @@ _CONFIRMED = {
     Alarm.CONFIGURATION: 20,
 }
 """After so many cycles in a row with this alarm, waiting longer is of no use."""
+_DEEP_CYCLES = 2
+"""One answer alone may have been damaged on the way."""
 _LIFTED = {Alarm.WATCHDOG, Alarm.SYNC, Alarm.LEFT_OPERATION}
 """May be a fall to SAFEOP, from which cameras are lifted."""
 
@@ -110,6 +112,7 @@ class Supervisor:
         self._bad_row = 0
         self._row_alarm = ""
         self._was_operational = False
+        self._fell = False
 
     @property
     def recovering(self) -> bool:
@@ -146,7 +149,7 @@ class Supervisor:
         self._restart(now_ns)
 
     def good(self, now_ns: int) -> bool:
-        """Note a good cycle; say whether operation was reached with it."""
+        """Note a good cycle; say whether it ends a start, a recovery or a fall from OP."""
         self._row = self._bad_row = 0
         self._row_alarm = ""
         self._good_ns = now_ns
@@ -160,16 +163,19 @@ class Supervisor:
         if reached:
             # What was wrong before operation was reached is over.
             self.alarm = self.message = self.camera = ""
-            if self._was_operational:
-                self.recoveries += 1
+        again = self.phase is BusPhase.RECOVERING or self._fell
+        self.recoveries += again and self._was_operational
+        first = not self._was_operational
         self._was_operational = True
+        self._fell = False
         self.phase = BusPhase.OPERATION
-        return reached
+        return first or again
 
     def bad(self, fault: Fault, now_ns: int) -> None:
         """Note a cycle that was lost or refused."""
         self._show(fault.alarm, fault.reason, fault.camera, now_ns)
         self._bad_row += 1
+        self._fell |= fault.alarm in _LIFTED
         self._row = self._row + 1 if fault.alarm == self._row_alarm else 1
         self._row_alarm = fault.alarm
         self._good_since_ns = None if self._bad_row > _DISTURBED_CYCLES else self._good_since_ns
@@ -177,7 +183,9 @@ class Supervisor:
             self.phase = BusPhase.DISTURBED
         confirmed = _CONFIRMED.get(fault.alarm)
         patience = LIFT_PATIENCE_NS if fault.alarm in _LIFTED else PATIENCE_NS
-        surely = fault.deep or (confirmed is not None and self._row >= confirmed)
+        if fault.deep:
+            confirmed = _DEEP_CYCLES
+        surely = confirmed is not None and self._row >= confirmed
         if surely or now_ns - self._good_ns > patience:
             self._restart(now_ns)
 

@@ -31,7 +31,7 @@ from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.camera_process import READY, SegmentConfig
 from ocmm_core.simulation.faults import CameraDeed, Deed, DeedAnswer
 from ocmm_core.simulation.line_rules import LineLog, LineOrder, LineRule
-from ocmm_core.simulation.network import make_link, set_link, tool
+from ocmm_core.simulation.network import make_link, remove_link, set_link, tool
 from ocmm_core.simulation.proxy import ProxyConfig
 
 HOST, NEAR, FAR, CAMERAS = "host0", "near0", "far0", "cameras0"
@@ -104,7 +104,7 @@ class FaultRig:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End all processes; the cables go with the namespace."""
+        """End all processes and remove the cables."""
         self.stop_bus()
         for child in self._children.values():
             if child.stdin is not None:
@@ -119,6 +119,8 @@ class FaultRig:
                 child.stdout.close()
         self._children.clear()
         self._ask.close()
+        for cable in (HOST, FAR):
+            remove_link(cable)
 
     def start_cameras(self) -> None:
         """Start the process of the cameras."""

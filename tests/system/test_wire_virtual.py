@@ -1,4 +1,4 @@
-"""The whole wire as the application uses it: `VirtualBus`, and a master that nobody here wrote."""
+"""The whole wire as the application uses it: `VirtualBus`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from ocmm_core.acquisition.frames import SUBPIXEL
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.camera_slave import INPUT_DTYPE
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.camera_process import SegmentConfig
 from ocmm_core.simulation.pattern import TestPattern
@@ -164,71 +163,3 @@ def test_bus_process_reports_an_interface_that_does_not_exist() -> None:
         assert "Traceback" not in status.message
     finally:
         ring.close()
-
-
-_SECOND_MASTER = """
-import sys, time, kickcat
-from datetime import timedelta
-link = kickcat.create_link(sys.argv[1], "")
-# It waits this long for its second, absent interface in every exchange.
-link.set_timeout(timedelta(milliseconds=10))
-bus = kickcat.Bus(link)
-bus.init(timedelta(seconds=2))
-slaves = bus.slaves()
-serials = [
-    int.from_bytes(
-        bus.read_sdo(s, 0x1018, 4, kickcat.Access.PARTIAL, 4, timedelta(seconds=2)), "little"
-    )
-    for s in slaves
-]
-bus.create_mapping()
-bus.request_state(kickcat.State.SAFE_OP)
-bus.wait_for_state(kickcat.State.SAFE_OP, timedelta(seconds=2))
-for s in slaves:
-    s.set_output_bytes(bytes(s.output_size))
-bus.process_data()
-bus.request_state(kickcat.State.OPERATIONAL)
-bus.wait_for_state(kickcat.State.OPERATIONAL, timedelta(seconds=2), bus.process_data)
-for _ in range(5):
-    bus.process_data()
-    time.sleep(0.002)
-print(serials, [s.input_size for s in slaves], [bus.get_state(s).name for s in slaves])
-"""
-
-
-def test_a_second_master_brings_the_cameras_to_operation(tmp_path: Path) -> None:
-    pytest.importorskip("kickcat", reason="the second master (development group) is missing")
-    try:
-        unshare = namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
-    segment = SegmentConfig(interface="k1", cameras=CAMERAS, provider=PATTERN)
-    program = (
-        "import subprocess, sys\n"
-        "from ocmm_core.simulation.network import make_link\n"
-        "make_link('k0', 'k1')\n"
-        "cameras = subprocess.Popen([sys.executable, '-m',"
-        " 'ocmm_core.simulation.camera_process'],"
-        " stdin=subprocess.PIPE, stdout=subprocess.PIPE)\n"
-        f"cameras.stdin.write({segment.to_json()!r}); cameras.stdin.flush()\n"
-        "assert cameras.stdout.readline() == b'ready\\n'\n"
-        "code = subprocess.call([sys.executable, sys.argv[1], 'k0'])\n"
-        "cameras.stdin.close(); cameras.wait(5); sys.exit(code)\n"
-    )
-    script = tmp_path / "second_master.py"
-    script.write_text(_SECOND_MASTER, encoding="utf-8")
-    # Its time limits are fixed and short for a busy machine that answers in software.
-    for _ in range(3):
-        done = subprocess.run(
-            [*unshare, sys.executable, "-c", program, str(script)],
-            capture_output=True,
-            text=True,
-            timeout=50,
-            check=False,
-            env={**os.environ, "PYTHONPATH": str(_ROOT)},
-        )
-        if done.returncode == 0:
-            break
-    assert done.returncode == 0, done.stderr + done.stdout
-    size = INPUT_DTYPE.itemsize
-    assert f"[1001, 1002] [{size}, {size}] ['OPERATIONAL', 'OPERATIONAL']" in done.stdout

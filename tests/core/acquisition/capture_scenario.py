@@ -41,7 +41,8 @@ def record(path: Path, ended: threading.Event) -> None:
         while not ended.is_set():
             try:
                 content = channel.recv(65535)
-            except TimeoutError:
+            except OSError:
+                # Nothing came for a while, or the cable is made but not up yet.
                 continue
             seconds, rest = divmod(time.time_ns(), 1_000_000_000)
             stream.write(struct.pack("<IIII", seconds, rest, len(content), len(content)) + content)
@@ -62,8 +63,11 @@ def _socket(ended: threading.Event) -> socket.socket:
 def _tcpdump(path: Path) -> subprocess.Popen[bytes]:
     while HOST_INTERFACE not in [name for _, name in socket.if_nameindex()]:
         time.sleep(0.002)
-    options = ["-Z", "root", "-q", "--immediate-mode", "-B", "16384", "-i", HOST_INTERFACE]
-    return subprocess.Popen(["tcpdump", *options, "-w", str(path)], stderr=subprocess.DEVNULL)
+    # Short slots: the buffer would hold 64 packets of the usual ones, and a bring-up is a burst.
+    options = ["-Z", "root", "-q", "--immediate-mode", "-s", "2048", "-B", "16384"]
+    return subprocess.Popen(
+        ["tcpdump", *options, "-i", HOST_INTERFACE, "-w", str(path)], stderr=subprocess.DEVNULL
+    )
 
 
 def main(folder: Path, writer: str) -> None:

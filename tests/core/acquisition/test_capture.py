@@ -190,7 +190,7 @@ def test_a_recording_from_the_start_on_explains_itself(tmp_path: Path) -> None:
 
 def test_a_recording_from_the_middle_needs_the_number_of_cameras(tmp_path: Path) -> None:
     packets = steady(20, begin=1_000_000)
-    with pytest.raises(InputError, match="after the cameras were brought up"):
+    with pytest.raises(InputError, match="bring-up of the cameras is not in the recording"):
         decode(tmp_path / "a", packets)
     capture, blocks = decode(tmp_path / "b", packets, n_cameras=2)
     assert counters(blocks) == list(range(1_000_000, 1_000_160))

@@ -68,17 +68,26 @@ def test_three_in_a_row_are_a_disturbance_that_ends_with_the_first_good_one() ->
         supervisor.bad(fault(Alarm.PAYLOAD, camera="left"), cycle * MS)
     assert supervisor.phase is BusPhase.DISTURBED
     assert supervisor.camera == "left"
-    assert supervisor.good(4 * MS)
+    assert not supervisor.good(4 * MS)
+    assert supervisor.recoveries == 0
     assert phase_of(supervisor) is BusPhase.OPERATION
     assert supervisor.alarm == ""
+
+
+def test_a_fall_to_safeop_that_was_lifted_is_a_recovery() -> None:
+    supervisor = running()
+    supervisor.bad(fault(Alarm.WATCHDOG), 1 * MS)
+    assert supervisor.good(10 * MS)
+    assert supervisor.recoveries == 1
+    assert not supervisor.good(11 * MS)
 
 
 @pytest.mark.parametrize(
     ("what", "cycles"),
     [
         (fault(Alarm.LINK_DOWN), 1),
-        (fault(Alarm.LEFT_OPERATION, deep=True), 1),
-        (fault(Alarm.RESTARTED, deep=True), 1),
+        (fault(Alarm.LEFT_OPERATION, deep=True), 2),
+        (fault(Alarm.RESTARTED, deep=True), 2),
         (fault(Alarm.DUPLICATE_ADDRESS), 2),
         (fault(Alarm.CLOCK_JUMP), 3),
         (fault(Alarm.CAMERA_MISSING), 10),

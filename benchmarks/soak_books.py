@@ -1,0 +1,195 @@
+"""The books of a soak: what each side counted, what it held, and whether it agrees."""
+
+from __future__ import annotations
+
+import os
+import socket
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.acquisition.worker import AcquisitionStatus
+from ocmm_core.fieldbus.report import BusReport, Histogram
+from ocmm_core.simulation.line_rules import LineLog, LineOrder, LineRule
+
+LOST_WITHOUT_PRIORITY = 0.001
+LOST_WITH_DROPS = 0.001
+GROWTH_MIB = {"bus": 1.0, "cable": 1.0, "cameras": 16.0, "window": 32.0}
+"""In ten minutes, by the slope. The cameras compute their pictures ahead, and the window keeps
+traces and, while it measures, the job; both end, but not within a short run."""
+_PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+class Usage(msgspec.Struct):
+    """What one process held over a run: MiB, threads, descriptors, by time in seconds."""
+
+    times: list[float] = msgspec.field(default_factory=list)
+    mib: list[float] = msgspec.field(default_factory=list)
+    threads: list[int] = msgspec.field(default_factory=list)
+    descriptors: list[int] = msgspec.field(default_factory=list)
+
+    def look(self, pid: int, now: float) -> None:
+        """Take a sample."""
+        process = Path("/proc", str(pid))
+        resident = int((process / "statm").read_text(encoding="ascii").split()[1])
+        self.times.append(now)
+        self.mib.append(resident * _PAGE_MIB)
+        self.threads.append(len(list((process / "task").iterdir())))
+        self.descriptors.append(len(list((process / "fd").iterdir())))
+
+    @property
+    def growth_mib(self) -> float:
+        """Return the growth in ten minutes by the straight line through the samples."""
+        if len(self.times) < 3:
+            return 0.0
+        return float(np.polyfit(self.times, self.mib, 1)[0] * 600.0)
+
+
+class Outcome(msgspec.Struct):
+    """What one run brought.
+
+    Attributes
+    ----------
+    seconds
+        From the first look to the last.
+    status, first
+        Counters at the end, all processes being stopped, and when the run began.
+    report
+        The last words of the bus process.
+    exchanged, spoilt
+        Cycles that the cable saw, and those of them that it took an answer from.
+    answers, dropped
+        Answers with process data that the cable saw, and those of them that it dropped.
+    freezes
+        How often the window stood still.
+    usage
+        By process.
+    """
+
+    seconds: float
+    status: dict[str, int]
+    first: dict[str, int]
+    report: BusReport
+    exchanged: int
+    spoilt: int
+    answers: int
+    dropped: int
+    freezes: int
+    usage: dict[str, Usage]
+
+    def during(self, name: str) -> int:
+        """Return how much a counter rose during the run."""
+        return self.status[name] - self.first[name]
+
+
+@dataclass(slots=True)
+class Cable:
+    """The cable's control socket and everything that it has written down so far."""
+
+    control: Path
+    ask: socket.socket
+    exchanged: int = 0
+    answers: int = 0
+    dropped: int = 0
+    spoilt: set[int] = field(default_factory=set)
+
+    def order(self, rules: tuple[LineRule, ...] | None = None) -> None:
+        """Give it rules, or none of them anew, and take its log."""
+        order = LineOrder(rules=rules, new_log=True)
+        self.ask.sendto(msgspec.json.encode(order), str(self.control))
+        log = msgspec.json.decode(self.ask.recv(1 << 20), type=LineLog)
+        assert not log.error, log.error
+        self.exchanged = max(self.exchanged, log.heartbeats[1])
+        self.answers += log.seen.get("answer process", 0)
+        self.dropped += log.done.get("answer process drop", 0)
+        # The zeroth is what a bring-up sends before there are cycles.
+        self.spoilt |= {frame.heartbeat for frame in log.touched if frame.heartbeat > 0}
+
+
+def counters(status: AcquisitionStatus) -> dict[str, int]:
+    """Return what counts, by name."""
+    names = ("elapsed", "good", "late", "lost", "bad", "frames", "frames_lost", "overrun")
+    return {name: getattr(status, name) for name in names}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A line of the table: what, its value, its limit, and whether it is kept."""
+
+    name: str
+    value: str
+    limit: str
+    kept: bool
+
+
+def judge(name: str, seen: Outcome) -> list[Row]:
+    """Return the table of one run."""
+    whole, begun = sum(seen.report.round_trip.counts), sum(seen.report.lateness.counts)
+    status = seen.status
+    unanswered = begun - whole
+    unasked = unanswered - seen.spoilt
+    sum_of_verdicts = sum(status[verdict] for verdict in ("good", "late", "lost", "bad"))
+    lost = seen.during("frames_lost")
+    share = lost / max(1, lost + seen.during("frames"))
+    limit = {
+        "undisturbed": 0.0 if not any("priority" in n for n in seen.report.notes) else
+        LOST_WITHOUT_PRIORITY,
+        "1 % of answers dropped": LOST_WITH_DROPS,
+    }.get(name, 0.0)  # fmt: skip
+    rows = [
+        Row("cycles in one account each", f"{sum_of_verdicts}", f"= {status['elapsed']}",
+            sum_of_verdicts == status["elapsed"]),
+        Row("cycles sent, by bus process", f"{begun}", f"= {seen.exchanged} by cable",
+            begun == seen.exchanged),
+        # An answer that is not taken from the wire but comes when nobody waits any more is one
+        # that the bus process counts as stray.
+        Row("answer late, none dropped", f"{unasked}", f"0 to {seen.report.stray_answers} strays",
+            0 <= unasked <= seen.report.stray_answers),
+        Row("cycles refused or lost", f"{status['lost'] + status['bad']}",
+            f">= {unanswered} without answer", status["lost"] + status["bad"] >= unanswered),
+        Row("frames lost", f"{lost} ({100 * share:.4f} %)", f"<= {100 * limit:.1f} %",
+            share <= limit),
+        Row("frames that the ring lost", f"{seen.during('overrun')}", "= 0",
+            seen.during("overrun") == 0),
+    ]  # fmt: skip
+    for process, held in seen.usage.items():
+        allowed = GROWTH_MIB[process]
+        rows.append(Row(f"{process}: MiB in 10 minutes", f"{held.growth_mib:+.2f}",
+                        f"<= {allowed:.0f}", held.growth_mib <= allowed))  # fmt: skip
+        for what in ("threads", "descriptors"):
+            counts = getattr(held, what)
+            more = counts[-1] - counts[0] if counts else 0
+            rows.append(Row(f"{process}: {what}", f"{more:+d}", "<= 0", more <= 0))
+    return rows
+
+
+def words(seen: Outcome) -> list[str]:
+    """Return the lines above the table."""
+    status, report = seen.status, seen.report
+    notes = "; ".join(report.notes) or "nothing"
+    return [
+        f"{seen.seconds:.0f} s; not allowed to the bus process: {notes}",
+        f"bus process: {status['elapsed']} cycles of 1 ms: {status['good']} good, "
+        f"{status['late']} late, {status['lost']} lost, {status['bad']} bad; "
+        f"{report.stray_answers} stray answers; {report.recoveries} recoveries",
+        f"cable: {seen.exchanged} cycles, {seen.answers} answers, {seen.dropped} of them dropped "
+        f"in {seen.spoilt} cycles; the window stood still {seen.freezes} times",
+        f"frames in the run: {seen.during('frames')}, lost {seen.during('frames_lost')}",
+        f"cycle begins late   {text_of(report.lateness)}",
+        f"answer takes        {text_of(report.round_trip)}",
+    ]
+
+
+def text_of(histogram: Histogram) -> str:
+    """Return a histogram in one line."""
+    total = max(1, sum(histogram.counts))
+    bins = [
+        f"<={edge:g}: {100 * count / total:.3g}%"
+        for edge, count in zip(histogram.edges_us, histogram.counts, strict=False)
+        if count
+    ]
+    beyond = histogram.counts[-1]
+    more = f" >{histogram.edges_us[-1]:g}: {beyond}" if beyond else ""
+    return f"us {' '.join(bins)}{more} (worst {histogram.worst_us:.0f})"

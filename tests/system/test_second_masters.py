@@ -1,0 +1,53 @@
+"""Masters that nobody here wrote bring the cameras to operation and see what the ESI file says."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from benchmarks.esi_agreement import differences
+from benchmarks.second_master import FoundCamera, Mapped
+from ocmm_core.errors import BusError
+from ocmm_core.simulation.virtual_bus import namespace_command
+
+# Two processes must answer each other within a millisecond: not beside other tests.
+pytestmark = pytest.mark.timing
+
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.timeout(150)
+@pytest.mark.parametrize("master", ["kickcat", "pysoem"])
+def test_a_second_master_agrees_with_the_esi_file(master: str, tmp_path: Path) -> None:
+    pytest.importorskip(master, reason="the second master (development group) is missing")
+    try:
+        prefix = namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+    out = tmp_path / "differences.json"
+    program = _ROOT / "benchmarks" / "esi_agreement.py"
+    done = subprocess.run(
+        [*prefix, sys.executable, str(program), str(out), master],
+        capture_output=True,
+        text=True,
+        timeout=140,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(_ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+    assert msgspec.json.decode(out.read_bytes()) == []
+
+
+def test_differences_from_the_esi_file_are_found() -> None:
+    stranger = FoundCamera(
+        name="camera", vendor=1, product=2, revision=3, serial=4, input_bytes=5, output_bytes=6,
+        state="INIT", outputs={0x1600: (Mapped(0x7000, 1, 8, "other"),)}, inputs={},
+    )  # fmt: skip
+    found = differences(stranger)
+    assert len(found) == 10
+    assert found[-1] == "name of 0x7000:01: other"
