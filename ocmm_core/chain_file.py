@@ -76,6 +76,10 @@ class ChainFile(Generic[T]):
         self.items = tuple(items)
         self._length = len(content)
 
+    def is_current(self) -> bool:
+        """Return whether the file is as long as it was when it was read or written last."""
+        return (self.path.stat().st_size if self.path.exists() else 0) == self._length
+
     def append(self, item: T) -> None:
         """Add a line and return when it is on the disk.
 

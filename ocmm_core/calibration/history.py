@@ -7,6 +7,7 @@ events alone.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -108,6 +109,8 @@ class Standing:
 class CalibrationStore:
     """The calibrations of one rig, in a folder of their own; one process writes at a time.
 
+    Its methods may be called from any thread.
+
     Parameters
     ----------
     folder
@@ -121,12 +124,18 @@ class CalibrationStore:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._lock = threading.Lock()
         self._chain = ChainFile(folder / "events.jsonl", Event)
 
     @property
     def events(self) -> tuple[Event, ...]:
         """Return what happened, oldest first."""
         return self._chain.items
+
+    def refresh(self) -> None:
+        """Take in what another process appended; raise StorageError where the chain is broken."""
+        with self._lock:
+            self._refresh()
 
     def active(self) -> CameraRecord | None:
         """Return the record that was accepted last, or None before the first one.
@@ -241,17 +250,23 @@ class CalibrationStore:
         evidence: str = "",
         since: datetime | None = None,
     ) -> None:
-        self._chain.append(
-            Event(
-                utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
-                kind=kind,
-                calibration=calibration,
-                evidence=evidence,
-                since_utc="" if since is None else since.astimezone(UTC).isoformat(),
-                who=who,
-                reason=reason,
-            )
+        event = Event(
+            utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
+            kind=kind,
+            calibration=calibration,
+            evidence=evidence,
+            since_utc="" if since is None else since.astimezone(UTC).isoformat(),
+            who=who,
+            reason=reason,
         )
+        with self._lock:
+            # The lines of another process must not be written over.
+            self._refresh()
+            self._chain.append(event)
+
+    def _refresh(self) -> None:
+        if not self._chain.is_current():
+            self._chain = ChainFile(self._chain.path, Event)
 
 
 def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:

@@ -73,6 +73,9 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         Who calibrated, with which version.
     temperature_c
         Of the cameras' surroundings; None where nobody measured it.
+    sensor_temperatures_c
+        Of the sensors, camera by camera, as the cameras told them while they were calibrated;
+        empty where they did not.
     frame_rate_hz, noise
         As in the rig document.
     cameras
@@ -108,6 +111,7 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     made_by: str
     software: str
     temperature_c: float | None
+    sensor_temperatures_c: tuple[float, ...] = ()
     frame_rate_hz: int
     noise: SpotNoise
     cameras: tuple[CameraEntry, ...]
@@ -198,16 +202,20 @@ class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sha256: str
 
 
+def canonical(record: CameraRecord | VerificationRecord) -> bytes:
+    """Return the one way to write a record down, which its hash is of."""
+    return msgspec.json.encode(record, order="sorted")
+
+
 def seal(record: CameraRecord | VerificationRecord) -> bytes:
     """Return the file content of a record."""
-    content = msgspec.json.encode(record, order="sorted")
-    sealed = _Sealed(msgspec.Raw(content), hashlib.sha256(content).hexdigest())
+    sealed = _Sealed(msgspec.Raw(canonical(record)), record_hash(record))
     return msgspec.json.encode(sealed)
 
 
 def record_hash(record: CameraRecord | VerificationRecord) -> str:
     """Return the hash that names a record."""
-    return hashlib.sha256(msgspec.json.encode(record, order="sorted")).hexdigest()
+    return hashlib.sha256(canonical(record)).hexdigest()
 
 
 def unseal(path: Path, content: bytes, kind: type[R]) -> R:
