@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.records import CameraRecord, VerificationRecord
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float, Pixels, Points3
+from ocmm_core.geometry import Pixels, Points3
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 Window and command line use the same objects. A procedure is driven by few calls - frames are
 shown to it, observations are taken or dropped, the next step is entered - and everything that a
-screen needs is in the snapshot `view`, which is pulled. Every accepted observation is one line of
+screen needs is in the snapshot `view` (`procedure_views`), which is pulled. Every accepted observation is one line of
 a session file that is on the disk before the call returns; the state is a pure fold over these
 lines, so that a procedure that was killed at any moment is the same one after `resume`.
 
@@ -28,8 +28,7 @@ from typing import Protocol
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guards import Finding
-from ocmm_core.calibration.outcome import CalibrationOutcome, VerificationOutcome
-from ocmm_core.geometry import Float, Int, Pixels
+from ocmm_core.geometry import Int, Pixels
 
 
 class Kind(StrEnum):
@@ -138,67 +137,6 @@ class Live:
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
-    """One cell of the volume.
-
-    Attributes
-    ----------
-    name
-        Where it is, in words ("near top left").
-    low_world, high_world
-        (3,), mm.
-    poses, wanted
-        Of the probe in it.
-    """
-
-    name: str
-    low_world: Float
-    high_world: Float
-    poses: int
-    wanted: int
-
-
-@dataclass(frozen=True, slots=True)
-class Tilt:
-    """One way of holding the probe.
-
-    Attributes
-    ----------
-    name
-        In words ("leaning left").
-    poses, wanted
-        Held so.
-    """
-
-    name: str
-    poses: int
-    wanted: int
-
-
-@dataclass(frozen=True, slots=True)
-class Coverage:
-    """What of the volume was shown.
-
-    Attributes
-    ----------
-    cells, tilts
-        With what is still missing.
-    fraction
-        Of what is wanted, 0 to 1.
-    """
-
-    cells: tuple[Cell, ...]
-    tilts: tuple[Tilt, ...]
-    fraction: float
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """Return the names of cells and tilts that lack poses, the emptiest first."""
-        lacking = [one for one in (*self.cells, *self.tilts) if one.poses < one.wanted]
-        return tuple(one.name for one in sorted(lacking, key=lambda one: one.poses / one.wanted))
-
-
-@dataclass(frozen=True, slots=True)
 class ProcedureView:
     """Everything that a screen shows of any procedure.
 
@@ -239,138 +177,6 @@ class ProcedureView:
     def step(self) -> Step:
         """Return the current step."""
         return self.steps[self.current]
-
-
-@dataclass(frozen=True, slots=True)
-class KnownPoint:
-    """One reference point of the list.
-
-    Attributes
-    ----------
-    name
-        As in the list.
-    position_world
-        (3,), mm.
-    views
-        Cameras that saw it; None until it was taken.
-    """
-
-    name: str
-    position_world: Float
-    views: int | None
-
-
-@dataclass(frozen=True, slots=True)
-class KnownPointsView:
-    """Snapshot of the calibration from known points.
-
-    Attributes
-    ----------
-    base
-        What all procedures show.
-    points
-        All of the list, in its order.
-    next_point
-        Index of the point that is taken next; None after the last one.
-    outcome
-        Of `compute`; None before it, and after another point was taken.
-    """
-
-    base: ProcedureView
-    points: tuple[KnownPoint, ...]
-    next_point: int | None
-    outcome: CalibrationOutcome | None
-
-
-@dataclass(frozen=True, slots=True)
-class RelocationView:
-    """Snapshot of the relocation.
-
-    Attributes
-    ----------
-    base
-        What all procedures show.
-    poses
-        Of the waved probe that were taken.
-    coverage
-        Of the volume.
-    length_sigma_mm
-        Predicted standard uncertainty of a length of ``length_mm`` anywhere in the volume, from
-        what was collected so far (`predict`); None before the first prediction.
-    length_mm, length_limit_mm
-        Which length, and from where on it is good enough.
-    bar_placements, bars_wanted
-        Taken so far, and wanted.
-    world_points, world_wanted
-        Control points taken so far by name, and the names that are wanted.
-    outcome
-        Of `compute`; None before it, and after another observation was taken.
-    """
-
-    base: ProcedureView
-    poses: int
-    coverage: Coverage
-    length_sigma_mm: float | None
-    length_mm: float
-    length_limit_mm: float
-    bar_placements: int
-    bars_wanted: int
-    world_points: tuple[str, ...]
-    world_wanted: tuple[str, ...]
-    outcome: CalibrationOutcome | None
-
-
-@dataclass(frozen=True, slots=True)
-class LinePlan:
-    """One measuring line of the verification.
-
-    Attributes
-    ----------
-    name
-        In words ("space diagonal 1").
-    ends_world
-        (2, 3), mm: where the first and the last nest of the bar should be.
-    taken
-        Nests that were taken, of `wanted`.
-    wanted
-        Nests of the bar.
-    hint
-        What speaks against the placement as it was taken; empty where nothing does.
-    """
-
-    name: str
-    ends_world: Float
-    taken: int
-    wanted: int
-    hint: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class VerificationView:
-    """Snapshot of the verification.
-
-    Attributes
-    ----------
-    base
-        What all procedures show.
-    lines
-        The seven lines.
-    current_line
-        Index of the line that is being taken; None after the last one.
-    spheres
-        Points taken on each sphere; empty where none was chosen.
-    sphere_points
-        Wanted on each.
-    outcome
-        Of `compute`; the verdict, or None before it.
-    """
-
-    base: ProcedureView
-    lines: tuple[LinePlan, ...]
-    current_line: int | None
-    spheres: tuple[int, ...]
-    sphere_points: int
-    outcome: VerificationOutcome | None
 
 
 class Procedure(Protocol):
