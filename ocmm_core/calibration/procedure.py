@@ -2,9 +2,10 @@
 
 Window and command line use the same objects. A procedure is driven by few calls - frames are
 shown to it, observations are taken or dropped, the next step is entered - and everything that a
-screen needs is in the snapshot `view` (`procedure_views`), which is pulled. Every accepted observation is one line of
-a session file that is on the disk before the call returns; the state is a pure fold over these
-lines, so that a procedure that was killed at any moment is the same one after `resume`.
+screen needs is in the snapshot `view` (`procedure_views`), which is pulled. Every accepted
+observation is one line of a session file that is on the disk before the call returns; the state is
+a pure fold over these lines, so that a procedure that was killed at any moment is the same one
+after `resume`.
 
 The three procedures, each with ``begin`` and ``resume`` (see their modules):
 
