@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.labelling import label_roughly
@@ -134,7 +133,7 @@ class RestingSpots:
 
     def _slots(self) -> list[Int]:
         """Return the slots of each camera that held a spot in every frame of the window."""
-        there: NDArray[np.bool_] = np.isfinite(self._window.uv).all(axis=(0, 3))
+        there = np.asarray(np.isfinite(self._window.uv).all(axis=(0, 3)))
         return [np.flatnonzero(of_camera).astype(np.int64) for of_camera in there]
 
     def _motion(self, slots: list[Int]) -> float:
@@ -298,7 +297,7 @@ class ProbeSpots:
 
     def _drop_labels(self, slot_of_led: Int, block: FrameBlock) -> None:
         """Forget slots that were empty in any frame: they may hold another LED now."""
-        there: NDArray[np.bool_] = np.isfinite(block.uv).all(axis=(0, 3))
+        there = np.asarray(np.isfinite(block.uv).all(axis=(0, 3)))
         cameras = np.arange(len(slot_of_led))[:, None]
         kept = np.where((slot_of_led >= 0) & there[cameras, slot_of_led], slot_of_led, -1)
         self._slot_of_led = kept if np.any(kept >= 0) else None
