@@ -22,7 +22,13 @@ from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.simulation import kernels
 from ocmm_core.simulation.artefacts import Part, TrueFeature, load_part
 from ocmm_core.simulation.operator import Motion, Operator, Touches
-from ocmm_core.simulation.world import WorldOptions, draw_world, hidden_leds, white_noise
+from ocmm_core.simulation.world import (
+    WorldOptions,
+    bumped,
+    draw_world,
+    hidden_leds,
+    white_noise,
+)
 from ocmm_core.tracking.body import ProbeBody, load_probe
 
 CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
@@ -137,7 +143,7 @@ class VirtualRig:
         self.frame_period_ns = round(1e9 / (frame_rate_hz or rig.frame_rate_hz))
         self._world = draw_world(rig, body, seed, self.options)
         self._operator = Operator(part, self._world.tip_radius, touches, seed)
-        self._packed = [camera.packed() for camera in self._world.cameras]
+        self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
 
     @property
     def n_frames(self) -> int:
@@ -207,7 +213,11 @@ class VirtualRig:
 
     def frames(self, first: int, count: int) -> FrameBlock:
         """Return what all cameras see in ``count`` frames from ``first`` on."""
-        motion = self.motion(first, count)
+        return self.frames_of(self.motion(first, count), first)
+
+    def frames_of(self, motion: Motion, first: int) -> FrameBlock:
+        """Return what all cameras see of a probe that moves like this from frame ``first`` on."""
+        count = len(motion.tip_world)
         seen = [
             self._see(camera, motion, first, count, self._white(camera, first, count))
             for camera in range(len(self._packed))
@@ -237,24 +247,41 @@ class VirtualRig:
         )
         valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
         model, pattern = world.cameras[camera], world.patterns[camera]
-        kernels.see(
-            motion.rotation_world_from_probe,
-            motion.origin_world(world.tip_probe),
-            leds,
-            self.body.led_directions_probe,
-            float(np.cos(self.body.emission_half_angle)),
-            self._packed[camera],
-            float(model.width),
-            float(model.height),
-            world.slots[camera],
-            pattern.nodes,
-            pattern.step_px,
-            white,
-            hidden,
-            valid,
-            uv,
-        )
+        origins = motion.origin_world(world.tip_probe)
+        starts = [start for start, _ in self._packed[camera]]
+        ends = [*starts[1:], first + count]
+        for (start, packed), end in zip(self._packed[camera], ends, strict=True):
+            part = slice(max(start - first, 0), max(min(end - first, count), 0))
+            if part.start >= part.stop:
+                continue
+            kernels.see(
+                motion.rotation_world_from_probe[part],
+                origins[part],
+                leds,
+                self.body.led_directions_probe,
+                float(np.cos(self.body.emission_half_angle)),
+                packed,
+                float(model.width),
+                float(model.height),
+                world.slots[camera],
+                pattern.nodes,
+                pattern.step_px,
+                white[part],
+                hidden[part],
+                valid[part],
+                uv[part],
+            )
         return valid, uv
+
+    def _places_of(self, camera: int) -> list[tuple[int, Float]]:
+        """Return from which frame on a camera stands where, for the kernel; the first from 0 on."""
+        model = self._world.cameras[camera]
+        places = [(0, model.packed())]
+        for bump in self.options.bumps:
+            if bump.camera == camera:
+                model = bumped(model, bump)
+                places.append((bump.first_frame, model.packed()))
+        return places
 
     def _times(self, first: int, count: int) -> Float:
         frames = np.arange(first, first + count, dtype=np.float64)

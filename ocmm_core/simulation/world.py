@@ -6,13 +6,13 @@ that covariance, so that stated uncertainties can be held against known errors.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ocmm_core.camera.model import N_PARAMETERS, CameraModel
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
-from ocmm_core.geometry import Float, Int
+from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector
 from ocmm_core.simulation.spot_pattern import SpotPattern, draw_pattern, no_pattern
 from ocmm_core.tracking.body import ProbeBody
 
@@ -45,6 +45,28 @@ class ScriptedOcclusion:
 
 
 @dataclass(frozen=True, slots=True)
+class ScriptedBump:
+    """A camera that is pushed and stays where it comes to rest.
+
+    Attributes
+    ----------
+    camera
+        Index of the camera.
+    first_frame
+        First frame that it takes from its new place.
+    turn
+        rad, about its own axes (right, down, along the view) through its projection centre.
+    shift
+        mm, of that centre along these axes.
+    """
+
+    camera: int
+    first_frame: int
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
 class WorldOptions:
     """Which imperfections the virtual world has.
 
@@ -58,6 +80,8 @@ class WorldOptions:
         Mean number of occlusions a second of each LED for each camera, of 50 to 300 ms each.
     occlusions
         Occlusions at given frames.
+    bumps
+        Cameras that are pushed, in the order of their frames.
     """
 
     camera_error: bool = True
@@ -67,6 +91,7 @@ class WorldOptions:
     pattern_noise: bool = True
     occlusion_rate_hz: float = 0.0
     occlusions: tuple[ScriptedOcclusion, ...] = ()
+    bumps: tuple[ScriptedBump, ...] = ()
 
     @classmethod
     def ideal(cls) -> WorldOptions:
@@ -137,6 +162,16 @@ def draw_world(rig: Rig, body: ProbeBody, seed: int, options: WorldOptions) -> W
         slots=slots.astype(np.int64),
         patterns=patterns,
     )
+
+
+def bumped(camera: CameraModel, bump: ScriptedBump) -> CameraModel:
+    """Return a camera after it was pushed."""
+    turn = rotation_from_vector(-np.array(bump.turn))
+    pose = camera.T_camera_from_world
+    moved = RigidTransform(
+        turn @ pose.rotation, turn @ (pose.translation - np.array(bump.shift))
+    )
+    return replace(camera, T_camera_from_world=moved)
 
 
 def white_noise(seed: int, camera: int, n_leds: int, first: int, count: int) -> Float:
