@@ -113,7 +113,9 @@ def play(folder: Path, seconds: float, rules: tuple[LineRule, ...], *, freeze: b
     proxy = ProxyConfig(
         master_side=_NEAR, camera_side=_FAR, control=str(folder / "cable"), seed=SEED
     )
-    request = StationRequest(plan=DEMO_PLAN, out=folder / "jobs", source=f"ethercat:{_HOST}")
+    request = StationRequest(
+        plan=DEMO_PLAN, out=folder / "jobs", source=f"ethercat:{_HOST}", uncalibrated=True
+    )
     segment = segment_of(request, load_plan(DEMO_PLAN), load_rig(RECOMMENDED_RIG))
     segment = msgspec.structs.replace(segment, interface=_CAMERAS)
     cable_process = start("ocmm_core.simulation.proxy", msgspec.json.encode(proxy) + b"\n")

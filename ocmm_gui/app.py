@@ -159,6 +159,8 @@ def _request(parsed: argparse.Namespace) -> StationRequest:
         operator=parsed.operator,
         serial=parsed.serial,
         force=parsed.force,
+        calibrations=parsed.calibrations,
+        uncalibrated=parsed.uncalibrated,
     )
 
 
@@ -242,6 +244,11 @@ def _parser() -> argparse.ArgumentParser:
     add("--serial", default="1", help="serial number of the part")
     add("--out", type=Path, help="folder of the job file and the report; asked when exporting")
     add("--force", action="store_true", help="use a network interface that the computer needs")
+    add(
+        "--calibrations", type=Path,
+        help="folder of calibrations; that of this user for real cameras, none for virtual ones",
+    )  # fmt: skip
+    add("--uncalibrated", action="store_true", help="take points that prove nothing")
     add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="looks; T changes it")
     add("--far", action="store_true", help="begin with the far view; F11 changes it")
     add("--size", type=_size, help="of the window, e.g. 1280x720; maximised without")

@@ -21,6 +21,7 @@ from ocmm_core.cli.options import (
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
+    CalibrationsOption,
     ForceOption,
     OutOption,
     PartOption,
@@ -30,6 +31,7 @@ from ocmm_core.cli.options import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    UncalibratedOption,
 )
 from ocmm_core.cli.rig import rig_app
 from ocmm_core.cli.truth import true_values
@@ -131,6 +133,8 @@ def measure(
         bool,
         typer.Option("--thesis", help="Compute poses by the method of the thesis, to compare."),
     ] = False,
+    calibrations: CalibrationsOption = None,
+    uncalibrated: UncalibratedOption = False,
     force: ForceOption = False,
 ) -> None:
     """Measure a part by a plan, and write the job file and the PolyWorks report.
@@ -141,6 +145,7 @@ def measure(
     request = StationRequest(
         plan=plan, out=out, rig=rig, probe=probe, part=part, source=source, seed=seed, speed=speed,
         operator=operator, serial=serial, record=record, force=force,
+        calibrations=calibrations, uncalibrated=uncalibrated,
         method="thesis" if thesis else "gauss-newton",
     )  # fmt: skip
     _measure(request, with_truth=False)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
@@ -19,7 +19,13 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.service_client import ServiceBus
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.in_use import (
+    CalibrationInUse,
+    default_folder,
+    open_calibration,
+    open_design,
+)
+from ocmm_core.camera.rig import Rig
 from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.fieldbus.identity import CameraIdentity
@@ -69,6 +75,11 @@ class StationRequest:
         How poses are computed.
     control
         Socket over which faults can be made to the cameras of a virtual wire; empty: none.
+    calibrations
+        Folder of calibrations; None is that of this user for real cameras, and the rig document
+        itself for virtual ones and replays.
+    uncalibrated
+        Take points whatever is the matter with the calibration; they prove nothing.
     """
 
     plan: Path
@@ -88,6 +99,8 @@ class StationRequest:
     force: bool = False
     method: Method = "gauss-newton"
     control: str = ""
+    calibrations: Path | None = None
+    uncalibrated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +167,9 @@ def build_station(request: StationRequest) -> BuiltStation:
     OcmmError
         A document, the source or the folder cannot be used; nothing is left running.
     """
-    plan, rig, body = load_plan(request.plan), load_rig(request.rig), load_probe(request.probe)
-    feed = make_feed(request, plan, rig)
+    plan, body = load_plan(request.plan), load_probe(request.probe)
+    calibration = calibration_of(request)
+    feed = make_feed(request, plan, calibration.rig)
     recorder = None
     try:
         job_path = _job_path(request.out, plan)
@@ -167,11 +181,12 @@ def build_station(request: StationRequest) -> BuiltStation:
             part=plan.part,
             serial=request.serial,
         )
+        head = replace(head, rig_text=calibration.rig_text)
         if request.record is not None:
-            recorder = FrameRecorder(request.record, feed.description, rig)
+            recorder = FrameRecorder(request.record, feed.description, calibration.rig)
         station = MeasuringStation(
             plan,
-            rig,
+            calibration,
             body,
             JobFile.create(job_path, head),
             feed.acquisition,
@@ -192,6 +207,23 @@ def build_station(request: StationRequest) -> BuiltStation:
     if feed.simulated is not None:
         feed.simulated.ask = station.missing
     return BuiltStation(station, job_path, feed.description, feed.virtual, feed.live)
+
+
+def calibration_of(request: StationRequest) -> CalibrationInUse:
+    """Return what the request is measured with: the rig document, or a record of its store.
+
+    Raises
+    ------
+    InputError
+        The rig document cannot be used.
+    """
+    kind, _, name = request.source.partition(":")
+    folder = request.calibrations
+    if folder is None and kind == "ethercat" and name != "virtual":
+        folder = default_folder()
+    if folder is None:
+        return open_design(request.rig, uncalibrated=request.uncalibrated)
+    return open_calibration(request.rig, folder, uncalibrated=request.uncalibrated)
 
 
 def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:

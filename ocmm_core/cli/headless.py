@@ -11,9 +11,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ocmm_core.acquisition.worker import AcquisitionStatus, StopReason
+from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, StopReason
+from ocmm_core.calibration.in_use import Word
 from ocmm_core.cli.compose import BuiltStation
-from ocmm_core.errors import MeasuringError
+from ocmm_core.errors import CalibrationError, MeasuringError
 from ocmm_core.inspection.view import JobView
 from ocmm_core.measuring.point import Refusal
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
@@ -35,11 +36,17 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
     ------
     MeasuringError
         The source ended or failed before the job was complete; the points stay in the job file.
+    CalibrationError
+        The calibration does not allow points, or not any more.
     """
     station = built.station
     console.print(f"Source  {built.description.name}")
     console.print(f"Plan    {station.plan.name}, part {station.plan.part}")
     console.print(f"Job     {built.job_path}")
+    calibration = station.calibration()
+    console.print(f"Calibration  {calibration.label}", highlight=False)
+    for warning in calibration.warnings:
+        console.print(f"[yellow]{warning}[/]", highlight=False)
     try:
         station.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
         station.failed.connect(lambda error: console.print(f"[red]{error.what}[/] {error.remedy}"))
@@ -91,6 +98,8 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
     for result in view.characteristics:
         if result.note:
             console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
+    if view.unproven:
+        console.print(f"[bold red]{view.unproven}[/]", highlight=False)
     console.print("Lengths in mm; U is the expanded uncertainty, k = 2.", style="dim")
     if truth is not None:
         held, known = _held(view, truth)
@@ -138,6 +147,23 @@ def _wait(built: BuiltStation, console: Console) -> None:
             progress.update(task, completed=total - left, description=doing)
             if not missing or _script_is_over(built):
                 return
+            _require_calibration(built)
+
+
+def _require_calibration(built: BuiltStation) -> None:
+    """Raise CalibrationError where no point can come any more."""
+    calibration = built.station.calibration()
+    if calibration.hindrance is None or calibration.word in (Word.VALID, Word.DUE, Word.DESIGN):
+        # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
+        return
+    # A source that cannot even be started is told of first.
+    if built.station.acquisition_status().state is AcquisitionState.RUNNING:
+        raise CalibrationError(
+            "calibration.not_usable",
+            f"{calibration.word.value}: {calibration.hindrance.what}",
+            f"{calibration.hindrance.remedy} With --uncalibrated points are taken all the same, "
+            "and prove nothing.",
+        )
 
 
 def _script_is_over(built: BuiltStation) -> bool:

@@ -42,3 +42,19 @@ SpeedOption = Annotated[
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Use an interface although the computer uses it itself.")
 ]
+CalibrationsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--calibrations",
+        help="Folder of calibrations. Real cameras use that of this user without it; virtual ones "
+        "and replays are measured with the rig document itself.",
+    ),
+]
+UncalibratedOption = Annotated[
+    bool,
+    typer.Option(
+        "--uncalibrated",
+        help="Measure although the calibration is missing or does not hold: every verdict is NOT "
+        "PROVEN, and the report says so.",
+    ),
+]

@@ -10,8 +10,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
-from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.compose import StationRequest, make_feed
+from ocmm_core.cli.compose import StationRequest, calibration_of, make_feed
 from ocmm_core.cli.headless import print_counters
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.inspection.plan import load_plan
@@ -31,7 +30,7 @@ def record_source(
     AcquisitionError
         The source failed; what came before is in the file.
     """
-    plan, rig = load_plan(request.plan), load_rig(request.rig)
+    plan, rig = load_plan(request.plan), calibration_of(request).rig
     feed = make_feed(request, plan, rig)
     frames = 0
     limit = feed.script_frames

@@ -29,7 +29,8 @@ FEATURES_HEADER = (
     "Name,Type,Component,X,Y,Z,I,J,K,Diameter,Length,Angle,Form,RMS,NbPoints,CoordinateSystem,Unit"
 )
 REPORT_HEADER = (
-    "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit"
+    "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
+    "Calibration"
 )
 
 _NO_VECTOR = ["", "", ""]
@@ -41,8 +42,11 @@ def export_polyworks(
     directory: Path | str,
     *,
     T_part_from_world: RigidTransform | None,
+    calibration: str,
 ) -> tuple[Path, Path, Path]:
     """Write ``<job>_points.csv``, ``<job>_features.csv`` and ``<job>_report.csv``.
+
+    The files of a job that proves nothing begin with ``<job>_UNCALIBRATED``.
 
     Parameters
     ----------
@@ -56,6 +60,8 @@ def export_polyworks(
     T_part_from_world
         The alignment. Without it points and measured features stay in the world frame, and the
         column ``CoordinateSystem`` says so.
+    calibration
+        State and hash of the calibration of the cameras, ASCII, for the report.
 
     Returns
     -------
@@ -89,12 +95,13 @@ def export_polyworks(
     report = [REPORT_HEADER.split(",")]
     for result in job.characteristics:
         _check_name("characteristic", result.name)
-        report.append(_report_row(result))
+        report.append([*_report_row(result), calibration])
     folder = Path(directory)
+    stem = f"{job.job}_UNCALIBRATED" if job.unproven else job.job
     paths = (
-        folder / f"{job.job}_points.csv",
-        folder / f"{job.job}_features.csv",
-        folder / f"{job.job}_report.csv",
+        folder / f"{stem}_points.csv",
+        folder / f"{stem}_features.csv",
+        folder / f"{stem}_report.csv",
     )
     tables = (points, features, report)
     write_together({path: _csv(table) for path, table in zip(paths, tables, strict=True)})

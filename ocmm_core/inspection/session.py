@@ -27,11 +27,14 @@ from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
 from ocmm_core.measuring.trigger import Touch, approach_direction
 from ocmm_core.measuring.uncertainty import joint_covariance, point_uncertainty
 from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.decision import not_measured
+from ocmm_core.tolerances.decision import not_measured, not_proven
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+
+_CALIBRATION, _UNCALIBRATED = "calibration", "uncalibrated"
+"""Kinds of events of the job file."""
 
 _WORST_FIRST = (
     Verdict.NOT_CONFORM,
@@ -87,6 +90,8 @@ class InspectionSession:
         }
         self._done: set[str] = set()
         self._refusal: Refusal | None = None
+        notes = [event.text for event in job.events() if event.kind == _UNCALIBRATED]
+        self._unproven = notes[-1] if notes else ""
         for feature in plan.features:
             if self._count(feature.name) >= feature.points:
                 self._done.add(feature.name)
@@ -107,6 +112,28 @@ class InspectionSession:
         """Return the part frame, or None while its datums are not measured."""
         with self._lock:
             return self._part_frame(self._checked_features())
+
+    def note_calibration(self, calibration: str, unproven: str) -> None:
+        """Store with which calibration the points from now on are taken.
+
+        Parameters
+        ----------
+        calibration
+            What is said about it, and its hash.
+        unproven
+            Why this job proves nothing from now on, for good; empty where it does.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable.
+        """
+        with self._lock:
+            self._job.append_event(_CALIBRATION, calibration)
+            if unproven:
+                self._job.append_event(_UNCALIBRATED, unproven)
+                self._unproven = unproven
+            self._view = None
 
     def take_touch(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
         """Turn a touch into a durable point of the active feature, or say why not.
@@ -344,6 +371,8 @@ class InspectionSession:
                 strict=True,
             )
         )
+        if self._unproven:
+            results = tuple(not_proven(result, self._unproven) for result in results)
         return JobView(
             job=self._job.path.stem,
             part=self._plan.part,
@@ -356,6 +385,7 @@ class InspectionSession:
             characteristics=results,
             refusal=self._refusal,
             complete=not self._active,
+            unproven=self._unproven,
         )
 
     def _checked_features(self) -> dict[str, ActualFeature | FitError]:

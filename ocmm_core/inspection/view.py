@@ -121,6 +121,8 @@ class JobView:
         Why the last touch gave no point; None after an accepted one.
     complete
         Every feature is done.
+    unproven
+        Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can.
     """
 
     job: str
@@ -131,3 +133,4 @@ class JobView:
     characteristics: tuple[CharacteristicResult, ...]
     refusal: Refusal | None
     complete: bool
+    unproven: str = ""

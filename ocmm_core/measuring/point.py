@@ -81,6 +81,7 @@ class RefusalCode(Enum):
     MOVING = "moving"
     GAP = "gap"
     NOT_READY = "not_ready"
+    CALIBRATION = "calibration"
     UNCERTAIN = "uncertain"
     OUTSIDE = "outside"
     NO_FEATURE = "no_feature"

@@ -86,10 +86,18 @@ class LiveState:
         self._track = track
         self._fed_at = now
 
-    def view(self, acquisition: AcquisitionStatus) -> LiveView:
-        """Return the snapshot (any thread)."""
+    def view(self, acquisition: AcquisitionStatus, obstacle: str) -> LiveView:
+        """Return the snapshot (any thread).
+
+        Parameters
+        ----------
+        acquisition
+            Its state now.
+        obstacle
+            Why the calibration allows no points, or empty.
+        """
         raw, track, rate = self._raw, self._track, list(self._rate)
-        word, reason = self._judge(acquisition, track)
+        word, reason = self._judge(acquisition, track, obstacle)
         trusted = word in (StatusWord.READY, StatusWord.MEASURING) and track is not None
         shown = None
         if trusted and track is not None:
@@ -114,7 +122,7 @@ class LiveState:
         )
 
     def _judge(
-        self, acquisition: AcquisitionStatus, track: TrackBlock | None
+        self, acquisition: AcquisitionStatus, track: TrackBlock | None, obstacle: str
     ) -> tuple[StatusWord, str]:
         if acquisition.stop_reason is StopReason.FAILED:
             return StatusWord.NOT_READY, acquisition.message or "The acquisition has failed."
@@ -124,6 +132,8 @@ class LiveState:
             trouble = self._trouble_of(self._bus, acquisition)
             if trouble:
                 return StatusWord.NOT_READY, trouble
+        if obstacle:
+            return StatusWord.NOT_READY, obstacle
         if track is None:
             return StatusWord.NOT_READY, "Waiting for the cameras."
         status = FrameStatus(int(track.status[-1]))

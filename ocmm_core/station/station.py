@@ -12,20 +12,22 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import ClassVar, Protocol
 
 from psygnal import Signal
 
-from ocmm_core.acquisition.client import Acquisition
+from ocmm_core.acquisition.client import Acquisition, ChildProcess
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.acquisition.remote_objects import RemoteObjects
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.acquisition.worker import (
     AcquisitionState,
     AcquisitionStatus,
     read_status,
 )
-from ocmm_core.camera.rig import Rig
+from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.polyworks import export_polyworks
@@ -36,6 +38,7 @@ from ocmm_core.inspection.view import JobView, LiveView, StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
+from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.live import LiveState
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
@@ -88,7 +91,7 @@ class MeasuringStation:
 
     Parameters
     ----------
-    plan, rig, body
+    plan, calibration, body
         What is measured and with what.
     job
         The open job file; closed by `close`.
@@ -114,7 +117,7 @@ class MeasuringStation:
     def __init__(
         self,
         plan: Plan,
-        rig: Rig,
+        calibration: CalibrationInUse,
         body: ProbeBody,
         job: JobFile,
         acquisition: Acquisition,
@@ -123,7 +126,7 @@ class MeasuringStation:
         recorder: FrameSink | None = None,
     ) -> None:
         self.plan = plan
-        self.rig = rig
+        self.rig = rig = calibration.rig
         self.body = body
         self._job = job
         self._acquisition = acquisition
@@ -133,6 +136,10 @@ class MeasuringStation:
         self._session = InspectionSession(plan, rig, body, job, options.session)
         self._bus = BusWatch(ring) if options.live_source else None
         self._live = LiveState(rig, body, options.session.point, self._bus)
+        objects = None
+        if isinstance(acquisition, ChildProcess):
+            objects = partial(RemoteObjects, acquisition)
+        self._calibration = CalibrationWatch(calibration, self._bus, objects)
         self._take = threading.Event()
         self._stop = threading.Event()
         self._drained = threading.Event()
@@ -141,7 +148,12 @@ class MeasuringStation:
 
     def start(self) -> None:
         """Start acquisition and reconstruction."""
+        calibration = self.calibration()
+        self._session.note_calibration(
+            f"{calibration.word.value} {calibration.identity}", calibration.unproven
+        )
         self._acquisition.start()
+        self._calibration.start()
         self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
         self._thread.start()
 
@@ -157,7 +169,7 @@ class MeasuringStation:
         if self._thread is not None:
             self._thread.join(max(until - time.monotonic(), 0.0))
             ended = ended and not self._thread.is_alive()
-        return ended
+        return self._calibration.close(max(until - time.monotonic(), 0.0)) and ended
 
     def close(self) -> None:
         """Stop, and give back ring, recorder and job file. May be called twice."""
@@ -184,7 +196,30 @@ class MeasuringStation:
 
     def live(self) -> LiveView:
         """Return what the machine sees now."""
-        return self._live.view(self.acquisition_status())
+        return self._live.view(self.acquisition_status(), self._obstacle())
+
+    def calibration(self) -> CalibrationView:
+        """Return what is to be said about the calibration, at most 0.2 s old."""
+        return self._calibration.view()
+
+    @property
+    def calibration_in_use(self) -> CalibrationInUse:
+        """Return the calibration that the job was begun with, and its store."""
+        return self._calibration.in_use
+
+    def write_to_cameras(self) -> None:
+        """Store the intrinsics of the calibration in the cameras and read them back.
+
+        Takes up to some seconds: not for the thread of a window.
+
+        Raises
+        ------
+        CalibrationError
+            There is nothing to write, or nobody to write to.
+        BusError
+            A camera does not take them.
+        """
+        self._calibration.write_to_cameras()
 
     def job(self) -> JobView:
         """Return the job as it stands."""
@@ -225,12 +260,11 @@ class MeasuringStation:
         if live.status is not StatusWord.NOT_READY:
             self._take.set()
             return
-        refusal = Refusal(
-            RefusalCode.NOT_READY, live.reason, "Touch again when it says READY.", live.time_s
+        self._refuse(
+            Refusal(
+                RefusalCode.NOT_READY, live.reason, "Touch again when it says READY.", live.time_s
+            )
         )
-        self._session.refuse(refusal)
-        self.point_refused.emit(refusal)
-        self.changed.emit()
 
     def undo(self) -> None:
         """Take back the last point."""
@@ -262,8 +296,18 @@ class MeasuringStation:
             self.job(),
             self.plan.features,
             directory,
+            calibration=self.calibration().label,
             T_part_from_world=self._session.T_part_from_world,
         )
+
+    def _obstacle(self) -> str:
+        obstacle = self._calibration.view().hindrance
+        return "" if obstacle is None else str(obstacle)
+
+    def _refuse(self, refusal: Refusal) -> None:
+        self._session.refuse(refusal)
+        self.point_refused.emit(refusal)
+        self.changed.emit()
 
     def _run(self) -> None:
         pipeline = TrackingPipeline(self.rig, self.body, self._options.tracking)
@@ -301,7 +345,18 @@ class MeasuringStation:
             collector.arm()
         touches = collector.feed(track)
         self._live.feed(block, track, pipeline, collecting=collector.collecting)
+        obstacle = self._calibration.view().hindrance if touches else None
         for touch in touches:
+            if obstacle is not None:
+                self._refuse(
+                    Refusal(
+                        RefusalCode.CALIBRATION,
+                        obstacle.what,
+                        obstacle.remedy,
+                        float(block.time_ns[-1]) * 1e-9,
+                    )
+                )
+                continue
             intent = self._options.intent
             feature = intent(touch.first_frame) if intent is not None else None
             try:

@@ -138,6 +138,13 @@ def not_measured(characteristic: Characteristic, note: str) -> CharacteristicRes
     )
 
 
+def not_proven(result: CharacteristicResult, why: str) -> CharacteristicResult:
+    """Return a result whose value proves nothing, and why; one without a value stays as it is."""
+    if result.verdict is Verdict.NOT_MEASURED:
+        return result
+    return replace(result, verdict=Verdict.NOT_PROVEN, note=f"{why} {result.note}".strip())
+
+
 def normal_probability(x: float) -> float:
     """Return the probability that a standard normal variable lies below ``x``."""
     return 0.5 * (1.0 + math.erf(x / math.sqrt(2.0)))

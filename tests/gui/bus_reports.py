@@ -12,7 +12,7 @@ from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameFlag
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.calibration.in_use import open_design
 from ocmm_core.cli.compose import StationRequest, script_of
 from ocmm_core.documents import resource
 from ocmm_core.fieldbus.alarms import TEXTS, Alarm
@@ -200,17 +200,18 @@ def station_on_bus(folder: Path, *, plan: str = "quick.toml") -> BusStation:
     request = StationRequest(
         plan=resource("plans", plan), out=folder, speed=1.0, stay=True, frame_rate_hz=800
     )
-    plan_read, rig, body = load_plan(request.plan), load_rig(request.rig), load_probe(request.probe)
+    plan_read, body = load_plan(request.plan), load_probe(request.probe)
+    calibration = open_design(request.rig)
     virtual = script_of(request, plan_read).build()
     switch = Switch(SimulatedSource(virtual, request.speed, hover=True))
-    ring = FrameRing.create(len(rig.cameras))
+    ring = FrameRing.create(len(calibration.rig.cameras))
     head = make_head(
         plan=request.plan, rig=request.rig, probe=request.probe, operator="demo",
         part=plan_read.part, serial="1",
     )  # fmt: skip
     station = MeasuringStation(
         plan_read,
-        rig,
+        calibration,
         body,
         JobFile.create(folder / "job.ocmm", head),
         AcquisitionWorker(switch, ring),

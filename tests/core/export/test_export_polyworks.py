@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -124,6 +125,9 @@ NOMINALS = [
     ),
 ]  # fmt: skip
 
+STATE = "VALID 0123456789ab"
+export = partial(export_polyworks, calibration=STATE)
+
 POINTS_PART = (
     b"BORE 1.001,0.0000,-10.0000,0.0000,0.000000,1.000000,0.000000\r\n"
     b"BORE 1.002,0.0000,10.0000,0.0000,0.000000,-1.000000,0.000000\r\n"
@@ -145,17 +149,23 @@ FEATURES_PART = (
     b"BALL,Sphere,Nominal,100.0000,0.0000,50.0000,,,,19.9890,,,,,,Part,mm\r\n"
 )
 REPORT = (
-    b"Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit\r\n"
-    b"Bore diameter,Diameter,20.0000,20.0025,0.0025,-0.0100,0.0200,Pass,0.0000,0.0038,mm\r\n"
-    b"Bore too big,Diameter,20.0000,20.0312,0.0312,-0.0100,0.0200,Fail,0.0112,0.0038,mm\r\n"
-    b"Bore too small,Diameter,20.0000,19.9812,-0.0188,-0.0100,0.0200,Fail,0.0088,0.0038,mm\r\n"
-    b"Bore in doubt,Diameter,20.0000,20.0195,0.0195,-0.0100,0.0200,Fail,0.0000,0.0038,mm\r\n"
-    b"Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm\r\n"
+    b"Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
+    b"Calibration\r\n"
+    b"Bore diameter,Diameter,20.0000,20.0025,0.0025,-0.0100,0.0200,Pass,0.0000,0.0038,mm,"
+    b"VALID 0123456789ab\r\n"
+    b"Bore too big,Diameter,20.0000,20.0312,0.0312,-0.0100,0.0200,Fail,0.0112,0.0038,mm,"
+    b"VALID 0123456789ab\r\n"
+    b"Bore too small,Diameter,20.0000,19.9812,-0.0188,-0.0100,0.0200,Fail,0.0088,0.0038,mm,"
+    b"VALID 0123456789ab\r\n"
+    b"Bore in doubt,Diameter,20.0000,20.0195,0.0195,-0.0100,0.0200,Fail,0.0000,0.0038,mm,"
+    b"VALID 0123456789ab\r\n"
+    b"Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,"
+    b"VALID 0123456789ab\r\n"
 )
 
 
 def test_the_three_files_are_as_agreed_to_the_byte(tmp_path: Path) -> None:
-    paths = export_polyworks(
+    paths = export(
         sample_job(), NOMINALS, tmp_path / "new" / "folder", T_part_from_world=PART_FROM_WORLD
     )
     assert [path.name for path in paths] == [
@@ -166,7 +176,7 @@ def test_the_three_files_are_as_agreed_to_the_byte(tmp_path: Path) -> None:
 
 
 def test_without_an_alignment_what_was_measured_stays_in_the_world(tmp_path: Path) -> None:
-    points, features, report = export_polyworks(
+    points, features, report = export(
         sample_job(), NOMINALS, tmp_path, T_part_from_world=None
     )
     first = points.read_bytes().split(b"\r\n")[0]
@@ -181,7 +191,7 @@ def test_without_an_alignment_what_was_measured_stays_in_the_world(tmp_path: Pat
 
 
 def test_other_programs_read_the_files(tmp_path: Path) -> None:
-    points, features, report = export_polyworks(
+    points, features, report = export(
         sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD
     )
     table = np.loadtxt(points, delimiter=",", usecols=range(1, 7))
@@ -224,7 +234,7 @@ def comma_locale(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 @pytest.mark.usefixtures("comma_locale")
 def test_a_comma_locale_changes_nothing(tmp_path: Path) -> None:
     assert locale.format_string("%.1f", 0.5) == "0,5"
-    paths = export_polyworks(sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD)
+    paths = export(sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD)
     assert [path.read_bytes() for path in paths] == [POINTS_PART, FEATURES_PART, REPORT]
 
 
@@ -247,7 +257,7 @@ def test_a_hostile_name_is_refused_and_nothing_is_written(
         bad_result = dataclasses.replace(job.characteristics[2], name=name)
         job = dataclasses.replace(job, characteristics=(*job.characteristics[:2], bad_result))
     with pytest.raises(StorageError) as caught:
-        export_polyworks(job, NOMINALS, tmp_path, T_part_from_world=None)
+        export(job, NOMINALS, tmp_path, T_part_from_world=None)
     assert caught.value.code == "export.name"
     assert where in caught.value.what
     assert list(tmp_path.iterdir()) == []
@@ -258,7 +268,7 @@ def test_what_is_no_number_is_refused(tmp_path: Path, value: float) -> None:
     job = sample_job()
     bad = dataclasses.replace(job.characteristics[0], measured=value)
     with pytest.raises(StorageError, match="'Bore diameter' is"):
-        export_polyworks(
+        export(
             dataclasses.replace(job, characteristics=(bad,)),
             NOMINALS,
             tmp_path,
@@ -276,29 +286,29 @@ def test_a_result_without_one_of_its_numbers_never_passes(tmp_path: Path, missin
         "uncertainty": dataclasses.replace(complete, uncertainty=None),
     }
     job = dataclasses.replace(sample_job(), characteristics=(parts[missing],))
-    report = export_polyworks(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
+    report = export(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
     row = report.read_text("ascii").splitlines()[1]
-    assert row == "Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm"
+    assert row == "Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,VALID 0123456789ab"
 
 
 def test_a_value_that_is_not_trusted_is_not_printed(tmp_path: Path) -> None:
     doubtful = result("Bore diameter", 20.001, Verdict.NOT_MEASURED)
     job = dataclasses.replace(sample_job(), characteristics=(doubtful,))
-    report = export_polyworks(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
+    report = export(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
     row = report.read_text("ascii").splitlines()[1]
-    assert row == "Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm"
+    assert row == "Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,VALID 0123456789ab"
 
 
 def test_a_feature_that_the_plan_does_not_know_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match="'FACE' of the job is not in the plan"):
-        export_polyworks(sample_job(), NOMINALS[:1], tmp_path, T_part_from_world=None)
+        export(sample_job(), NOMINALS[:1], tmp_path, T_part_from_world=None)
 
 
 @pytest.mark.parametrize("folder", ["file.txt", "file.txt/below", "/proc/ocmm", "/dev/null"])
 def test_an_unwritable_folder_is_one_sentence(tmp_path: Path, folder: str) -> None:
     (tmp_path / "file.txt").write_text("a file, no folder")
     with pytest.raises(StorageError) as caught:
-        export_polyworks(sample_job(), NOMINALS, tmp_path / folder, T_part_from_world=None)
+        export(sample_job(), NOMINALS, tmp_path / folder, T_part_from_world=None)
     assert caught.value.code == "export.not_writable"
     assert "Block_07_points.csv" in caught.value.what
     assert (tmp_path / "file.txt").read_text() == "a file, no folder"
@@ -315,14 +325,27 @@ def test_all_three_files_or_none(tmp_path: Path, blocked: str, existing: bool) -
             (tmp_path / f"Block_07_{name}.csv").write_bytes(b"older export")
     before = sorted(os.listdir(tmp_path))  # noqa: PTH208 - hidden leftovers count, names suffice
     with pytest.raises(StorageError, match=f"Block_07_{blocked}"):
-        export_polyworks(sample_job(), NOMINALS, tmp_path, T_part_from_world=None)
+        export(sample_job(), NOMINALS, tmp_path, T_part_from_world=None)
     assert sorted(os.listdir(tmp_path)) == before  # noqa: PTH208 - see above
     for name in others if existing else []:
         assert (tmp_path / f"Block_07_{name}.csv").read_bytes() == b"older export"
 
 
+def test_the_files_of_a_job_that_proves_nothing_say_so(tmp_path: Path) -> None:
+    job = dataclasses.replace(sample_job(), unproven="Measured as uncalibrated.")
+    paths = export_polyworks(
+        job, NOMINALS, tmp_path, T_part_from_world=None, calibration="UNCALIBRATED 0123456789ab"
+    )
+    assert [path.name for path in paths] == [
+        f"Block_07_UNCALIBRATED_{kind}.csv" for kind in ("points", "features", "report")
+    ]
+    with paths[2].open(newline="", encoding="ascii") as stream:
+        rows = list(csv.DictReader(stream))
+    assert {row["Calibration"] for row in rows} == {"UNCALIBRATED 0123456789ab"}
+
+
 def test_a_second_export_replaces_the_first(tmp_path: Path) -> None:
-    export_polyworks(sample_job(), NOMINALS, tmp_path, T_part_from_world=None)
-    paths = export_polyworks(sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD)
+    export(sample_job(), NOMINALS, tmp_path, T_part_from_world=None)
+    paths = export(sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD)
     assert paths[0].read_bytes() == POINTS_PART
     assert len(list(tmp_path.iterdir())) == 3
