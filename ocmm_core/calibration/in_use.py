@@ -111,9 +111,17 @@ class CalibrationView:
     record: CameraRecord | None = None
 
     @property
-    def allows_points(self) -> bool:
-        """Return whether points may be taken."""
-        return self.obstacle is None or self.uncalibrated
+    def hindrance(self) -> Obstacle | None:
+        """Return why no points may be taken; None where they may, or are taken all the same."""
+        return None if self.uncalibrated else self.obstacle
+
+    @property
+    def unproven(self) -> str:
+        """Return why a job that is measured so proves nothing; empty where it does."""
+        if not self.uncalibrated:
+            return ""
+        why = f" {self.obstacle.what}" if self.obstacle is not None else ""
+        return f"Measured as uncalibrated.{why}"
 
     @property
     def label(self) -> str:
