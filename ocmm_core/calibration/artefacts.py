@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -200,7 +201,7 @@ def load_bar(path: Path | str) -> LengthBar:
     """
     document = load_document(path, BarDocument, BAR_SCHEMA)
     for field, places in (("nests", document.nests), ("leds", document.leds)):
-        if any(after <= before for before, after in zip(places, places[1:], strict=False)):
+        if any(after <= before for before, after in pairwise(places)):
             raise _wrong(path, field, "does not ascend", "List the places from one end on.")
     if len(document.nests) < 2:
         raise _wrong(path, "nests", "has fewer than two places", "Name all nests.")

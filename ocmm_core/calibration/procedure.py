@@ -159,6 +159,8 @@ class ProcedureView:
         What is seen now.
     decision
         How it ended, `Decision.OPEN` until then.
+    stored
+        What was accepted is in the store; where it is not, `compute` and `accept` put it there.
     error
         What the last calculation said against the observations; None while nothing did.
     """
@@ -172,6 +174,7 @@ class ProcedureView:
     current: int
     live: Live
     decision: Decision
+    stored: bool
     error: Finding | None
 
     @property

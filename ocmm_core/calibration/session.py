@@ -1,4 +1,4 @@
-"""The session of a guided procedure: events on the disk, and the state that follows from them.
+"""The state of a guided procedure, as it follows from its session file.
 
 Every event is one line of a chained file (`chain_file`) and is on the disk before the call that
 made it returns. `GuidedProcedure` holds what all procedures have in common; a procedure says how
@@ -10,109 +10,42 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from datetime import UTC, datetime
-from pathlib import Path
+from collections.abc import Callable
+from datetime import datetime
 from typing import Generic, TypeVar
-
-import msgspec
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.outcome import CalibrationOutcome, VerificationOutcome
 from ocmm_core.calibration.procedure import Decision, Kind, Live, ProcedureView, Step
+from ocmm_core.calibration.session_events import (
+    Begun,
+    CommonEvent,
+    Decided,
+    Dropped,
+    E,
+    Entered,
+    Forced,
+    SessionLine,
+    utc_text,
+)
 from ocmm_core.camera.rig import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError
 
-
-class SessionEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
-    """Base of all events.
-
-    Attributes
-    ----------
-    utc
-        When, ISO 8601 text.
-    """
-
-    utc: str
+O = TypeVar("O", CalibrationOutcome, VerificationOutcome)  # noqa: E741 - an outcome, as T is a type
 
 
-class Begun(SessionEvent, frozen=True, kw_only=True):
-    """First line: what is fixed for the whole session; each procedure adds its own.
-
-    Attributes
-    ----------
-    rig, rig_identity
-        Name of the rig that the session starts from, and the hash of its document or record.
-    running
-        Hash of the calibration in force at the beginning; empty where there was none.
-    who
-        Who does it.
-    software
-        Version.
-    temperature_c
-        Of the surroundings; None where nobody measured it.
-    """
-
-    rig: str
-    rig_identity: str
-    running: str
-    who: str
-    software: str
-    temperature_c: float | None
-
-
-class Entered(SessionEvent, frozen=True, kw_only=True):
-    """A step became the current one."""
-
-    step: str
-
-
-class Dropped(SessionEvent, frozen=True, kw_only=True):
-    """The last observation of a step was taken back."""
-
-    step: str
-
-
-class Decided(SessionEvent, frozen=True, kw_only=True):
-    """The procedure ended."""
-
-    decision: Decision
-    reason: str
-
-
-E = TypeVar("E", bound=SessionEvent)
-"""Union of the events that only one procedure has: its first line and its observations."""
-
-
-class SessionLine(msgspec.Struct, Generic[E], frozen=True, forbid_unknown_fields=True):
-    """One line of a session file."""
-
-    event: E | Entered | Dropped | Decided
-
-
-def utc_text(now: datetime) -> str:
-    """Return a moment as it is written into sessions and records."""
-    return now.astimezone(UTC).isoformat(timespec="microseconds")
-
-
-def session_path(folder: Path, kind: Kind, now: datetime) -> Path:
-    """Return the file of a session that begins now."""
-    return folder / f"{kind.value}-{now.astimezone(UTC):%Y%m%dT%H%M%S%f}Z.jsonl"
-
-
-def sessions(folder: Path, kind: Kind) -> tuple[Path, ...]:
-    """Return the files of all sessions of a kind, the newest first."""
-    return tuple(sorted(folder.glob(f"{kind.value}-*.jsonl"), reverse=True))
-
-
-class GuidedProcedure(ABC, Generic[E]):
+class GuidedProcedure(ABC, Generic[E, O]):
     """What all procedures do; see `procedure.Procedure`.
 
     Parameters
     ----------
     chain
         The session file with at least its first line.
+    begun
+        That line.
     rig
         What the session starts from.
     store
@@ -144,6 +77,9 @@ class GuidedProcedure(ABC, Generic[E]):
         self._lock = threading.RLock()
         self._step = self.step_names[0]
         self._decided: Decided | None = None
+        self._forced = False
+        self._version = 0
+        self._outcome: O | None = None
         self._error: Finding | None = None
 
     # What a procedure says about itself.
@@ -157,24 +93,28 @@ class GuidedProcedure(ABC, Generic[E]):
         """Return what is seen now."""
 
     @abstractmethod
+    def _observation(self, utc: str) -> E:
+        """Return what is seen now as an event; only called when `Live.ready`."""
+
+    @abstractmethod
     def _observe(self, event: E) -> None:
         """Take an observation into the state."""
+
+    @abstractmethod
+    def _has_observation(self, step: str) -> bool:
+        """Return whether something was taken in a step."""
 
     @abstractmethod
     def _undo(self, step: str) -> None:
         """Take the last observation of a step out of the state."""
 
     @abstractmethod
-    def _observation(self, utc: str) -> E:
-        """Return what is seen now as an event; only called when `Live.ready`."""
+    def _calculation(self) -> Callable[[], O]:
+        """Return what calculates the result of the observations so far, apart from the state."""
 
     @abstractmethod
-    def _forget(self) -> None:
-        """Throw away results that rest on other observations."""
-
-    @abstractmethod
-    def _store_result(self, decided: Decided) -> None:
-        """Put the result into the store, unless it is there."""
+    def _put(self, outcome: O, decided: Decided) -> None:
+        """Put an accepted result into the store."""
 
     @abstractmethod
     def watch(self, block: FrameBlock) -> None:
@@ -196,6 +136,7 @@ class GuidedProcedure(ABC, Generic[E]):
                 current=self.step_names.index(self._step),
                 live=self._live(),
                 decision=Decision.OPEN if self._decided is None else self._decided.decision,
+                stored=self._is_stored(),
                 error=self._error,
             )
 
@@ -230,80 +171,95 @@ class GuidedProcedure(ABC, Generic[E]):
             if index:
                 self._append(Entered(utc=utc_text(now), step=self.step_names[index - 1]))
 
+    def force(self, now: datetime, reason: str) -> None:
+        """Overrule the guards that question how the observations were taken; see `guards`."""
+        with self._lock:
+            self._append(Forced(utc=utc_text(now), reason=reason))
+
+    def compute(self) -> None:
+        """Calculate the result of the observations so far; see `procedure.Procedure.compute`."""
+        with self._lock:
+            calculate, version = self._calculation(), self._version
+        try:
+            outcome = calculate()
+        except OcmmError as error:
+            with self._lock:
+                if version == self._version:
+                    self._error = Finding(error.code, error.what, error.remedy, refuses=True)
+            raise
+        with self._lock:
+            # What was taken meanwhile makes the result one of other observations.
+            if version == self._version:
+                self._outcome, self._error = outcome, None
+
+    def accept(self, now: datetime, reason: str) -> None:
+        """Store the result and end the procedure; see `procedure.Procedure.accept`."""
+        with self._lock:
+            if self._outcome is None:
+                raise CalibrationError(
+                    "session.no_result", "There is no result yet.", "Calculate it first."
+                )
+            self._check(self._outcome)
+            decided = self._decide(Decision.ACCEPTED, now, reason)
+            if not self._is_stored():
+                self._put(self._outcome, decided)
+
     def keep(self, now: datetime, reason: str) -> None:
         """End the procedure and leave everything as it was."""
         with self._lock:
             self._decide(Decision.KEPT, now, reason)
 
-    def accept(self, now: datetime, reason: str) -> None:
-        """Store the result and end the procedure; see `procedure.Procedure.accept`."""
-        with self._lock:
-            self._require_result()
-            self._decide(Decision.ACCEPTED, now, reason)
-            assert self._decided is not None  # noqa: S101 - what _decide has just set
-            self._store_result(self._decided)
+    def _check(self, outcome: O) -> None:
+        """Raise CalibrationError where a result may not be stored as things are."""
+        if self._first.running != (self._store.active_hash or "") and not self._is_stored():
+            raise CalibrationError(
+                "session.overtaken",
+                "Another calibration was put in force since this session was begun.",
+                "Begin a new session.",
+            )
 
-    @abstractmethod
-    def _require_result(self) -> None:
-        """Raise CalibrationError where there is nothing to be accepted."""
+    def _is_stored(self) -> bool:
+        decided = self._decided
+        return decided is not None and any(one.utc == decided.utc for one in self._store.events)
 
-    @abstractmethod
-    def _has_observation(self, step: str) -> bool:
-        """Return whether something was taken in a step."""
-
-    def _decide(self, decision: Decision, now: datetime, reason: str) -> None:
-        if self._decided is None:
-            self._append(Decided(utc=utc_text(now), decision=decision, reason=reason))
-        elif self._decided.decision is not decision:
-            raise _ended(self._decided)
+    def _decide(self, decision: Decision, now: datetime, reason: str) -> Decided:
+        if self._decided is not None:
+            if self._decided.decision is not decision:
+                raise self._ended(self._decided)
+            return self._decided
+        decided = Decided(utc=utc_text(now), decision=decision, reason=reason)
+        self._append(decided)
+        return decided
 
     def _fold(self) -> None:
         """Bring the state to where the session file ends; the last act of a constructor."""
         for line in self._chain.items[1:]:
             self._change(line.event)
 
-    def _append(self, event: E | Entered | Dropped | Decided) -> None:
+    def _append(self, event: E | CommonEvent) -> None:
         if self._decided is not None:
-            raise _ended(self._decided)
+            raise self._ended(self._decided)
         self._chain.append(SessionLine(event))
         self._change(event)
 
-    def _change(self, event: E | Entered | Dropped | Decided) -> None:
+    def _change(self, event: E | CommonEvent) -> None:
         if isinstance(event, Decided):
             self._decided = event
         elif isinstance(event, Entered):
             self._step = event.step
-        elif isinstance(event, Dropped):
-            self._undo(event.step)
-            self._forget()
         else:
-            self._observe(event)
-            self._forget()
+            if isinstance(event, Dropped):
+                self._undo(event.step)
+            elif isinstance(event, Forced):
+                self._forced = True
+            else:
+                self._observe(event)
+            self._version += 1
+            self._outcome, self._error = None, None
 
-    def _failed(self, error: OcmmError) -> None:
-        """Keep what a calculation said against the observations."""
-        self._error = Finding(error.code, error.what, error.remedy, refuses=True)
-
-
-def first_line(chain: ChainFile[SessionLine[E]]) -> E:
-    """Return the first event of a session.
-
-    Raises
-    ------
-    CalibrationError
-        The file holds nothing: the power went before the first line was on the disk.
-    """
-    event = chain.items[0].event if chain.items else None
-    if event is None or isinstance(event, Entered | Dropped | Decided):
-        raise CalibrationError(
-            "session.empty", f"{chain.path}: this session has no beginning.", "Begin a new one."
+    def _ended(self, decided: Decided) -> CalibrationError:
+        return CalibrationError(
+            "session.ended",
+            f"{self._chain.path}: this session has ended: {decided.decision.value}.",
+            "Begin a new session.",
         )
-    return event
-
-
-def _ended(decided: Decided) -> CalibrationError:
-    return CalibrationError(
-        "session.ended",
-        f"This session has ended: {decided.decision.value}.",
-        "Begin a new session.",
-    )
