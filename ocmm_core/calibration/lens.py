@@ -43,7 +43,6 @@ class LensCamera:
             self.model.perturbed(change[:N_PARAMETERS]), self.extra + change[N_PARAMETERS:]
         )
 
-
     def packed(self) -> Float:
         """Return the numbers that the compiled kernel needs, (24,)."""
         return np.concatenate([self.model.packed(), self.extra])

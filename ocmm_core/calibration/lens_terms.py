@@ -11,7 +11,6 @@ from ocmm_core.calibration.camera_model_fit import CameraFit, without_wrong_poin
 from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
 from ocmm_core.calibration.least_squares import covariance_of, minimise
 from ocmm_core.calibration.lens import EXTRA_TERMS, project_extended
-from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
 SIGNIFICANT = 1e-4
@@ -29,7 +28,8 @@ class LensTerms:
     Attributes
     ----------
     values, sigmas
-        (3,), in the order of `lens.EXTRA_TERMS`.
+        (3,), in the order of `lens.EXTRA_TERMS`; infinite sigmas where the points do not tell the
+        terms from the running model, as in a small field: there they make no difference either.
     f_statistic, p_value
         Gain in chi-square per term over the remaining chi-square per degree of freedom, and the
         probability of at least that gain by chance (F-test of nested models, which holds also
@@ -65,36 +65,25 @@ def judge_lens_terms(fit: CameraFit) -> LensTerms:
     Parameters
     ----------
     fit
-        A fit of the running model, without extra terms.
-
-    Raises
-    ------
-    CalibrationError
-        The points do not determine the extra terms.
+        A fit of the running model, without extra terms, most of whose points are good.
     """
     whitening = whitening_of(fit.camera, fit.points_world, fit.sigma_px, fit.reference_sigma)
     problem = CameraProblem(fit.points_world, fit.uv, whitening, free_parameters(EXTRA_TERMS))
     full, used = without_wrong_points(problem, fit.camera, ENOUGH)
     covariance = covariance_of(full.jacobian)
     dof = 2 * int(used.sum()) - len(problem.free)
-    if covariance is None or dof < 1:
-        raise CalibrationError(
-            "calibration.lens_terms",
-            f"The points of camera '{fit.camera.model.name}' do not show whether more lens terms "
-            f"are needed.",
-            "Spread the points over more of the sensor and over a deeper volume.",
-        )
     points = fit.points_world[used]
     base = minimise(
         CameraProblem(points, fit.uv[used], whitening[:, used], fit.free), fit.camera, enough=ENOUGH
     )
     terms = len(EXTRA_TERMS)
+    variances = np.full(terms, np.inf) if covariance is None else np.diag(covariance)[-terms:]
     gain = max(base.cost - full.cost, 0.0) / terms
     statistic = gain * dof / full.cost if full.cost > 0.0 else 0.0
     effect = project_extended(full.state, points) - project_extended(base.state, points)
     return LensTerms(
         values=full.state.extra,
-        sigmas=np.sqrt(np.diag(covariance)[-terms:]),
+        sigmas=np.sqrt(variances),
         f_statistic=statistic,
         p_value=float(f_distribution.sf(statistic, terms, dof)),
         effect_rms_px=float(np.sqrt(np.mean(effect**2))),
