@@ -1,0 +1,84 @@
+"""Where a bundle adjustment starts: poses, bars and seats as the cameras from before see them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Pixels, Points3
+from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.tracking.kernel import OK, allocate, solve_frames
+from ocmm_core.tracking.pose import triangulate
+
+LEAST_LEDS = 3
+"""LEDs that two cameras saw in one frame: fewer leave its pose open."""
+
+_SHAPE_FRAMES = 200
+_SHAPE_ROUNDS = 10
+_NEVER_LOST_PX = 1e-9
+"""The start of a pose may be as uncertain as it likes."""
+
+
+def solvable(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which frames (n,) show enough, from what was seen (n, C, L)."""
+    enough: NDArray[np.bool_] = (seen.sum(axis=1) >= 2).sum(axis=1) >= LEAST_LEDS
+    return enough
+
+
+def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
+    """Return rotations (n, 3, 3), origins (n, 3), world from probe, and which were found (n,).
+
+    By the method of the thesis (2.4): rigid fit to triangulated LEDs, which also works with cameras
+    that are wrong by millimetres. ``uv`` is (n, C, L, 2), px.
+    """
+    outputs = allocate(len(uv))
+    solve_frames(
+        np.ascontiguousarray(uv, dtype=np.float64), rig.packed(), leds, np.zeros(3),
+        _NEVER_LOST_PX, 0, *outputs,
+    )  # fmt: skip
+    status, _, _, rotations, origins, _, _ = outputs
+    found = status == OK
+    rotations[~found] = np.eye(3)
+    origins[~found] = 0.0
+    return rotations, origins, found
+
+
+def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
+    """Return the LEDs (L, 3), mm, as frames (n, C, L, 2) show them, in the probe's frame.
+
+    Mean of the triangulated shapes, each laid onto the mean before (generalised Procrustes, Gower
+    1975; thesis 3.2), the last laid onto the body.
+
+    Raises
+    ------
+    CalibrationError
+        No frame shows all LEDs to two cameras.
+    """
+    complete = np.flatnonzero((np.isfinite(uv).all(axis=3).sum(axis=1) >= 2).all(axis=1))
+    if not len(complete):
+        raise CalibrationError(
+            "relocation.no_complete_frame",
+            "In no frame all LEDs of the probe were seen by two cameras, so that its unknown shape "
+            "has no start.",
+            "Wave the probe with its LEDs towards the cameras.",
+        )
+    every = max(1, len(complete) // _SHAPE_FRAMES)
+    shapes = [triangulate(rig, uv[index]) for index in complete[::every]]
+    mean = shapes[0]
+    for _ in range(_SHAPE_ROUNDS):
+        laid = []
+        for shape in shapes:
+            rotation, translation = rigid_fit(shape, mean)
+            laid.append(shape @ rotation.T + translation)
+        mean = np.median(laid, axis=0)
+    rotation, translation = rigid_fit(mean, body.leds_probe)
+    start: Points3 = mean @ rotation.T + translation
+    return start
+
+
+def start_ends(rig: Rig, uv: Pixels) -> Float:
+    """Return the ends (m, 2, 3), mm, world, of bars shown as (m, C, 2, 2), px; NaN if not seen."""
+    ends = [triangulate(rig, placement) for placement in uv]
+    return np.array(ends).reshape(-1, 2, 3)
