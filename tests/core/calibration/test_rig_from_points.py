@@ -160,8 +160,10 @@ def test_flat_volume_warns_refuses_and_can_be_forced() -> None:
 def test_small_volume_is_refused() -> None:
     points, spots = observe(rig(), 200, 400.0, 1)
     for size, refused in ((20.0, True), (80.0, False)):
-        truth = np.random.default_rng(2).uniform(-0.5, 0.5, (200, 3)) * size
+        rng = np.random.default_rng(2)
+        truth = rng.uniform(-0.5, 0.5, (200, 3)) * size
         uv = np.stack([project(camera, truth) for camera in CAMERAS])
+        uv += 1e-5 * rng.standard_normal(uv.shape)
         small = replace(points, positions_world=truth), replace(spots, uv=uv, sigma_px=1e-5)
         if refused:
             error = refusal(*small)
