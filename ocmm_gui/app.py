@@ -236,7 +236,7 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     add(
         "--source", default="simulated",
-        help="simulated, ethercat:virtual, ethercat:IFACE or replay:FILE",
+        help="simulated, ethercat:virtual, ethercat:pixels, ethercat:IFACE or replay:FILE",
     )  # fmt: skip
     add("--seed", type=int, default=3, help="seed of the virtual rig")
     add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")

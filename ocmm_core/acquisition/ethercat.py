@@ -185,6 +185,9 @@ class EthercatSource:
         if late or elapsed > 1:
             busy = "The computer was busy and answered the cameras late."
             self._note(Alarm.HOST_BUSY, busy, end_ns, cycles=elapsed - 1 + late)
+        if self._bus.redundancy_broken:
+            words = "The ring is open: the next fault of a cable stops the measuring."
+            self._note(Alarm.REDUNDANCY, words, end_ns)
         if abs(clock.drift_ppm) > _DRIFT_LIMIT_PPM:
             words = f"The bus clock runs {clock.drift_ppm:+.0f} ppm against this computer."
             self._note(Alarm.CLOCK_DRIFT, words, end_ns)

@@ -15,7 +15,9 @@ BusOption = Annotated[
     str,
     typer.Option(
         "--source",
-        help="'ethercat:IFACE' (cameras on that network interface) or 'ethercat:virtual'.",
+        help="'ethercat:IFACE' (cameras on that network interface), 'ethercat:IFACE+IFACE' (a ring "
+        "with a redundancy cable), 'ethercat:virtual', or 'ethercat:pixels' (software cameras that "
+        "compute their pictures, at 1 kHz).",
     ),
 ]
 CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]

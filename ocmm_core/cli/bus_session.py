@@ -15,7 +15,13 @@ from ocmm_core.acquisition.scan_process import ScanConfig, scan_command
 from ocmm_core.acquisition.worker import AcquisitionState, read_status
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.compose import Feed, StationRequest, make_feed, segment_of
+from ocmm_core.cli.compose import (
+    VIRTUAL_BUSES,
+    Feed,
+    StationRequest,
+    make_feed,
+    segment_of,
+)
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import DEMO_PLAN
 from ocmm_core.errors import BusError, InputError
@@ -120,7 +126,7 @@ def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDe
     kind, _, name = source.partition(":")
     if kind != "ethercat" or not name:
         raise _no_bus(source)
-    if name == "virtual":
+    if source in VIRTUAL_BUSES:
         request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
         command, first_lines = scan_virtual(
             segment_of(request, load_plan(DEMO_PLAN), load_rig(rig_path))
@@ -180,5 +186,6 @@ def _no_bus(source: str) -> InputError:
     return InputError(
         "bus.source",
         f"--source is {source!r}, which is no camera bus.",
-        "Give ethercat:IFACE for the cameras on a network interface, or ethercat:virtual.",
+        "Give ethercat:IFACE for the cameras on a network interface, ethercat:virtual or "
+        "ethercat:pixels.",
     )

@@ -32,7 +32,9 @@ from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import SessionOptions
 from ocmm_core.simulation.camera_process import SegmentConfig
+from ocmm_core.simulation.pixel_frames import PixelScript
 from ocmm_core.simulation.rig import RigScript, VirtualRig
+from ocmm_core.simulation.sensor import SensorOptions
 from ocmm_core.simulation.source import SimulatedSource
 from ocmm_core.simulation.virtual_bus import VirtualBus
 from ocmm_core.simulation.world import WorldOptions
@@ -48,6 +50,13 @@ _AHEAD_S = 0.2
 asks what is missing hears of his last touch."""
 
 
+PIXEL_BUS = "ethercat:pixels"
+VIRTUAL_BUSES = ("ethercat:virtual", PIXEL_BUS)
+"""Software cameras on a virtual wire; those of the second compute their pictures."""
+_PIXEL_RATE_HZ = 1000
+"""Two cores compute so many pictures in real time with something to spare."""
+
+
 @dataclass(frozen=True, slots=True)
 class StationRequest:
     """What to measure, with what, from where and to where.
@@ -57,8 +66,9 @@ class StationRequest:
     plan, rig, probe, part
         Documents; the part is only for virtual rigs.
     source
-        ``"simulated"``, ``"ethercat:virtual"``, ``"ethercat:IFACE"``, ``"ethercat:service"`` or
-        ``"replay:FILE"``.
+        ``"simulated"``, ``"ethercat:virtual"``, ``"ethercat:pixels"``, ``"ethercat:IFACE"``,
+        ``"ethercat:service"`` or ``"replay:FILE"``; two interfaces joined by ``+`` are the ends
+        of a ring.
     out
         Folder of the job file; made if it does not exist.
     seed, speed, world, frame_rate_hz
@@ -217,9 +227,9 @@ def calibration_of(request: StationRequest) -> CalibrationInUse:
     InputError
         The rig document cannot be used.
     """
-    kind, _, name = request.source.partition(":")
+    kind, _, _name = request.source.partition(":")
     folder = request.calibrations
-    if folder is None and kind == "ethercat" and name != "virtual":
+    if folder is None and kind == "ethercat" and request.source not in VIRTUAL_BUSES:
         folder = default_folder()
     if folder is None:
         return open_design(request.rig, uncalibrated=request.uncalibrated)
@@ -231,7 +241,7 @@ def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
     kind, _, name = request.source.partition(":")
     if request.source == "simulated":
         return _simulated(request, plan)
-    if request.source == "ethercat:virtual":
+    if request.source in VIRTUAL_BUSES:
         return _virtual_bus(request, plan, rig)
     if request.source == "ethercat:service":
         return _service(request, rig)
@@ -242,7 +252,8 @@ def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
     raise InputError(
         "source.unknown",
         f"--source is {request.source!r}, which is no source of frames.",
-        "Give simulated, ethercat:virtual, ethercat:IFACE, ethercat:service or replay:FILE.",
+        "Give simulated, ethercat:virtual, ethercat:pixels, ethercat:IFACE, ethercat:service or "
+        "replay:FILE.",
     )
 
 
@@ -285,14 +296,29 @@ def _replay(request: StationRequest, rig: Rig, path: Path) -> Feed:
 
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return the software cameras that play the request's script; the interface is left open."""
-    script = msgspec.Raw(script_of(request, plan).to_json().encode("utf-8"))
+    script = script_of(_at_own_rate(request), plan)
+    words = (
+        PixelScript(pixels=SensorOptions(), script=script).to_json()
+        if request.source == PIXEL_BUS
+        else script.to_json()
+    )
     return SegmentConfig(
-        interface="", cameras=identities(rig), provider=script, control=request.control
+        interface="",
+        cameras=identities(rig),
+        provider=msgspec.Raw(words.encode("utf-8")),
+        control=request.control,
     )
 
 
+def _at_own_rate(request: StationRequest) -> StationRequest:
+    """Return the request with the rate of cameras that are computed pixel by pixel."""
+    if request.source == PIXEL_BUS and not request.frame_rate_hz:
+        return replace(request, frame_rate_hz=_PIXEL_RATE_HZ)
+    return request
+
+
 def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
-    virtual = script_of(request, plan).build()
+    virtual = script_of(_at_own_rate(request), plan).build()
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", virtual.frame_period_ns, force=False)
     acquisition = VirtualBus(bus, segment_of(request, plan, rig), ring)
@@ -303,7 +329,9 @@ def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
 def _bus(request: StationRequest, rig: Rig, interface: str) -> Feed:
     ring = FrameRing.create(len(rig.cameras))
     period_ns = round(1e9 / rig.frame_rate_hz)
-    bus = _bus_config(rig, ring, interface, period_ns, force=request.force)
+    first, _, second = interface.partition("+")
+    bus = _bus_config(rig, ring, first, period_ns, force=request.force)
+    bus = msgspec.structs.replace(bus, redundant_interface=second)
     description = _bus_description(f"EtherCAT on {interface}", rig, bus)
     return Feed(BusProcess(bus, ring), ring, description, live=True)
 

@@ -17,9 +17,10 @@ DEMO_PART = resource("parts", "demo.toml")
 
 SOURCE_HELP = (
     "Where frames come from: 'simulated' (virtual rig in this process), 'ethercat:virtual' "
-    "(virtual rig over a whole EtherCAT wire, without root), 'ethercat:IFACE' (cameras on that "
-    "network interface), 'ethercat:service' (those of the service of this computer), "
-    "'replay:FILE' (a recording made with ocmm record)."
+    "(virtual rig over a whole EtherCAT wire, without root), 'ethercat:pixels' (the same, down to "
+    "the pixels of the sensors, at 1 kHz), 'ethercat:IFACE' (cameras on that network interface), "
+    "'ethercat:IFACE+IFACE' (a ring with a redundancy cable), 'ethercat:service' (those of the "
+    "service of this computer), 'replay:FILE' (a recording made with ocmm record)."
 )
 
 PlanOption = Annotated[Path, typer.Option("--plan", help="Plan document (TOML): what to measure.")]

@@ -85,7 +85,8 @@ class CameraBus:
     @property
     def redundancy_broken(self) -> bool:
         """Return whether there is a redundancy cable and the ring is open somewhere."""
-        return False
+        master = self._session.master
+        return master is not None and master.port.ring is not None and master.port.ring.is_open
 
     def open(self) -> None:
         """Find, check, configure and synchronise the cameras and bring them to operation.

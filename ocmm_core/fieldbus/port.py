@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.datagrams import Command, Datagram, frame_index
+from ocmm_core.fieldbus.ring_cable import RingCable
 from ocmm_core.fieldbus.service import FIRST_INDEX, Job, ServiceChannel
 from ocmm_core.fieldbus.sockets import LinkWatch, listen, receive, transmit
 from ocmm_core.fieldbus.tally import N_INDICES, AnswerTally
@@ -60,14 +61,18 @@ class Port:
         Answers to the process data.
     links
         State of the link of each interface.
+    ring
+        What a redundancy cable makes of the answers; None without one.
     """
 
     def __init__(self, interfaces: Sequence[str]) -> None:
         self.tally = AnswerTally()
         self.links = [LinkWatch(name) for name in interfaces]
+        self.ring = RingCable() if len(interfaces) > 1 else None
         self._channels: list[socket.socket] = []
         self._questions = ServiceChannel()
         self._service_came = False
+        self._copies = 0
         try:
             for name in interfaces:
                 self._channels.append(listen(name))
@@ -98,6 +103,7 @@ class Port:
             if frame is None or not self._send(frame):
                 return None
             self._wait(lambda: service.waits, service, _ASK_NS)
+            self._settle(service)
             if len(answers) == len(datagrams):
                 return tuple(answers)
             service.abandon()
@@ -109,15 +115,18 @@ class Port:
         return 0 if answers is None else answers[0].working_counter
 
     def link_trouble(self) -> str:
-        """Return why no frame can pass the (first) interface; empty in good order."""
-        return self.links[0].trouble()
+        """Return why no frame can pass any interface; empty in good order."""
+        troubles = [link.trouble() for link in self.links]
+        return troubles[0] if all(troubles) else ""
 
     def begin(self, service: ServiceChannel, token: int) -> None:
         """Sort what came late and expect the answers of the next cycle."""
         self.tally.begin(token)
         for frame in self.collect(service):
-            self.tally.take_late(frame)
+            if self.ring is None:
+                self.tally.take_late(frame)
         self._service_came = False
+        self._copies = 0
 
     def send_service(self, frame: bytes | None) -> None:
         """Send the service frame of this cycle."""
@@ -145,19 +154,36 @@ class Port:
             self._wait(lambda: service.waits, service, rest)
         return whole, tally.any_came or self._service_came, answered_ns
 
+    def await_copies(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
+        """Wait for both copies of every answer on a ring; as `await_answers`."""
+        ends = sum(not link.trouble() for link in self.links)
+        wanted = ends * self.tally.frames
+        now_ns = time.monotonic_ns()
+        self._wait(lambda: self._copies < wanted or service.waits, service, deadline_ns - now_ns)
+        self._settle(service)
+        any_came = self._copies > 0 or self._service_came
+        return self._copies >= self.tally.frames, any_came, time.monotonic_ns()
+
     def collect(self, service: ServiceChannel) -> list[bytes]:
         """Take all frames that wait and give them to whom they belong; return the master's."""
         own = []
-        for channel in self._channels:
+        for end, channel in enumerate(self._channels):
             while (frame := receive(channel)) is not None:
                 index = frame_index(frame)
                 if index is None:
                     continue
                 if index >= FIRST_INDEX:
-                    self._service_came |= service.take(frame)
+                    answer = frame if self.ring is None else self.ring.take(end, frame, index)
+                    self._service_came |= answer is not None and service.take(answer)
                 elif index < N_INDICES:
                     own.append(frame)
         return own
+
+    def _settle(self, service: ServiceChannel) -> None:
+        """Take what came in at one end only for the answer; the other end may be cut off."""
+        if self.ring is not None:
+            for frame in self.ring.settle():
+                self._service_came |= service.take(frame)
 
     def close(self) -> None:
         """Give the sockets back; may be called twice."""
@@ -181,4 +207,7 @@ class Port:
             if not ready:
                 return
             for frame in self.collect(service):
-                self.tally.take(frame)
+                # On a ring the master puts the answers together itself, from copies.
+                self._copies += 1
+                if self.ring is None:
+                    self.tally.take(frame)

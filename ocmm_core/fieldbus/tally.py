@@ -54,7 +54,8 @@ class AnswerTally:
 
     def learn(self, answers: list[bytes]) -> None:
         """Take the answers of one whole cycle as the pattern of all that follow."""
-        self.frames = len(answers)
+        # On a ring each answer comes in two copies.
+        self.frames = len({answer[_INDEX_AT] for answer in answers})
         self._next = (answers[-1][_INDEX_AT] + 1) % N_INDICES if answers else 0
         self.forget()
 

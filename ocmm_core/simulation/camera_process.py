@@ -39,8 +39,8 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     cameras
         In the order in which a frame passes them.
     provider
-        What they see, as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}`` or a script of
-        the virtual rig.
+        What they see, as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, a script of
+        the virtual rig (`RigScript`), or one that is computed pixel by pixel (`PixelScript`).
     sees
         For each of them, the number of the camera of the rig whose picture it shows; empty:
         in the same order.
@@ -84,14 +84,18 @@ def input_ended() -> bool:
 
 
 def make_provider(text: bytes) -> CameraFrames:
-    """Return what ``text`` describes: the test pattern, or the virtual rig of a script."""
+    """Return what ``text`` describes: a pattern, or the virtual rig of a script."""
     try:
         pattern = msgspec.json.decode(text, type=_Pattern)
     except msgspec.DecodeError:
         # The physics needs a compiler; the test pattern must not pay for that.
+        from ocmm_core.simulation.pixel_frames import pixel_provider_from_json
         from ocmm_core.simulation.rig import provider_from_json
 
-        return provider_from_json(text.decode("utf-8"))
+        words = text.decode("utf-8")
+        fields = msgspec.json.decode(text)
+        with_pixels = isinstance(fields, dict) and "pixels" in fields
+        return pixel_provider_from_json(words) if with_pixels else provider_from_json(words)
     return TestPattern() if pattern.pattern == "test" else ClockPattern()
 
 
