@@ -1,0 +1,444 @@
+"""Guided calibration from known points: a target is brought to each position of a list.
+
+The list comes from a CMM; at each position the averaged spots of all cameras are one observation.
+They are taken live, step by step, or all at once from a table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.camera_model_fit import MINIMUM_POINTS
+from ocmm_core.calibration.camera_network import RigCalibration, calibrate_rig
+from ocmm_core.calibration.collecting import Average, RestingSpots
+from ocmm_core.calibration.conclusion import Circumstances, Findings, conclude, hash_of
+from ocmm_core.calibration.evaluation import axis_errors, split, subset
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.outcome import CalibrationOutcome, CameraResiduals
+from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
+from ocmm_core.calibration.procedure_views import KnownPoint, KnownPointsView
+from ocmm_core.calibration.records import ArtefactUse, rig_from_record
+from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.session import GuidedProcedure
+from ocmm_core.calibration.session_events import (
+    Begun,
+    Decided,
+    SessionEvent,
+    SessionLine,
+    Spots,
+    first_line,
+    from_spots,
+    session_path,
+    to_spots,
+    utc_text,
+)
+from ocmm_core.camera.rig import Rig
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError
+
+EVALUATION_FROM = 80
+"""A list of so many points gives a part of them for evaluation."""
+
+PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
+
+
+class KnownPointsBegun(Begun, frozen=True, kw_only=True):
+    """First line.
+
+    Attributes
+    ----------
+    names, positions, reference_sigma, frame
+        The list, as in `ReferencePoints`; mm.
+    evaluation
+        How many of the points are kept for evaluation.
+    valid_days
+        For how long the calibration may be used.
+    artefacts
+        The CMM that positioned the points, with its certificate.
+    """
+
+    names: tuple[str, ...]
+    positions: tuple[tuple[float, float, float], ...]
+    reference_sigma: float
+    frame: str
+    evaluation: int
+    valid_days: int
+    artefacts: tuple[ArtefactUse, ...]
+
+
+class PointTaken(SessionEvent, frozen=True, kw_only=True):
+    """The spots at one reference point; taken again, it replaces the one before.
+
+    Attributes
+    ----------
+    point
+        Name.
+    uv
+        (C, 1), px; nothing but None where the point was skipped.
+    sigma_px
+        Standard deviation of a spot.
+    """
+
+    point: str
+    uv: Spots
+    sigma_px: float
+
+
+KnownPointsEvent: TypeAlias = KnownPointsBegun | PointTaken
+
+
+class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]):
+    """See `procedure`; made by `begin` and `resume`."""
+
+    kind = Kind.KNOWN_POINTS
+    step_names = (PREPARE, COLLECT, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[KnownPointsEvent]],
+        begun: KnownPointsBegun,
+        rig: Rig,
+        store: CalibrationStore,
+    ) -> None:
+        super().__init__(chain, begun, rig, store)
+        self._begun = begun
+        self._points = ReferencePoints(
+            begun.names, np.array(begun.positions), begun.reference_sigma, begun.frame
+        )
+        self._taken: list[PointTaken] = []
+        self._spots = RestingSpots(rig, 1)
+        self._aim: str | None = None
+        self._fold()
+
+    @classmethod
+    def begin(
+        cls,
+        folder: Path,
+        rig: Rig,
+        store: CalibrationStore,
+        points: ReferencePoints,
+        now: datetime,
+        *,
+        who: str,
+        temperature_c: float | None = None,
+        evaluation: int | None = None,
+        valid_days: int = 365,
+        artefacts: tuple[ArtefactUse, ...] = (),
+    ) -> KnownPointsProcedure:
+        """Begin a session.
+
+        Parameters
+        ----------
+        folder
+            Of session files.
+        rig
+            Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
+        store
+            Calibrations of that rig.
+        evaluation
+            Points kept for evaluation; by default a quarter of a list that is long enough.
+
+        Raises
+        ------
+        StorageError
+            The session file cannot be written.
+        CalibrationError
+            The evaluation would leave no points for the calibration.
+        """
+        count = len(points.names)
+        if evaluation is None:
+            evaluation = count // 4 if count >= EVALUATION_FROM else 0
+        if not 0 <= evaluation < count:
+            raise CalibrationError(
+                "calibration.split",
+                f"{evaluation} of {count} points for evaluation leave none for the calibration.",
+                "Keep fewer points for evaluation.",
+            )
+        begun = KnownPointsBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=store.active_hash or "",
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            names=points.names,
+            positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
+            reference_sigma=points.sigma,
+            frame=points.frame,
+            evaluation=evaluation,
+            valid_days=valid_days,
+            artefacts=artefacts,
+        )
+        chain = _chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, store)
+
+    @classmethod
+    def resume(cls, path: Path, rig: Rig, store: CalibrationStore) -> KnownPointsProcedure:
+        """Continue the session of a file where it stopped.
+
+        Raises
+        ------
+        StorageError
+            The file is not as it was written.
+        CalibrationError
+            It is empty, or was begun with another rig.
+        """
+        chain = _chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, KnownPointsBegun)  # noqa: S101 - the only first line of this kind
+        return cls(chain, begun, rig, store)
+
+    @property
+    def view(self) -> KnownPointsView:
+        """Return the snapshot."""
+        with self._lock:
+            views = {one.point: _views(one) for one in self._taken}
+            points = tuple(
+                KnownPoint(name, position, views.get(name))
+                for name, position in zip(
+                    self._points.names, self._points.positions_world, strict=True
+                )
+            )
+            return KnownPointsView(self.base, points, self._next(), self._outcome)
+
+    def watch(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        with self._lock:
+            self._spots.feed(block)
+
+    def aim(self, point: str | None) -> None:
+        """Say which point is taken next; None is the first one that was not taken yet.
+
+        Raises
+        ------
+        CalibrationError
+            The list has no such point.
+        """
+        if point is not None and point not in self._points.names:
+            raise CalibrationError(
+                "known_points.unknown",
+                f"The point {point!r} is not in the list of reference points.",
+                "Choose a point of the list.",
+            )
+        with self._lock:
+            self._aim = point
+
+    def skip(self, now: datetime) -> None:
+        """Leave the next point out, because no camera can see it."""
+        with self._lock:
+            index = self._next()
+            if index is not None:
+                nothing: Spots = ((None,),) * len(self.rig.cameras)
+                name = self._points.names[index]
+                self._append(PointTaken(utc=utc_text(now), point=name, uv=nothing, sigma_px=0.0))
+
+    def take_table(self, spots: SpotTable, now: datetime) -> None:
+        """Take all points of a table of recorded spots that are not taken yet.
+
+        Raises
+        ------
+        CalibrationError
+            The spots are not those of the cameras of this rig.
+        """
+        serials = tuple(camera.serial for camera in self.rig.cameras)
+        if set(spots.serials) != set(serials):
+            raise CalibrationError(
+                "calibration.serial_mismatch",
+                f"The spots are those of cameras {_listed(spots.serials)}, and rig "
+                f"'{self.rig.name}' has {_listed(serials)}.",
+                "Choose the rig that the spots were taken with.",
+            )
+        rows = [spots.serials.index(serial) for serial in serials]
+        with self._lock:
+            done = {one.point for one in self._taken}
+            for index, name in enumerate(self._points.names):
+                if name not in done:
+                    uv = to_spots(spots.uv[rows, index][:, None])
+                    self._append(
+                        PointTaken(utc=utc_text(now), point=name, uv=uv, sigma_px=spots.sigma_px)
+                    )
+
+    def _next(self) -> int | None:
+        if self._aim is not None:
+            return self._points.names.index(self._aim)
+        done = {one.point for one in self._taken}
+        return next((i for i, name in enumerate(self._points.names) if name not in done), None)
+
+    def _live(self) -> Live:
+        return self._spots.live()
+
+    def _observation(self, utc: str) -> PointTaken:
+        index = self._next()
+        if index is None or self._step != COLLECT:
+            raise CalibrationError(
+                "known_points.nothing_next",
+                "All points of the list were taken." if index is None else "Nothing is taken now.",
+                "Go on to the result, or choose a point to take it again.",
+            )
+        average = self._spots.average()
+        return PointTaken(
+            utc=utc,
+            point=self._points.names[index],
+            uv=to_spots(average.uv),
+            sigma_px=average.sigma_px,
+        )
+
+    def _observe(self, event: KnownPointsEvent) -> None:
+        if isinstance(event, PointTaken):
+            self._taken.append(event)
+            self._aim = None
+            self._spots.taken(Average(from_spots(event.uv), event.sigma_px))
+
+    def _has_observation(self, step: str) -> bool:
+        return step == COLLECT and bool(self._taken)
+
+    def _undo(self, step: str) -> None:
+        self._taken.pop()
+
+    def _steps(self) -> tuple[Step, ...]:
+        done = len({one.point for one in self._taken})
+        count = len(self._points.names)
+        index = self._next()
+        where = "All points are taken."
+        if index is not None:
+            x, y, z = self._points.positions_world[index]
+            where = f"Bring the target to {self._points.names[index]} ({x:.1f}, {y:.1f}, {z:.1f})."
+        return (
+            Step(
+                PREPARE,
+                "Prepare",
+                "Fix one bright target to the machine that positions it, let cameras and machine "
+                "warm up, and cover other lights.",
+                OPEN,
+            ),
+            Step(COLLECT, "Known points", where, self._collected(done), done, count),
+            Step(
+                RESULT,
+                "Result",
+                "Look at the residuals and at what changes, then accept the new calibration or "
+                "keep the old one.",
+                Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+            ),
+        )
+
+    def _collected(self, done: int) -> Gate:
+        count = len(self._points.names)
+        if done < count:
+            return Gate(
+                False,
+                f"{count - done} of {count} points are not taken.",
+                "Take them, or skip those that no camera sees.",
+            )
+        uv = self._table().uv
+        for camera, of_camera in zip(self.rig.cameras, uv, strict=True):
+            seen = int(np.count_nonzero(np.isfinite(of_camera[:, 0])))
+            if seen < MINIMUM_POINTS:
+                return Gate(
+                    False,
+                    f"Camera '{camera.name}' saw {seen} of the points only.",
+                    f"Take a list of which every camera sees at least {MINIMUM_POINTS}.",
+                )
+        return OPEN
+
+    def _table(self) -> SpotTable:
+        """Return the spots of all points in the order of the list; NaN where not taken."""
+        taken = {one.point: one for one in self._taken}
+        uv = np.full((len(self.rig.cameras), len(self._points.names), 2), np.nan)
+        sigmas = []
+        for index, name in enumerate(self._points.names):
+            if name in taken and _views(taken[name]):
+                uv[:, index] = from_spots(taken[name].uv)[:, 0]
+                sigmas.append(taken[name].sigma_px)
+        sigma = float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else 1.0
+        return SpotTable(tuple(camera.serial for camera in self.rig.cameras), uv, sigma)
+
+    def _calculation(self) -> Callable[[], CalibrationOutcome]:
+        table, force, running = self._table(), self._forced, self._store.active()
+        made = self._taken[-1].utc if self._taken else self._begun.utc
+        rig, points, begun = self.rig, self._points, self._begun
+        before = None if running is None else rig_from_record(running)
+
+        def calculate() -> CalibrationOutcome:
+            found = _found(rig, points, table, begun.evaluation, force)
+            how = Circumstances(
+                method="known points",
+                made=datetime.fromisoformat(made),
+                valid_days=begun.valid_days,
+                who=begun.who,
+                software=begun.software,
+                temperature_c=begun.temperature_c,
+                data_sha256=hash_of(points.positions_world, table.uv),
+                artefacts=begun.artefacts,
+                previous=begun.running,
+            )
+            return conclude(rig, found, how, before)
+
+        return calculate
+
+    def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
+        now = datetime.fromisoformat(decided.utc)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now)
+
+
+def _chain(path: Path) -> ChainFile[SessionLine[KnownPointsEvent]]:
+    return ChainFile(path, SessionLine[KnownPointsEvent])
+
+
+def _views(taken: PointTaken) -> int:
+    return sum(camera[0] is not None for camera in taken.uv)
+
+
+def _listed(serials: tuple[int, ...]) -> str:
+    return ", ".join(map(str, serials))
+
+
+def _found(
+    rig: Rig, points: ReferencePoints, table: SpotTable, evaluation: int, force: bool
+) -> Findings:
+    """Return what the points say; ``evaluation`` of them, always the same ones, are held back."""
+    used, held = (points, table), None
+    if evaluation:
+        chosen, rest = split(points, len(points.names) - evaluation, np.random.default_rng(0))
+        used, held = subset(points, table, chosen), subset(points, table, rest)
+    calibration = calibrate_rig(rig, *used, force)
+    at, errors = np.empty((0, 3)), np.empty((0, 3))
+    if held is not None:
+        located = axis_errors(calibration.applied_to(rig, rig.identity), *held).errors_world
+        seen = np.isfinite(located).all(axis=1)
+        at, errors = held[0].positions_world[seen], located[seen]
+    squares = [(one.chi2, one.dof) for one in calibration.cameras]
+    residuals = np.concatenate([one.residuals_px[one.used] for one in calibration.cameras])
+    return Findings(
+        cameras=tuple(one.model for one in calibration.cameras),
+        covariance=calibration.covariance,
+        volume_world=calibration.volume_world,
+        hull_world=calibration.hull_world,
+        residuals=tuple(
+            CameraResiduals(one.model.name, one.uv, one.residuals_px, one.used)
+            for one in calibration.cameras
+        ),
+        rms_px=float(np.sqrt(np.mean(residuals**2))),
+        chi2_per_dof=sum(chi2 for chi2, _ in squares) / sum(dof for _, dof in squares),
+        points=_points_used(calibration),
+        outliers=tuple(
+            f"{one.name} in {camera.model.name}"
+            for camera in calibration.cameras
+            for one in camera.outliers
+        ),
+        errors_at_world=at,
+        errors_world=errors,
+        warnings=calibration.warnings,
+    )
+
+
+def _points_used(calibration: RigCalibration) -> int:
+    return len({int(i) for one in calibration.cameras for i in one.indices[one.used]})
