@@ -35,6 +35,8 @@ class DirectCamera:
         Of the camera.
     state
         To which it is brought.
+    serial
+        Serial number.
     """
 
     def __init__(
@@ -42,8 +44,9 @@ class DirectCamera:
         provider: CameraFrames | None = None,
         store: CameraStore | None = None,
         state: int = reg.PREOP,
+        serial: int = SERIAL,
     ) -> None:
-        self.camera = SoftwareCamera(0, SERIAL, 1, provider or TestPattern(), 1, store)
+        self.camera = SoftwareCamera(0, serial, 1, provider or TestPattern(), 1, store)
         self.esc = self.camera.esc
         self.esc.now_ns = 10**12
         self.emergencies: list[bytes] = []

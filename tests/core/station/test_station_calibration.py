@@ -1,0 +1,195 @@
+"""The station with a calibration from the store: gates, warnings, and what the job file keeps."""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.in_use import Word, store_folder
+from ocmm_core.calibration.records import CameraRecord
+from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.errors import BusError, CalibrationError
+from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.view import StatusWord
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.simulation.virtual_bus import namespace_command
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.result import Verdict
+from tests.core.calibration.test_records_history import make_record, make_verification
+
+Build = Callable[..., BuiltStation]
+
+
+def fresh_record(**changes: object) -> CameraRecord:
+    """Return a calibration of an hour ago that is valid for a year."""
+    made = datetime.now(UTC) - timedelta(hours=1)
+    until = made + timedelta(days=365)
+    return make_record(made_utc=made.isoformat(), valid_until_utc=until.isoformat(), **changes)
+
+
+def calibrate(folder: Path, record: CameraRecord, *, verified: bool = True) -> CalibrationStore:
+    """Put a calibration in force."""
+    store = CalibrationStore(store_folder(folder, "recommended"))
+    now = datetime.now(UTC)
+    store.accept(record, "technician", "new", now)
+    if verified:
+        store.verify(make_verification(record), now)
+    return store
+
+
+@pytest.fixture
+def build(tmp_path: Path) -> Iterator[Build]:
+    built: list[BuiltStation] = []
+
+    def make(**changes: object) -> BuiltStation:
+        request = StationRequest(
+            plan=resource("plans", "quick.toml"),
+            out=tmp_path / "out",
+            calibrations=tmp_path,
+            **changes,  # type: ignore[arg-type] # fields of the request by name
+        )
+        built.append(build_station(request))
+        return built[-1]
+
+    yield make
+    for item in built:
+        item.station.close()
+
+
+def wait_until(condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+    end = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < end, "the condition never came true"
+        time.sleep(0.01)
+
+
+def test_a_job_is_measured_with_the_record_and_says_so(build: Build, tmp_path: Path) -> None:
+    store = calibrate(tmp_path, fresh_record())
+    built = build(frame_rate_hz=500)
+    station = built.station
+    assert station.rig.identity == store.active_hash
+    station.start()
+    assert station.wait_finished(40.0)
+    view = station.job()
+    assert view.complete
+    assert view.unproven == ""
+    assert {result.verdict for result in view.characteristics} == {Verdict.CONFORM}
+    report = station.export(tmp_path / "report")[2]
+    with report.open(newline="") as stream:
+        assert {row["Calibration"] for row in csv.DictReader(stream)} == {
+            f"VALID {station.rig.identity[:12]}"
+        }
+    station.close()
+    with JobFile.open(built.job_path, read_only=True) as job:
+        assert job.head.rig_identity == store.active_hash
+        events = [(event.kind, event.text) for event in job.events()]
+        assert ("calibration", f"VALID {store.active_hash}") in events
+        assert job.verify() == []
+
+
+def test_an_unverified_calibration_takes_no_points(build: Build, tmp_path: Path) -> None:
+    calibrate(tmp_path, fresh_record(), verified=False)
+    station = build(frame_rate_hz=500).station
+    refused: list[Refusal] = []
+    station.point_refused.connect(refused.append)
+    live = station.live()
+    assert live.status is StatusWord.NOT_READY
+    station.start()
+    # The scripted operator repeats a refused touch a few times, then gives up.
+    wait_until(lambda: len(refused) >= 2)
+    assert {item.code.value for item in refused} == {"calibration"}
+    assert "not verified" in refused[0].what
+    assert "length bar" in refused[0].remedy
+    assert "not verified" in station.live().reason
+    assert station.live().tip_world is None
+    assert all(not feature.points for feature in station.job().features)
+
+
+def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_path: Path) -> None:
+    built = build(frame_rate_hz=500, uncalibrated=True)
+    station = built.station
+    station.start()
+    assert station.wait_finished(40.0)
+    view = station.job()
+    assert view.complete
+    assert "never calibrated" in view.unproven
+    assert {result.verdict for result in view.characteristics} == {Verdict.NOT_PROVEN}
+    assert {feature.verdict for feature in view.features} <= {Verdict.NOT_PROVEN, None}
+    assert all(view.unproven in result.note for result in view.characteristics)
+    names = [path.name for path in station.export(tmp_path / "report")]
+    assert names[2] == "QUICK-001_UNCALIBRATED_report.csv"
+    station.close()
+    # Opened again, by a program that knows nothing of that day, it proves nothing either.
+    with JobFile.open(built.job_path) as job:
+        again = InspectionSession(station.plan, station.rig, station.body, job, SessionOptions())
+        assert again.view.unproven == view.unproven
+        assert again.view.characteristics == view.characteristics
+
+
+def test_a_doubt_stops_a_running_job_and_a_verification_lets_it_go_on(
+    build: Build, tmp_path: Path
+) -> None:
+    record = fresh_record()
+    store = calibrate(tmp_path, record)
+    station = build(frame_rate_hz=500, speed=1.0, stay=True).station
+    taken: list[MeasuredPoint] = []
+    station.point_taken.connect(taken.append)
+    station.start()
+    wait_until(lambda: len(taken) >= 1)
+    now = datetime.now(UTC)
+    store.suspect("monitor", "Camera 'left' has turned.", now, now)
+    wait_until(lambda: station.live().status is StatusWord.NOT_READY)
+    assert "Camera 'left' has turned." in station.live().reason
+    before = len(taken)
+    station.take()
+    time.sleep(0.5)
+    assert len(taken) == before
+    refusal = station.job().refusal
+    assert refusal is not None
+    assert "has turned" in refusal.what
+    store.verify(make_verification(record), datetime.now(UTC))
+    wait_until(lambda: len(taken) > before)
+    assert station.calibration().word is Word.VALID
+
+
+def test_without_cameras_there_is_nothing_to_write_to(build: Build, tmp_path: Path) -> None:
+    with pytest.raises(CalibrationError, match="no calibration whose intrinsics"):
+        build(frame_rate_hz=500).station.write_to_cameras()
+    calibrate(tmp_path, fresh_record())
+    with pytest.raises(CalibrationError, match="do not come from cameras"):
+        build(frame_rate_hz=500).station.write_to_cameras()
+
+
+@pytest.mark.timing
+@pytest.mark.slow
+def test_cameras_that_store_nothing_are_not_measured_with_until_they_do(
+    build: Build, tmp_path: Path
+) -> None:
+    try:
+        namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+    calibrate(tmp_path, fresh_record(sensor_temperatures_c=(36.5, 33.0)))
+    station = build(source="ethercat:virtual").station
+    assert "not asked yet" in str(station.calibration().hindrance)
+    station.start()
+    wait_until(lambda: "stores no intrinsics" in station.live().reason)
+    assert station.live().status is StatusWord.NOT_READY
+    assert station.calibration().word is Word.UNUSABLE
+    station.write_to_cameras()
+    wait_until(lambda: station.live().status in (StatusWord.READY, StatusWord.MEASURING))
+    view = station.calibration()
+    assert view.word is Word.VALID
+    # The cameras of the virtual wire have 36.5 degrees.
+    (warning,) = view.warnings
+    assert "Camera 'right' is 3.5 K warmer" in warning
+    begun = time.monotonic()
+    station.close()
+    assert time.monotonic() - begun < 2.0
