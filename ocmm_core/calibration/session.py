@@ -176,10 +176,13 @@ class GuidedProcedure(ABC, Generic[E, O]):
         with self._lock:
             self._append(Forced(utc=utc_text(now), reason=reason))
 
-    def compute(self) -> None:
-        """Calculate the result of the observations so far; see `procedure.Procedure.compute`."""
+    def compute(self, elsewhere: Callable[[], O] | None = None) -> None:
+        """Calculate the result of the observations so far; see `procedure.Procedure.compute`.
+
+        ``elsewhere`` returns what another process calculated that resumed the same session.
+        """
         with self._lock:
-            calculate, version = self._calculation(), self._version
+            calculate, version = elsewhere or self._calculation(), self._version
         try:
             outcome = calculate()
         except OcmmError as error:
