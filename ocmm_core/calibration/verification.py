@@ -1,0 +1,246 @@
+"""Verification of a calibration with calibrated lengths and spheres (after VDI/VDE 2634 part 1).
+
+A bar with nests is placed along seven lines of the volume; the ball is put into every nest, and the
+distances of all nests from the first one are five test lengths on each line. Spheres are touched at
+25 points each. A check passes where its error, together with the uncertainty of the artefact, stays
+inside the limit: uncertainty counts against who wants to prove (ISO 14253-1). The procedure is
+modelled on the guideline; it does not replace an acceptance test according to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ocmm_core.calibration.artefacts import LengthBar, Sphere
+from ocmm_core.calibration.records import Check
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3
+
+N_LINES = 7
+SPHERE_POINTS = 25
+MIN_ANGLE = np.radians(10.0)
+"""Two lines whose directions differ less say the same."""
+
+MIN_OF_DIAGONAL = 2.0 / 3.0
+"""Longest test length over the space diagonal of the volume."""
+
+_OFF_PLAN_MM = 75.0
+_INSIDE = 0.95
+_SPHERE_STEPS = 20
+
+Rule = Literal["guarded", "simple"]
+"""Whether the uncertainty of the artefact is taken off the limit, or only stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Permissible errors.
+
+    Attributes
+    ----------
+    constant, per_length, largest
+        E(L) = min(constant + per_length L, largest), mm, for lengths.
+    diameter
+        For the diameter of a sphere, mm.
+    rule
+        How they are applied.
+    """
+
+    constant: float = 0.040
+    per_length: float = 5e-5
+    largest: float = 0.080
+    diameter: float = 0.040
+    rule: Rule = "guarded"
+
+    def of_length(self, length: float) -> float:
+        """Return the permissible error of a length, mm."""
+        return min(self.constant + self.per_length * length, self.largest)
+
+    def passes(self, check: Check) -> bool:
+        """Return whether a check conforms."""
+        guard = check.expanded_mm if self.rule == "guarded" else 0.0
+        return abs(check.error_mm) + guard <= check.limit_mm
+
+    def describe(self) -> str:
+        """Return the rule in words, for records and reports."""
+        guard = ", expanded uncertainty (k = 2) of the artefact taken off the limit"
+        return (
+            f"modelled on VDI/VDE 2634-1: |E| <= min({1e3 * self.constant:g} um + "
+            f"{self.per_length:g} L, {1e3 * self.largest:g} um) for lengths, "
+            f"|E| <= {1e3 * self.diameter:g} um for diameters"
+            f"{guard if self.rule == 'guarded' else ', uncertainty stated'}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedLine:
+    """Where a bar should lie.
+
+    Attributes
+    ----------
+    name
+        In words.
+    ends_world
+        (2, 3), mm: first and last nest.
+    """
+
+    name: str
+    ends_world: Float
+
+
+def plan_lines(volume_world: Float, length: float) -> tuple[PlannedLine, ...]:
+    """Return seven placements of a bar of some length in a volume (2, 3), mm.
+
+    The four space diagonals, each from a corner of its own, and a line near each axis; where the
+    volume is too narrow for the bar along an axis, the line leans to another one.
+
+    Raises
+    ------
+    CalibrationError
+        The bar does not fit into the volume, or is too short to say anything about it.
+    """
+    middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
+    diagonal = float(np.linalg.norm(extent))
+    if not _INSIDE * MIN_OF_DIAGONAL * diagonal <= length <= diagonal:
+        raise CalibrationError(
+            "verification.bar",
+            f"A bar of {length:.0f} mm does not suit a volume with a space diagonal of "
+            f"{diagonal:.0f} mm.",
+            f"Use a bar of {MIN_OF_DIAGONAL * diagonal:.0f} to {diagonal:.0f} mm.",
+        )
+    found = []
+    for number, (x, y, z) in enumerate(((1, 1, 1), (-1, 1, -1), (1, -1, -1), (-1, -1, 1))):
+        half = 0.5 * extent * np.array([x, y, z])
+        begin = middle - half
+        ends = np.stack([begin, begin + 2.0 * half * length / diagonal])
+        found.append(PlannedLine(f"space diagonal {number + 1}", ends))
+    order = np.argsort(-extent)
+    for axis, name in enumerate(("X", "Y", "Z")):
+        other = next(int(one) for one in order if one != axis)
+        along = min(length, float(extent[axis]))
+        across = min(np.sqrt(max(length**2 - along**2, 0.0)), float(extent[other]))
+        direction = np.zeros(3)
+        direction[axis], direction[other] = along, across
+        direction *= length / max(float(np.linalg.norm(direction)), 1e-9)
+        ends = np.stack([middle - 0.5 * direction, middle + 0.5 * direction])
+        found.append(PlannedLine(f"along {name}", ends))
+    return tuple(found)
+
+
+def judge_placement(
+    plan: PlannedLine, ends_world: Float, others: Sequence[Float], volume_world: Float
+) -> str:
+    """Return what speaks against a placement as it was taken; empty where nothing does.
+
+    Parameters
+    ----------
+    ends_world
+        (2, 3), mm: first and last nest as they were located.
+    others
+        The ends of the other lines that were taken.
+    volume_world
+        (2, 3), mm.
+    """
+    direction = ends_world[1] - ends_world[0]
+    for other in others:
+        between = other[1] - other[0]
+        cosine = abs(float(direction @ between))
+        cosine /= float(np.linalg.norm(direction) * np.linalg.norm(between))
+        if np.arccos(min(cosine, 1.0)) < MIN_ANGLE:
+            return "The bar lies nearly as on another line: place it in another direction."
+    swapped = ends_world[::-1]
+    off = min(
+        float(np.linalg.norm(one - plan.ends_world, axis=1).max()) for one in (ends_world, swapped)
+    )
+    if off > _OFF_PLAN_MM:
+        return f"The bar lies {off:.0f} mm from its planned place ({plan.name}): place it there."
+    low, high = volume_world
+    if np.any(ends_world < low) or np.any(ends_world > high):
+        return "The bar reaches out of the calibrated volume: place it inside."
+    return ""
+
+
+def length_checks(
+    line: str, tips_world: Points3, bar: LengthBar, limits: Limits, temperature_c: float | None
+) -> tuple[Check, ...]:
+    """Return the test lengths of one line; tips (n, 3), mm, in the order of the nests."""
+    checks = []
+    for nest in range(1, len(bar.nests)):
+        nominal = bar.nests[nest] - bar.nests[0]
+        certified, expanded = bar.artefact.at(nominal, temperature_c)
+        checks.append(
+            Check(
+                name=f"{line}, {nominal:.0f} mm",
+                measured_mm=float(np.linalg.norm(tips_world[nest] - tips_world[0])),
+                certified_mm=certified,
+                expanded_mm=expanded,
+                limit_mm=limits.of_length(nominal),
+            )
+        )
+    return tuple(checks)
+
+
+def sphere_check(
+    name: str,
+    tips_world: Points3,
+    tip_radius: float,
+    tip_radius_sigma: float,
+    sphere: Sphere,
+    limits: Limits,
+    temperature_c: float | None,
+) -> Check:
+    """Return the check of a sphere's diameter from ball centres (n, 3), mm, all around it."""
+    _, radius, _ = fit_sphere(tips_world)
+    certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
+    return Check(
+        name=name,
+        measured_mm=2.0 * (radius - tip_radius),
+        certified_mm=certified,
+        expanded_mm=float(np.hypot(expanded, 4.0 * tip_radius_sigma)),
+        limit_mm=limits.diameter,
+    )
+
+
+def fit_sphere(points: Points3) -> tuple[Float, float, float]:
+    """Return centre (3,), radius and gain of the sphere with the least squared distances.
+
+    Gauss-Newton from the linear sphere. The gain is the standard deviation of the diameter over
+    that of one point's distance; 0.65 for 25 points over half a sphere.
+
+    Raises
+    ------
+    CalibrationError
+        The points do not determine a sphere.
+    """
+    mean = points.mean(axis=0)
+    at = points - mean
+    rows = np.column_stack([2.0 * at, np.ones(len(at))])
+    if np.linalg.matrix_rank(rows) < 4:
+        raise CalibrationError(
+            "verification.sphere",
+            "The points do not determine a sphere.",
+            "Touch it all around, from the pole to the equator.",
+        )
+    solution = np.linalg.lstsq(rows, np.sum(at**2, axis=1))[0]
+    centre = solution[:3]
+    radius = float(np.sqrt(max(solution[3] + centre @ centre, 0.0)))
+    for _ in range(_SPHERE_STEPS):
+        away = at - centre
+        distance = np.linalg.norm(away, axis=1)
+        jacobian = np.column_stack([away / distance[:, None], np.ones(len(at))])
+        step = np.linalg.lstsq(jacobian, distance - radius)[0]
+        centre, radius = centre + step[:3], radius + float(step[3])
+        if float(np.abs(step).max()) < 1e-10:
+            break
+    gain = 2.0 * float(np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[3, 3]))
+    return centre + mean, radius, gain
+
+
+def worst(checks: Sequence[Check]) -> int:
+    """Return the index of the check that is nearest to its limit, or farthest beyond."""
+    shares = [(abs(one.error_mm) + one.expanded_mm) / one.limit_mm for one in checks]
+    return int(np.argmax(shares))
