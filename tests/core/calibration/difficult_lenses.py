@@ -6,13 +6,20 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from ocmm_core.calibration.camera_model_fit import fit_camera
 from ocmm_core.calibration.guards import judge_fit, let_pass
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS, CameraModel, project
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Pixels, Points3
+from ocmm_core.geometry import (
+    Float,
+    Pixels,
+    Points3,
+    RigidTransform,
+    rotation_from_vector,
+)
 from tests.core.calibration.known_points import SIGMA_PX, distorted, rig, slab
 
 SAME_MINIMUM = 1e-9
@@ -48,6 +55,33 @@ def trial_of(seed: int) -> Trial:
     return Trial(truth, nominal, points, uv)
 
 
+def anywhere(seed: int) -> Trial:
+    """Return a trial with 20 to 400 points, any world frame, a rolled camera, a lens hardly known.
+
+    The focal length of the data sheet is half to twice the true one; every third trial has up to
+    9 % wrong points.
+    """
+    rng = np.random.default_rng((seed, 1))
+    truth = distorted(_CAMERAS[seed % 2], rng.uniform(-3.0, 3.0))
+    n = int(np.exp(rng.uniform(np.log(20.0), np.log(400.0))))
+    points = slab(n, float(np.exp(rng.uniform(np.log(15.0), np.log(400.0)))), rng)
+    turn = Rotation.random(rng=rng).as_matrix()
+    shift = rng.uniform(-1500.0, 1500.0, 3)
+    pose = truth.T_camera_from_world
+    roll = rotation_from_vector(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)]))
+    rotation = roll @ pose.rotation @ turn.T
+    pose = RigidTransform(rotation, roll @ pose.translation - rotation @ shift)
+    truth = replace(truth, T_camera_from_world=pose)
+    points = points @ turn.T + shift
+    uv = project(truth, points) + SIGMA_PX * rng.standard_normal((n, 2))
+    if seed % 3 == 0:
+        wrong = max(1, int(rng.uniform(0.0, 0.09) * n))
+        rows = rng.choice(n, wrong, replace=False)
+        uv[rows] += rng.standard_normal((wrong, 2)) * 10.0 ** rng.uniform(-0.5, 2.7, (wrong, 1))
+    focal = truth.focal * float(np.exp(rng.uniform(-np.log(2.0), np.log(2.0))))
+    return Trial(truth, replace(truth, focal=focal), points, uv)
+
+
 def end_of(trial: Trial) -> Literal["right", "wrong", "refused"]:
     """Return how the calibration ends; all 14 parameters must fit their covariance.
 
@@ -55,7 +89,8 @@ def end_of(trial: Trial) -> Literal["right", "wrong", "refused"]:
     """
     try:
         fit = fit_camera(trial.nominal, trial.points, trial.uv, SIGMA_PX)
-        let_pass(judge_fit(fit, [str(index) for index in range(len(trial.uv))]), force=True)
+        found = judge_fit(fit, [str(index) for index in range(len(trial.uv))])
+        let_pass([one for one in found if one.code not in _ABOUT_THE_VOLUME], force=False)
     except CalibrationError:
         return "refused"
     errors = parameter_errors(fit.camera.model, trial.truth)
@@ -75,3 +110,6 @@ def parameter_errors(found: CameraModel, truth: CameraModel) -> Float:
 
 
 _CAMERAS = rig().cameras
+_ABOUT_THE_VOLUME = {
+    "calibration.flat_volume", "calibration.small_volume", "calibration.focal_sigma",
+}  # fmt: skip

@@ -23,7 +23,7 @@ from ocmm_core.camera.model import (
 )
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from tests.core.calibration.difficult_lenses import end_of, parameter_errors, trial_of
+from tests.core.calibration.difficult_lenses import anywhere, end_of, parameter_errors, trial_of
 from tests.core.calibration.known_points import SIGMA_PX, distorted, rig, slab
 from tests.core.calibration.published_cameras import fit_heikkila, fit_zhang
 
@@ -260,3 +260,15 @@ def test_no_wrong_minimum_in_a_thousand_calibrations(
     assert not wrong
     # What refuses everything is never wrong.
     assert ends.count("right") >= 990
+
+
+@pytest.mark.statistics
+@pytest.mark.timeout(300)
+def test_no_wrong_minimum_wherever_the_world_is(
+    record_property: Callable[[str, object], None],
+) -> None:
+    ends = [end_of(anywhere(seed)) for seed in range(300)]
+    record_property("refused", ends.count("refused"))
+    assert "wrong" not in ends
+    # Where a wrong point is one of twenty it cannot always be told which.
+    assert ends.count("right") >= 290
