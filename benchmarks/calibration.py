@@ -179,14 +179,15 @@ def print_depths(runs: int) -> bool:
 
 def print_minima(runs: int) -> bool:
     """Print how the seeded calibrations ended; return whether none ended in a wrong minimum."""
-    print(f"\n{runs} calibrations each: distortion to 3 %, depth 15 to 400 mm   right refused wrong")
+    heads = f"{'right':>6}{'refused':>9}{'wrong':>7}"
+    print(f"\n{f'{runs} calibrations each: distortion to 3 %, depth 15 to 400 mm':65}{heads}")
     wrong = 0
     for name, trials in (
         ("200 points, every fifth time 6 wrong ones; focal length +-5 %", trial_of),
         ("20 to 400 points, to 9 % wrong; any world frame; focal length x 2", anywhere),
     ):
         ends = Counter(end_of(trials(seed)) for seed in range(runs))
-        print(f"{name:65}" + "".join(f"{ends[end]:6}" for end in ("right", "refused", "wrong")))
+        print(f"{name:65}{ends['right']:6}{ends['refused']:9}{ends['wrong']:7}")
         wrong += ends["wrong"]
     return _said(wrong == 0)
 
