@@ -7,11 +7,9 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
-    QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -31,10 +29,11 @@ from ocmm_core.station.bus_watch import (
 from ocmm_gui.maintain.bus_charts import Curve, HistogramChart, TrendChart
 from ocmm_gui.maintain.bus_tables import CameraTable, EventTable
 from ocmm_gui.maintain.cycle_accounts import CycleAccounts
+from ocmm_gui.maintain.parts import panel, sentence_label, stacked, value_label
 from ocmm_gui.maintain.wire_view import WireView
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 REFRESH_MS = 250
 _OLD_S = 1.0
@@ -69,7 +68,7 @@ class BusPage(QStackedWidget):
         self._view: BusView | None = None
         self._phase = FitText("Phase of the bus", limit=34)
         self._phase.setFixedHeight(44)
-        self._trouble = _sentence("What disturbs the bus", 15)
+        self._trouble = sentence_label("What disturbs the bus", 15)
         self.wire = WireView()
         self.cameras = CameraTable()
         self.accounts = CycleAccounts()
@@ -80,10 +79,10 @@ class BusPage(QStackedWidget):
             TrendChart("Drift, ppm", 0.5, TREND_S, "+.2f"),
             TrendChart("Clocks, ns", 50.0, TREND_S, "+.0f"),
         )
-        self.facts = {name: _value(name, tip) for name, tip in _FACTS}
+        self.facts = {name: value_label(name, tip) for name, tip in _FACTS}
         self.events = EventTable()
-        self._notes = _sentence("Notes on the rights of the bus process", 13)
-        self._absent = _sentence("Why there is nothing to show", 20)
+        self._notes = sentence_label("Notes on the rights of the bus process", 13)
+        self._absent = sentence_label("Why there is nothing to show", 20)
         self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._absent.setMargin(40)
         self.addWidget(self._absent)
@@ -203,20 +202,20 @@ class BusPage(QStackedWidget):
         words.addWidget(self._trouble, 1)
         head = QHBoxLayout()
         head.setSpacing(8)
-        head.addWidget(_panel(words), 2)
-        head.addWidget(_panel(_column(self.wire)), 3)
+        head.addWidget(panel(words), 2)
+        head.addWidget(panel(stacked(self.wire)), 3)
         layout.addLayout(head, 2)
         layout.addWidget(self.cameras)
         charts = QHBoxLayout()
         charts.setSpacing(8)
         for part, stretch in (
-            (_column(self.accounts), 5),
-            (_column(self.lateness), 6),
-            (_column(self.round_trip), 6),
-            (_column(*self.clocks), 6),
+            (stacked(self.accounts), 5),
+            (stacked(self.lateness), 6),
+            (stacked(self.round_trip), 6),
+            (stacked(*self.clocks), 6),
             (self._fact_grid(), 4),
         ):
-            charts.addWidget(_panel(part), stretch)
+            charts.addWidget(panel(part), stretch)
         layout.addLayout(charts, 6)
         layout.addWidget(self.events, 6)
         layout.addWidget(self._notes)
@@ -243,40 +242,3 @@ def _in_order(report: BusReport) -> str:
         f"{minutes:.1f} minutes, {shares(counts)[0]:.3f} % of the cycles good, "
         f"{lost or 'no'} frames lost."
     )
-
-
-def _panel(layout: QVBoxLayout | QGridLayout) -> QFrame:
-    frame = QFrame()
-    frame.setProperty("role", "panel")
-    layout.setContentsMargins(10, 6, 10, 6)
-    frame.setLayout(layout)
-    return frame
-
-
-def _column(*widgets: QWidget) -> QVBoxLayout:
-    layout = QVBoxLayout()
-    layout.setSpacing(4)
-    for widget in widgets:
-        layout.addWidget(widget, 1)
-    return layout
-
-
-def _sentence(name: str, pixels: int) -> QLabel:
-    label = QLabel()
-    label.setAccessibleName(name)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
-    label.setFont(text_font(pixels))
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-    return label
-
-
-def _value(name: str, tip: str) -> QLabel:
-    label = QLabel("–")
-    label.setAccessibleName(name)
-    label.setAccessibleDescription(tip)
-    label.setToolTip(tip)
-    label.setFont(digit_font(13))
-    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-    return label

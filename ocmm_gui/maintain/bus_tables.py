@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from datetime import datetime
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.fieldbus.report import BusEvent, BusReport, CameraReport
 from ocmm_core.fieldbus.report_words import is_present
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.maintain.parts import Table
+from ocmm_gui.theme import Theme
 
 _UNKNOWN = "–"
 _CAMERA_COLUMNS = (
@@ -43,59 +41,7 @@ _EVENT_COLUMNS = (
 _WORD_COLUMNS = (2, 3)
 
 
-class _Table(QTableWidget):
-    """A table to look at.
-
-    Parameters
-    ----------
-    name
-        Accessible name.
-    columns
-        Title and explanation of each.
-    """
-
-    def __init__(self, name: str, columns: Sequence[tuple[str, str]]) -> None:
-        super().__init__(0, len(columns))
-        self.setAccessibleName(name)
-        self._colours = THEMES[DEFAULT_THEME]
-        for column, (title, tip) in enumerate(columns):
-            item = QTableWidgetItem(title)
-            item.setToolTip(tip)
-            item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-            self.setHorizontalHeaderItem(column, item)
-        self.setFont(text_font(13))
-        self.horizontalHeader().setFont(text_font(12))
-        self.horizontalHeader().setHighlightSections(False)
-        self.horizontalHeader().setMinimumSectionSize(36)
-        self.verticalHeader().hide()
-        self.setShowGrid(False)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setTabKeyNavigation(False)
-        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-
-    def words(self, row: int) -> tuple[str, ...]:
-        """Return what stands in a row."""
-        return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
-
-    def _cell(self, row: int, column: int) -> QTableWidgetItem:
-        item = self.item(row, column)
-        if item is None:
-            item = QTableWidgetItem()
-            self.setItem(row, column, item)
-        return item
-
-    def _write(self, row: int, column: int, text: str, colour: str | None = None) -> None:
-        item = self._cell(row, column)
-        if item.text() != text:
-            item.setText(text)
-            item.setToolTip(text)
-        item.setForeground(QColor(colour or self._colours.text))
-
-
-class CameraTable(_Table):
+class CameraTable(Table):
     """One row for each camera of the rig."""
 
     def __init__(self) -> None:
@@ -138,7 +84,7 @@ class CameraTable(_Table):
         return colours
 
 
-class EventTable(_Table):
+class EventTable(Table):
     """What happened, newest first."""
 
     def __init__(self) -> None:

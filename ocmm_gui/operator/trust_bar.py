@@ -1,0 +1,92 @@
+"""The bar that stays on every screen while the calibration is not as it should be."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from ocmm_core.calibration.in_use import CalibrationView
+from ocmm_gui.operator.marks import Mark, paint_mark
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+
+_MARK_PX = 22
+
+
+class TrustBar(QFrame):
+    """One line with a mark: UNCALIBRATED, NO POINTS, or a warning; hidden in good order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("trust")
+        self.setAccessibleName("Calibration")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._view: CalibrationView | None = None
+        self._mark = _MarkView()
+        self._text = QLabel()
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text.setWordWrap(True)
+        self._text.setFont(text_font(15, bold=True))
+        self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(14, 4, 14, 4)
+        layout.setSpacing(10)
+        layout.addWidget(self._mark)
+        layout.addWidget(self._text, 1)
+        self.hide()
+
+    def show_calibration(self, view: CalibrationView) -> None:
+        """Show what somebody who measures has to know, or hide."""
+        if view == self._view:
+            return
+        self._view = view
+        text = trust_words(view)
+        self._text.setText(text)
+        self._text.setToolTip(text)
+        self._paint()
+        self.setVisible(bool(text))
+
+    def text(self) -> str:
+        """Return what the bar says; empty while it is hidden."""
+        return self._text.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _paint(self) -> None:
+        theme, view = self._theme, self._view
+        severe = view is not None and (view.uncalibrated or view.obstacle is not None)
+        colour = theme.bad if severe else theme.warn
+        self._mark.show_mark(Mark.BAD if severe else Mark.DOUBT, colour, theme.panel)
+        self.setStyleSheet(
+            f"#trust {{ background: {theme.panel}; border-bottom: 3px solid {colour}; }}"
+            f" #trust QLabel {{ color: {colour}; }}"
+        )
+
+
+class _MarkView(QWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFixedSize(_MARK_PX, _MARK_PX)
+        self._shown = (Mark.DOUBT, "#000000", "#000000")
+
+    def show_mark(self, mark: Mark, colour: str, inside: str) -> None:
+        self._shown = (mark, colour, inside)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        mark, colour, inside = self._shown
+        paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
+
+
+def trust_words(view: CalibrationView) -> str:
+    """Return the line of the bar; empty in good order."""
+    warnings = " ".join(view.warnings)
+    if view.uncalibrated:
+        why = view.obstacle.what if view.obstacle is not None else ""
+        return f"UNCALIBRATED: nothing is proven. {why} {warnings}".strip()
+    if view.obstacle is not None:
+        return f"NO POINTS: {view.obstacle} {warnings}".strip()
+    return warnings
