@@ -187,20 +187,27 @@ def length_checks(
 def sphere_check(
     name: str,
     tips_world: Points3,
-    tip_radius: float,
-    tip_radius_sigma: float,
+    ball: tuple[float, float],
     sphere: Sphere,
     limits: Limits,
     temperature_c: float | None,
 ) -> Check:
-    """Return the check of a sphere's diameter from ball centres (n, 3), mm, all around it."""
+    """Return the check of a sphere's diameter.
+
+    Parameters
+    ----------
+    tips_world
+        (n, 3), mm: ball centres all around it.
+    ball
+        Radius of the ball and its standard uncertainty, mm.
+    """
     _, radius, _ = fit_sphere(tips_world)
     certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
     return Check(
         name=name,
-        measured_mm=2.0 * (radius - tip_radius),
+        measured_mm=2.0 * (radius - ball[0]),
         certified_mm=certified,
-        expanded_mm=float(np.hypot(expanded, 4.0 * tip_radius_sigma)),
+        expanded_mm=float(np.hypot(expanded, 4.0 * ball[1])),
         limit_mm=limits.diameter,
     )
 
