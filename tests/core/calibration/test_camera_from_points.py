@@ -11,7 +11,7 @@ from ocmm_core.calibration.camera_model_fit import fit_camera
 from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
 from ocmm_core.calibration.dlt import camera_of_dlt, cloud_of, dlt, pose_of_dlt, pose_of_plane
 from ocmm_core.calibration.guards import ratio_of
-from ocmm_core.calibration.least_squares import covariance_of
+from ocmm_core.calibration.least_squares import covariance_of, minimise
 from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, by_point, see
 from ocmm_core.calibration.lens_terms import judge_lens_terms
 from ocmm_core.camera.model import (
@@ -22,7 +22,7 @@ from ocmm_core.camera.model import (
     projection_jacobians,
 )
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import RigidTransform, rotation_from_vector
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from tests.core.calibration.difficult_lenses import anywhere, end_of, parameter_errors, trial_of
 from tests.core.calibration.known_points import SIGMA_PX, distorted, rig, slab
 from tests.core.calibration.published_cameras import fit_heikkila, fit_zhang
@@ -272,3 +272,28 @@ def test_no_wrong_minimum_wherever_the_world_is(
     assert "wrong" not in ends
     # Where a wrong point is one of twenty it cannot always be told which.
     assert ends.count("right") >= 290
+
+
+def test_other_starts_help_where_wrong_points_lead_the_first_one_astray() -> None:
+    trial = anywhere(438)
+    fit = fit_camera(trial.nominal, trial.points, trial.uv, SIGMA_PX)
+    assert not fit.start.startswith("nominal focal length, DLT")
+    assert end_of(trial) == "right"
+
+
+class Valley:
+    """Rosenbrock's: a full first step leads uphill."""
+
+    def linearise(self, state: Float) -> tuple[Float, Float]:
+        x, y = state
+        jacobian = np.array([[-20.0 * x, 10.0], [-1.0, 0.0]])
+        return np.array([10.0 * (y - x * x), 1.0 - x]), jacobian
+
+    def moved(self, state: Float, step: Float) -> Float:
+        return state + step
+
+
+def test_steps_that_lead_uphill_are_shortened() -> None:
+    minimum = minimise(Valley(), np.array([-1.2, 1.0]))
+    assert minimum.converged
+    assert minimum.state == pytest.approx(np.ones(2), abs=1e-6)
