@@ -1,0 +1,44 @@
+"""The page about calibration says what the program says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.calibration.reference_points import load_reference_points, load_spots
+
+_ROOT = Path(__file__).resolve().parents[3]
+_PAGE = _ROOT / "docs" / "calibration.md"
+_MODULES = ("guards", "mix_up", "camera_network", "camera_model_fit", "evaluation")
+
+
+def test_every_reason_to_refuse_a_calibration_has_its_row() -> None:
+    page = _PAGE.read_text(encoding="utf-8")
+    found = re.search(r"<!-- codes:[^\n]*-->\n(.*?)\n<!-- end of codes -->", page, re.DOTALL)
+    assert found is not None
+    said = re.findall(r"^\| `(\S+)` \|", found[1], re.MULTILINE)
+    folder = _ROOT / "ocmm_core" / "calibration"
+    source = "".join((folder / f"{name}.py").read_text(encoding="utf-8") for name in _MODULES)
+    # Codes stand alone in quotation marks; comparisons with them as well.
+    assert sorted(said) == sorted(set(re.findall(r'"(calibration\.\w+)"', source)))
+
+
+def test_the_files_on_the_page_are_read(tmp_path: Path) -> None:
+    page = _PAGE.read_text(encoding="utf-8")
+    points_text, spots_text = re.findall(r"```\n(# ocmm .*?)```", page, re.DOTALL)[:2]
+    (tmp_path / "points.csv").write_text(points_text, encoding="utf-8")
+    (tmp_path / "spots.csv").write_text(spots_text, encoding="utf-8")
+    points = load_reference_points(tmp_path / "points.csv")
+    assert points.positions_world[1].tolist() == [-150.0, -100.0, -200.0]
+    assert points.sigma == pytest.approx(0.0017)
+    assert load_spots(tmp_path / "spots.csv", points).serials == (20330001,)
+
+
+def test_what_the_page_points_to_exists() -> None:
+    page = _PAGE.read_text(encoding="utf-8")
+    for link in re.findall(r"\]\(([^)#]+)\)", page):
+        assert (_PAGE.parent / link).exists(), link
+    for name in set(re.findall(r"(?:tests|benchmarks)/[\w/]*\.py", page)):
+        assert (_ROOT / name).is_file(), name
