@@ -28,6 +28,17 @@ WAVED_FRAMES = 8
 _SETTLED_PX = 0.02
 _SETTLED_MM = 0.02
 _SIGMAS = 6.0
+_MOST_TIP_SIGMA_MM = 0.03
+"""Standard deviation of a resting ball; more of the probe must be seen for it to be less."""
+
+_TURN = "Turn the probe so that more of its LEDs are seen."
+
+_OUTSIDE_MM = 60.0
+"""Farther outside of what was calibrated, the model of the lens is only extrapolated."""
+
+_INSIDE = (
+    "LEDs are outside of the calibrated volume: hold the probe so that its handle points into it."
+)
 _LABEL_EVERY_NS = 20_000_000
 
 
@@ -85,13 +96,15 @@ class RestingSpots:
     count
         Points that belong to the target.
     frames
-        Of one average.
+        Of one average. As many before it must show rest as well: the last part of a motion moves
+        little, but it would be a part of the average.
     """
 
     def __init__(self, rig: Rig, count: int, frames: int = STILL_FRAMES) -> None:
         self._rig = rig
         self._count = count
-        self._window = _Window(frames)
+        self._frames = frames
+        self._window = _Window(2 * frames)
         self._taken: Average | None = None
 
     def feed(self, block: FrameBlock) -> None:
@@ -108,8 +121,8 @@ class RestingSpots:
         uv = np.full((len(self._rig.cameras), self._count, 2), np.nan)
         for camera, slots in enumerate(self._slots()):
             if len(slots) == self._count:
-                uv[camera] = self._window.uv[:, camera, slots].mean(axis=0)
-        return Average(uv, sigma_of_mean(self._rig, self._window.size))
+                uv[camera] = self._window.uv[-self._frames :, camera, slots].mean(axis=0)
+        return Average(uv, sigma_of_mean(self._rig, self._frames))
 
     def live(self) -> Live:
         """Return what is seen now and whether it can be taken."""
@@ -167,7 +180,7 @@ class RestingSpots:
             return f"Camera '{blind}' does not see the target: move it into the view."
         if not self._window.full:
             return "Hold still: the average is being taken."
-        limit = _SETTLED_PX + _SIGMAS * self._rig.noise.white_px * 2.0 / np.sqrt(self._window.size)
+        limit = _SETTLED_PX + _SIGMAS * self._rig.noise.white_px * np.sqrt(2.0 / self._frames)
         if motion > limit:
             return f"The target moves by {motion:.2f} px: wait until it rests."
         if self._taken is not None:
@@ -187,9 +200,12 @@ class ProbeSpots:
     frames
         Of one average.
     resting
-        The ball must rest, and must have moved ``distance_mm`` since the last one that was taken.
+        The ball must rest, also for as many frames before the average, and must have moved
+        ``distance_mm`` since the last one that was taken.
     distance_mm, turn_rad
         For a waved probe: it moved or turned at least so far.
+    inside
+        The LEDs must be in the calibrated volume of the rig, or not far from it.
     moved
         The frame was moved: labels are found without trusting where the cameras stand.
     """
@@ -203,11 +219,13 @@ class ProbeSpots:
         resting: bool,
         distance_mm: float,
         turn_rad: float = np.inf,
+        inside: bool = False,
         moved: bool = False,
     ) -> None:
         self._rig, self._body = rig, body
-        self._window = _Window(frames)
-        self._resting, self._moved = resting, moved
+        self._frames = frames
+        self._window = _Window(2 * frames if resting else frames)
+        self._resting, self._inside, self._moved = resting, inside, moved
         self._distance_mm, self._turn_rad = distance_mm, turn_rad
         self._slot_of_led: Int | None = None
         self._label_at_ns = 0
@@ -230,8 +248,8 @@ class ProbeSpots:
     def average(self) -> Average:
         """Return the mean of the window by LED, (C, L, 2)."""
         assert self._slot_of_led is not None  # noqa: S101 - only asked for when ready
-        spots = ordered_spots(self._window.uv, self._slot_of_led)
-        return Average(spots.mean(axis=0), sigma_of_mean(self._rig, self._window.size))
+        spots = ordered_spots(self._window.uv[-self._frames :], self._slot_of_led)
+        return Average(spots.mean(axis=0), sigma_of_mean(self._rig, self._frames))
 
     def live(self) -> Live:
         """Return what is seen now and whether it can be taken."""
@@ -275,13 +293,26 @@ class ProbeSpots:
         motion = float(np.nanmax(np.linalg.norm(means[1] - means[0], axis=2)))
         pose = solve(means, self._rig, self._body, self._rig.noise.white_px)
         if np.any(pose.status):
-            return "Turn the probe so that more of its LEDs are seen.", motion
+            return _TURN, motion
         if self._resting:
+            share = sigma_of_mean(self._rig, self._frames) / self._rig.noise.white_px
+            variance = float(np.linalg.eigvalsh(pose.tip_covariance[1])[-1])
+            if share * np.sqrt(variance) > _MOST_TIP_SIGMA_MM:
+                return _TURN, motion
+            if self._inside and self._outside(
+                pose.rotation_world_from_probe[1], pose.origin_world[1]
+            ):
+                return _INSIDE, motion
             drift = float(np.linalg.norm(pose.tip_world[1] - pose.tip_world[0]))
             sigma = np.sqrt(np.trace(pose.tip_covariance[0]) * 2.0 / half)
             if drift > _SETTLED_MM + _SIGMAS * sigma:
                 return f"The ball moves by {drift:.2f} mm: wait until it rests.", motion
         return self._too_near(pose.rotation_world_from_probe[1], pose.tip_world[1]), motion
+
+    def _outside(self, rotation: Float, origin: Float) -> bool:
+        leds = self._body.leds_probe @ rotation.T + origin
+        low, high = self._rig.volume_world
+        return bool(np.maximum(low - leds, leds - high).max() > _OUTSIDE_MM)
 
     def _too_near(self, rotation: Float, tip: Float) -> str:
         if self._before is None:

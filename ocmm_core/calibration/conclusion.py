@@ -25,7 +25,7 @@ from ocmm_core.calibration.records import (
     entry_of,
     rig_from_record,
 )
-from ocmm_core.calibration.relocation import length_sigma
+from ocmm_core.calibration.relocation_quality import length_sigma
 from ocmm_core.calibration.session_events import utc_text
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import Rig, Vector3

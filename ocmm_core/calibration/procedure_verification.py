@@ -73,7 +73,9 @@ class VerificationProcedure(GuidedProcedure[VerificationEvent, VerificationOutco
         self._begun = begun
         plans = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
         self._state = VerificationState(rig, body, begun, plans)
-        self._probe = ProbeSpots(rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM)
+        self._probe = ProbeSpots(
+            rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM, inside=True
+        )
         self._fold()
 
     @classmethod

@@ -15,9 +15,10 @@ from typing import TypeAlias
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera.model import CameraModel
+from ocmm_core.camera.model import CameraModel, on_sensor, project
 from ocmm_core.camera.rig import MAX_SLOTS, Rig, Vector3, load_rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, rotation_from_vector, unit
@@ -25,13 +26,14 @@ from ocmm_core.simulation import kernels
 from ocmm_core.simulation.attitude import attitude_at
 from ocmm_core.simulation.rig import CameraFrames
 from ocmm_core.simulation.world import World, WorldOptions, draw_world, white_noise
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.tracking.body import ProbeBody, load_probe, satisfies_rules
 
 STILL_S, TRAVEL_S, WAY_S = 0.045, 0.06, 0.6
 _TREMOR = np.array([2e-3, 0.0])
 """Amplitude of a hand in attitude (rad) and place (mm): the ball is held by its seat."""
 
 _MOVE = 32
+_ATTEMPTS = 60
 _TILT_RAD, _TURN_RAD = np.radians(40.0), np.radians(25.0)
 
 
@@ -225,7 +227,7 @@ class CalibratingRig:
         elif isinstance(scene, Wave):
             segments = _waves(self.rig.volume_world, scene, body)
         else:
-            segments = _touches(scene, world)
+            segments = _touches(scene, world, body, self.rig.volume_world)
         duration = float(segments[-1, kernels.T1])
         return _Shown(
             leds, directions, cos_emission, origin, segments, tremor, first,
@@ -338,20 +340,55 @@ def _waves(volume_world: Float, scene: Wave, body: ProbeBody) -> Float:
     return np.array(rows)
 
 
-def _touches(scene: TouchSeats | TouchSphere, world: World) -> Float:
+def _touches(
+    scene: TouchSeats | TouchSphere, world: World, body: ProbeBody, volume_world: Float
+) -> Float:
     rng = np.random.default_rng([scene.seed, _MOVE + 2])
     if isinstance(scene, TouchSeats):
-        tips = [np.array(tip) for tip in scene.tips]
-        normals = [np.array([0.0, 0.0, 1.0])] * len(tips)
+        # A seat on a stand can be reached from all around.
+        places: list[tuple[Float, Float | None]] = [(np.array(tip), None) for tip in scene.tips]
     else:
-        normals = [unit(np.array(normal)) for normal in scene.normals]
         reach = 0.5 * scene.diameter + world.tip_radius
-        tips = [np.array(scene.centre) + reach * normal for normal in normals]
-    turns = [
-        attitude_at(normal, rng.uniform(-0.2, 0.2, 2), float(rng.uniform(-0.2, 0.2)), bore=False)
-        for normal in normals
-    ]
-    return _visits(tips, turns)
+        normals = [unit(np.array(normal)) for normal in scene.normals]
+        places = [(np.array(scene.centre) + reach * normal, normal) for normal in normals]
+    turns = [_seen_best(tip, normal, world, body, volume_world, rng) for tip, normal in places]
+    return _visits([tip for tip, _ in places], turns)
+
+
+def _seen_best(
+    tip: Float,
+    normal: Float | None,
+    world: World,
+    body: ProbeBody,
+    volume_world: Float,
+    rng: np.random.Generator,
+) -> Float:
+    """Return a way to hold the probe, as a rotation vector (3,), rad.
+
+    The cameras should see all of it, and the LEDs should stay in the calibrated volume.
+    """
+    low, high = volume_world
+    best, least = np.zeros(3), np.inf
+    for _ in range(_ATTEMPTS):
+        lean, yaw = rng.uniform(-0.2, 0.2, 2), float(rng.uniform(-0.2, 0.2))
+        upwards = np.array([0.0, 0.0, 1.0]) if normal is None else normal
+        rotation = rotation_from_vector(attitude_at(upwards, lean, yaw, bore=False))
+        if normal is None:
+            roll = np.array([0.0, float(rng.uniform(-np.pi, np.pi)), 0.0])
+            rotation = rotation_from_vector(roll) @ rotation
+        if not satisfies_rules(body, rotation):
+            continue
+        leds = tip + (world.leds_probe - world.tip_probe) @ rotation.T
+        light = body.led_directions_probe @ rotation.T
+        hidden = 0
+        for camera in world.cameras:
+            towards = unit(camera.centre_world - leds)
+            shines = np.sum(towards * light, axis=1) > np.cos(body.emission_half_angle)
+            hidden += int(np.count_nonzero(~shines | ~on_sensor(camera, project(camera, leds))))
+        outside = float(np.maximum(low - leds, leds - high).max(initial=0.0))
+        if 1e3 * hidden + outside < least:
+            best, least = Rotation.from_matrix(rotation).as_rotvec(), 1e3 * hidden + outside
+    return best
 
 
 def _segment(
