@@ -65,6 +65,22 @@ ACTIONS = (
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
+        "calibrate", "Calibrate cameras", "Calibrate the cameras from known points", ("K",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "relocate", "Relocate", "Calibrate the cameras where they stand now, with the probe and "
+        "the length bar", ("R",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "verify", "Verify", "Check the calibration with artefacts that it does not rest on",
+        ("Y",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "write_cameras", "Write to cameras", "Store the intrinsics of the calibration in the "
+        "cameras", ("W",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
         "theme", "Theme", "Change between dark, light and high contrast", ("T",), mode=None
     ),
     ActionInfo(

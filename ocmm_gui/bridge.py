@@ -7,11 +7,14 @@ event to the window's thread; frames never travel this way, the timer pulls the 
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from ocmm_core.calibration.in_use import CalibrationView
+from ocmm_core.calibration.overview import CalibrationOverview
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
@@ -48,6 +51,8 @@ class StationBridge(QObject):
     """Emits the written files, ``tuple[Path, ...]``."""
     bus_text_saved = Signal(object)
     """Emits the `Path` that the report of the bus was written to."""
+    cameras_written = Signal()
+    """The cameras store the intrinsics of the calibration."""
     failed = Signal(object)
     """Emits the `OcmmError` of a command."""
 
@@ -56,17 +61,20 @@ class StationBridge(QObject):
     _taken_elsewhere = Signal(object)
     _refused_elsewhere = Signal(object)
     _failed_elsewhere = Signal(object)
+    _written_elsewhere = Signal()
 
     def __init__(self, station: MeasuringStation, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._station = station
         self._closed = False
+        self._writing: threading.Thread | None = None
         self._job = station.job()
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
         self._taken_elsewhere.connect(self.point_taken, queued)
         self._refused_elsewhere.connect(self.point_refused, queued)
         self._failed_elsewhere.connect(self.failed, queued)
+        self._written_elsewhere.connect(self.cameras_written, queued)
         station.changed.connect(self._on_changed)
         station.point_taken.connect(self._on_taken)
         station.point_refused.connect(self._on_refused)
@@ -100,6 +108,9 @@ class StationBridge(QObject):
         self._station.failed.disconnect(self._on_failed)
         self._station.request_stop()
         stopped = self._station.join(CLOSE_LIMIT_S)
+        if self._writing is not None:
+            # The end of the bus has ended it.
+            self._writing.join(CLOSE_LIMIT_S)
         if not stopped:
             _log.error("The measuring station did not stop within %.1f s.", CLOSE_LIMIT_S)
         self._station.close()
@@ -162,6 +173,30 @@ class StationBridge(QObject):
             self.bus_text_saved.emit(path)
 
         self._command(write)
+
+    def calibration(self) -> CalibrationView:
+        """Return what is to be said about the calibration now."""
+        return self._station.calibration()
+
+    def calibration_overview(self) -> CalibrationOverview:
+        """Return what the store of the rig holds."""
+        return self._station.calibration_overview()
+
+    def write_to_cameras(self) -> None:
+        """Store the intrinsics of the calibration in the cameras, in a thread of its own."""
+        if self._closed or (self._writing is not None and self._writing.is_alive()):
+            return
+
+        def write() -> None:
+            try:
+                self._station.write_to_cameras()
+            except OcmmError as error:
+                self._failed_elsewhere.emit(error)
+            else:
+                self._written_elsewhere.emit()
+
+        self._writing = threading.Thread(target=write, name="ocmm-write-cameras")
+        self._writing.start()
 
     def _command(self, call: Callable[[], None]) -> None:
         if self._closed:

@@ -19,13 +19,18 @@ from ocmm_gui.actions import Mode, make_actions, show_mode
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
 from ocmm_gui.maintain.bus_page import BusPage
+from ocmm_gui.maintain.calibration_page import CalibrationPage
 from ocmm_gui.maintain.maintain_view import MaintainView, Page
 from ocmm_gui.notify import Banner, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.operator.trust_bar import Place, TrustBar
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
 from ocmm_gui.words import next_step
+
+_TWICE_S = 8.0
+"""What cannot be taken back wants its key twice within this time."""
 
 
 class MainWindow(QMainWindow):
@@ -74,8 +79,19 @@ class MainWindow(QMainWindow):
         )
         self.far = FarView(self.actions_by_key, guarded=guarded)
         self.bus = BusPage(bridge.bus)
-        pages = (Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),)
+        self.calibration = CalibrationPage(
+            bridge.station.rig, bridge.calibration, bridge.calibration_overview
+        )
+        pages = (
+            Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
+            Page(
+                "Calibration", "Whether the cameras can be trusted", self.calibration,
+                ("calibrate", "relocate", "verify", "write_cameras"),
+            ),
+        )  # fmt: skip
         self.maintain = MaintainView(pages, self.actions_by_key)
+        self.trust = TrustBar()
+        self._asked_at = -float("inf")
         self.banner = Banner()
         self.export_panel = PathPanel("report", "folder")
         self.bus_panel = PathPanel("report of the bus", "file")
@@ -87,7 +103,7 @@ class MainWindow(QMainWindow):
         layout = QVBoxLayout(central)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        for widget in (self.banner, self.export_panel, self.bus_panel):
+        for widget in (self.trust, self.banner, self.export_panel, self.bus_panel):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         self.setCentralWidget(central)
@@ -99,6 +115,9 @@ class MainWindow(QMainWindow):
         bridge.exported.connect(self._on_exported)
         bridge.bus_text_saved.connect(
             lambda path: notices.inform(f"The report of the bus is in {path}.")
+        )
+        bridge.cameras_written.connect(
+            lambda: notices.inform("The cameras store the intrinsics of the calibration.")
         )
         bridge.live_changed.connect(self._on_live)
         bridge.job_changed.connect(self._on_job)
@@ -183,6 +202,10 @@ class MainWindow(QMainWindow):
             "export": self._export,
             "log": self._save_log,
             "bus_text": self._save_bus_text,
+            "calibrate": lambda: self._begin("cameras"),
+            "relocate": lambda: self._begin("relocate"),
+            "verify": lambda: self._begin("verify"),
+            "write_cameras": self._write_cameras,
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
@@ -190,6 +213,10 @@ class MainWindow(QMainWindow):
 
     def _on_live(self, live: LiveView) -> None:
         self._live = live
+        place = Place.FAR if self.is_far() else Place.DESK
+        if self.mode() is Mode.MAINTAIN:
+            place = Place.MAINTAIN
+        self.trust.show_calibration(self._bridge.calibration(), place)
         for view in (self.far, self.desk, self.maintain):
             if view is self._stack.currentWidget():
                 view.show_live(live)
@@ -240,6 +267,21 @@ class MainWindow(QMainWindow):
         names = ", ".join(path.name for path in paths)
         folder = paths[0].parent if paths else ""
         self._notices.inform(f"Written to {folder}: {names}")
+
+    def _begin(self, procedure: str) -> None:
+        self._notices.inform(f"On a terminal: ocmm calibrate {procedure} --help")
+
+    def _write_cameras(self) -> None:
+        now = time.monotonic()
+        if now - self._asked_at <= _TWICE_S:
+            self._asked_at = -float("inf")
+            self._bridge.write_to_cameras()
+            return
+        self._asked_at = now
+        self._notices.inform(
+            "What the cameras store will be replaced by the intrinsics of the calibration in "
+            "force. Press W again to do so."
+        )
 
     def _save_bus_text(self) -> None:
         path = self._new_text("bus")

@@ -91,7 +91,8 @@ def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
     lines = []
     if live is not None and live.status not in (StatusWord.READY, StatusWord.MEASURING):
         lines.append(f"{live.status.value}: {live.reason}")
-    if job is not None and job.refusal is not None:
+    told = live.reason if lines and live is not None else ""
+    if job is not None and job.refusal is not None and job.refusal.what not in told:
         lines.append(f"No point: {job.refusal.what} {job.refusal.remedy}".strip())
     return tuple(lines)
 

@@ -28,6 +28,7 @@ from ocmm_core.acquisition.worker import (
     read_status,
 )
 from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView
+from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.polyworks import export_polyworks
@@ -201,6 +202,10 @@ class MeasuringStation:
     def calibration(self) -> CalibrationView:
         """Return what is to be said about the calibration, at most 0.2 s old."""
         return self._calibration.view()
+
+    def calibration_overview(self) -> CalibrationOverview:
+        """Return what the store of the rig holds; reads all its records."""
+        return overview(self._calibration.in_use.store)
 
     @property
     def calibration_in_use(self) -> CalibrationInUse:

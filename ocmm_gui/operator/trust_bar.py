@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+from enum import Enum
+
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ocmm_core.calibration.in_use import CalibrationView
 from ocmm_gui.operator.marks import Mark, paint_mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
 
-_MARK_PX = 22
+_NEAR_PX, _FAR_PX = 15, 44
+
+
+class Place(Enum):
+    """Above what the bar stands."""
+
+    DESK = "desk"
+    """Its status strip tells why no points are taken."""
+    FAR = "far"
+    """Read at three metres; the readout tells why no points are taken."""
+    MAINTAIN = "maintain"
 
 
 class TrustBar(QFrame):
-    """One line with a mark: UNCALIBRATED, NO POINTS, or a warning; hidden in good order."""
+    """A mark and a sentence: UNCALIBRATED, NO POINTS, or a warning; hidden in good order."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -22,11 +34,11 @@ class TrustBar(QFrame):
         self.setAccessibleName("Calibration")
         self._theme = THEMES[DEFAULT_THEME]
         self._view: CalibrationView | None = None
+        self._place = Place.DESK
         self._mark = _MarkView()
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
-        self._text.setFont(text_font(15, bold=True))
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(14, 4, 14, 4)
@@ -35,12 +47,12 @@ class TrustBar(QFrame):
         layout.addWidget(self._text, 1)
         self.hide()
 
-    def show_calibration(self, view: CalibrationView) -> None:
-        """Show what somebody who measures has to know, or hide."""
-        if view == self._view:
+    def show_calibration(self, view: CalibrationView, place: Place) -> None:
+        """Show what somebody who measures has to know in that place, or hide."""
+        if (view, place) == (self._view, self._place):
             return
-        self._view = view
-        text = trust_words(view)
+        self._view, self._place = view, place
+        text = trust_words(view, place)
         self._text.setText(text)
         self._text.setToolTip(text)
         self._paint()
@@ -59,17 +71,18 @@ class TrustBar(QFrame):
         theme, view = self._theme, self._view
         severe = view is not None and (view.uncalibrated or view.obstacle is not None)
         colour = theme.bad if severe else theme.warn
+        pixels = _FAR_PX if self._place is Place.FAR else _NEAR_PX
+        self._mark.setFixedSize(round(1.4 * pixels), round(1.4 * pixels))
         self._mark.show_mark(Mark.BAD if severe else Mark.DOUBT, colour, theme.panel)
         self.setStyleSheet(
             f"#trust {{ background: {theme.panel}; border-bottom: 3px solid {colour}; }}"
-            f" #trust QLabel {{ color: {colour}; }}"
+            f" #trust QLabel {{ color: {colour}; font-size: {pixels}px; font-weight: bold; }}"
         )
 
 
 class _MarkView(QWidget):
     def __init__(self) -> None:
         super().__init__()
-        self.setFixedSize(_MARK_PX, _MARK_PX)
         self._shown = (Mark.DOUBT, "#000000", "#000000")
 
     def show_mark(self, mark: Mark, colour: str, inside: str) -> None:
@@ -81,12 +94,15 @@ class _MarkView(QWidget):
         paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
 
 
-def trust_words(view: CalibrationView) -> str:
-    """Return the line of the bar; empty in good order."""
+def trust_words(view: CalibrationView, place: Place) -> str:
+    """Return what the bar says; empty in good order, and where it is said beside it."""
     warnings = " ".join(view.warnings)
     if view.uncalibrated:
+        if place is Place.FAR:
+            return "UNCALIBRATED: nothing is proven"
         why = view.obstacle.what if view.obstacle is not None else ""
         return f"UNCALIBRATED: nothing is proven. {why} {warnings}".strip()
     if view.obstacle is not None:
-        return f"NO POINTS: {view.obstacle} {warnings}".strip()
-    return warnings
+        return f"NO POINTS: {view.obstacle}" if place is Place.MAINTAIN else ""
+    # A warning is for who can do something about it, and that is not done three metres off.
+    return "" if place is Place.FAR else warnings
