@@ -16,9 +16,9 @@ from ocmm_core.geometry import Float
 SIGNIFICANT = 1e-4
 """Probability below which chance does not explain the gain of the extra terms."""
 
-ENOUGH = 1e-2
-"""Chi-square; a prism and a shifted principal point are nearly the same, and the last hundredth of
-that valley would take longer than all the rest."""
+ENOUGH = 1e-4
+"""Chi-square; a prism and a shifted principal point are nearly the same, and the last of that
+valley would take longer than all the rest. At a hundredth the gain by chance alone was missed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import kstest
 
 from ocmm_core.calibration.camera_model_fit import fit_camera
 from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
@@ -194,6 +195,19 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
     systematic = np.sqrt(fit.rms_px**2 - plain.rms_px**2)
     # Noise and effect correlate by chance, 1 / sqrt(600), on both sides of the difference.
     assert judge_lens_terms(fit).effect_rms_px == pytest.approx(systematic, rel=0.15)
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("depth", [15.0, 200.0])
+def test_chance_alone_makes_extra_terms_look_needed_as_often_as_stated(depth: float) -> None:
+    rng = np.random.default_rng(15)
+    found = []
+    for _ in range(200):
+        points = slab(100, depth, rng)
+        uv = project(camera(), points) + SIGMA_PX * rng.standard_normal((100, 2))
+        found.append(judge_lens_terms(fit_camera(camera(), points, uv, SIGMA_PX)).p_value)
+    # Probabilities of what chance does are evenly spread; this fails one correct seed in 1000.
+    assert kstest(found, "uniform").pvalue > 1e-3
 
 
 def test_extra_terms_can_be_selected() -> None:
