@@ -9,12 +9,12 @@ solutions, which differ by a motion of everything, the one nearest to the last s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.bundle_kernel import eliminate_bars, eliminate_frames, resolve
-from ocmm_core.calibration.bundle_state import EXACT_SIGMA, BundleData, BundleState, Prior
+from ocmm_core.calibration.bundle_kernel import eliminate_frames, miss_frames, resolve
+from ocmm_core.calibration.bundle_state import BundleData, BundleState, Columns, Prior
 from ocmm_core.geometry import Float
 
 FIRST_DAMPING = 1e-4
@@ -27,29 +27,30 @@ LARGEST_CONDITION = 1e14
 """Of the reduced normal matrix; above, the first digit of a variance is rounding."""
 
 
+_NO_STEPS = np.empty((0, 6))
+
+
 @dataclass(frozen=True, slots=True)
 class _Group:
-    """Frames or placements of one width; see `bundle_kernel.eliminate_frames`."""
+    """Frames of one kind; see `bundle_kernel.eliminate_frames`."""
 
     factors: Float
     y: Float
     z: Float
     slopes: Float
     diagonals: Float
-    misses: Float
 
     @classmethod
-    def empty(cls, views: tuple[int, int, int], width: int) -> _Group:
-        """Return uninitialised outputs for ``views`` = (frames, cameras, LEDs)."""
-        n = views[0]
+    def empty(cls, n: int, width: int) -> _Group:
+        """Return uninitialised outputs for ``n`` frames."""
         return cls(
             np.empty((n, 6, 6)), np.empty((n, 6, width)), np.empty((n, 6)),
-            np.empty((n, 6)), np.empty((n, 6)), np.empty((*views, 2)),
+            np.empty((n, 6)), np.empty((n, 6)),
         )  # fmt: skip
 
-    def outputs(self) -> tuple[Float, Float, Float, Float, Float, Float]:
+    def outputs(self) -> tuple[Float, Float, Float, Float, Float]:
         """Return the arrays in the order of the kernel."""
-        return self.factors, self.y, self.z, self.slopes, self.diagonals, self.misses
+        return self.factors, self.y, self.z, self.slopes, self.diagonals
 
     def reduce(self, normal: Float, gradient: Float) -> None:
         """Take the Schur complement of these frames off the common normal equations."""
@@ -77,25 +78,19 @@ class Linearised:
     ----------
     cost
         Sum of the squared residuals, of the prior too; infinite where the state is impossible.
-    misses, bar_misses
-        (n, C, L, 2) and (m, C, 2, 2), predicted minus observed, px; NaN where not used.
+    normal, gradient
+        (k, k) and (k,) of the common columns, before the poses are eliminated.
+    damping
+        That of all diagonals.
+    groups
+        Frames in the air, frames in a seat, then bar by bar.
     """
 
     cost: float
     normal: Float
     gradient: Float
     damping: float
-    groups: tuple[_Group, _Group, _Group]
-
-    @property
-    def misses(self) -> Float:
-        """Return those of all frames."""
-        return np.concatenate([self.groups[0].misses, self.groups[1].misses])
-
-    @property
-    def bar_misses(self) -> Float:
-        """Return those of the shown bars."""
-        return self.groups[2].misses
+    groups: tuple[_Group, ...]
 
     def reduced(self) -> tuple[Float, Float]:
         """Return the normal matrix (k, k) and gradient (k,) of the common columns alone."""
@@ -117,8 +112,6 @@ class BundleMinimum:
         The best found.
     cost
         Chi-square there, with the prior's.
-    misses, bar_misses
-        As in `Linearised`.
     iterations
         Number of steps that were tried.
     converged
@@ -127,37 +120,34 @@ class BundleMinimum:
 
     state: BundleState
     cost: float
-    misses: Float
-    bar_misses: Float
     iterations: int
     converged: bool
 
 
 def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float) -> Linearised:
-    """Return the normal equations at ``state``, frames and placements eliminated."""
+    """Return the normal equations at ``state``, poses eliminated."""
     columns = state.columns
     normal, gradient = np.zeros((columns.count, columns.count)), np.zeros(columns.count)
-    packed, views = state.packed(), data.weights.shape
-    leds_free = bool(np.isin(prior.free, np.arange(columns.count)[columns.of_leds]).any())
-    width = columns.of_leds.stop if leds_free else columns.of_cameras.stop
-    parts = slice(0, data.waved), slice(data.waved, None)
-    waved = _Group.empty((data.waved, views[1], views[2]), width)
-    seated = _Group.empty((views[0] - data.waved, views[1], views[2]), columns.of_seats.stop)
+    packed = state.packed()
+    led_columns = columns.of_leds.start if np.isin(prior.free, columns.all_leds()).any() else -1
+    # Only frames with a seat know the columns of the tip and of the seats.
+    narrow = columns.of_cameras.stop if led_columns < 0 else columns.of_leds.stop
+    kinds = (slice(0, data.waved), narrow), (slice(data.waved, None), columns.of_seats.stop)
     cost = 0.0
-    for part, group in zip(parts, (waved, seated), strict=True):
+    groups = []
+    for part, width in kinds:
+        groups.append(_Group.empty(len(data.seats[part]), width))
         cost += eliminate_frames(
-            packed, state.leds, state.tip, state.seats, data.seat_weight,
-            columns.of_leds.start if leds_free else -1, columns.of_seats.start,
+            packed, state.leds, state.tip, state.seats, 1.0 / data.seat_sigma,
+            led_columns, columns.of_seats.start,
             data.uv[part], data.weights[part], data.seats[part],
-            state.rotations[part], state.origins[part], damping, normal, gradient, *group.outputs(),
+            state.rotations[part], state.origins[part], damping,
+            normal, gradient, *groups[-1].outputs(),
         )  # fmt: skip
-    shown = _Group.empty((len(data.bars), views[1], 2), columns.count)
-    cost += eliminate_bars(
-        packed, state.lengths, data.bars, 1.0 / EXACT_SIGMA, columns.of_lengths.start,
-        data.bar_uv, data.bar_weights, state.ends, damping, normal, gradient, *shown.outputs(),
-    )  # fmt: skip
-    normal += np.tril(normal, -1).T
+    for bar in range(columns.bars):
+        cost += _eliminate_bar(data, state, packed, bar, damping, normal, gradient, groups)
     cost += _touched_bars(data, state, normal, gradient)
+    normal += np.tril(normal, -1).T
     known = state.values() - prior.values
     pull = prior.information @ known
     cost += float(known @ pull)
@@ -166,8 +156,22 @@ def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float
         normal + prior.information,
         gradient + pull,
         damping,
-        (waved, seated, shown),
+        tuple(groups),
     )
+
+
+def misses(data: BundleData, state: BundleState) -> tuple[Float, Float]:
+    """Return by how much all spots and those of the bars are missed, as in `miss_frames`."""
+    packed = state.packed()
+    of_frames, of_bars = np.empty(data.uv.shape), np.empty(data.bar_uv.shape)
+    miss_frames(packed, state.leds, data.uv, state.rotations, state.origins, of_frames)
+    for bar in range(state.columns.bars):
+        part = data.placements(bar)
+        miss_frames(
+            packed, state.bar_leds(bar), data.bar_uv[part],
+            state.bar_rotations[part], state.bar_origins[part], of_bars[part],
+        )  # fmt: skip
+    return of_frames, of_bars
 
 
 def adjust(
@@ -188,7 +192,7 @@ def adjust(
             converged = True
             break
         iteration += 1
-        trial = state.moved(step, np.concatenate(own[:2]), own[2])
+        trial = state.moved(step, np.concatenate(own[:2]), np.concatenate([_NO_STEPS, *own[2:]]))
         # A step that is taken makes the next one bolder, so that this is the damping it needs.
         there = linearise(data, prior, trial, max(0.1 * here.damping, 1e-12))
         if there.cost < here.cost:
@@ -197,14 +201,21 @@ def adjust(
             break
         else:
             here = linearise(data, prior, state, max(10.0 * here.damping, FIRST_DAMPING))
-    return BundleMinimum(state, here.cost, here.misses, here.bar_misses, iteration, converged)
+    return BundleMinimum(state, here.cost, iteration, converged)
 
 
-def common_covariance(data: BundleData, prior: Prior, state: BundleState) -> Float | None:
+def common_covariance(
+    data: BundleData, prior: Prior, state: BundleState, considered: Float | None = None
+) -> Float | None:
     """Return the covariance (k, k) of the common unknowns; None where they are not determined.
 
-    It is that of a world in which the cameras (and seats) have, on the average, not moved. What is
-    not free has no variance in it.
+    It is that of a world in which the cameras (and seats) have, on the average, not moved.
+
+    Parameters
+    ----------
+    considered
+        (8 C, 8 C): covariance of lenses that are not sought but not known exactly either. What
+        they do to everything else is added (Schmidt's consider covariance).
     """
     here = linearise(data, prior, state, 0.0)
     if not np.isfinite(here.cost):
@@ -216,44 +227,81 @@ def common_covariance(data: BundleData, prior: Prior, state: BundleState) -> Flo
         return None
     if not np.abs(normal).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max() < LARGEST_CONDITION:
         return None
-    inverse -= pinned
-    covariance = np.zeros((state.columns.count,) * 2)
-    covariance[np.ix_(prior.free, prior.free)] = inverse / scale / scale[:, None]
+    own = (inverse - pinned) / scale / scale[:, None]
+    free, covariance = prior.free, np.zeros((state.columns.count,) * 2)
+    if considered is not None:
+        lenses = state.columns.of_lenses()
+        gain = -own @ here.reduced()[0][np.ix_(free, lenses)]
+        covariance[np.ix_(lenses, lenses)] = considered
+        covariance[np.ix_(free, lenses)] = gain @ considered
+        covariance[np.ix_(lenses, free)] = (gain @ considered).T
+        own = own + gain @ considered @ gain.T
+    covariance[np.ix_(free, free)] = own
     return 0.5 * (covariance + covariance.T)
 
 
 def _free_part(
     here: Linearised, prior: Prior, state: BundleState
 ) -> tuple[Float, Float, Float, Float]:
-    """Return normal matrix, gradient and scale of what is free, and what pins the world in it."""
+    """Return normal matrix, gradient and scale of what is free, and what pins its gauge."""
     normal, gradient = here.reduced()
     free = prior.free
     normal = normal[np.ix_(free, free)]
     scale = np.sqrt(np.maximum(normal.diagonal(), 0.0))
     scale[scale == 0.0] = 1.0
     normal = normal / scale / scale[:, None]
-    basis = np.linalg.qr(scale[:, None] * state.world_motions()[free])[0]
+    motions = state.world_motions()
+    if prior.body_floats:
+        motions = np.hstack([motions, state.body_motions()])
+    basis = np.linalg.qr(scale[:, None] * motions[free])[0]
     pinned = basis @ basis.T
     return normal + pinned, gradient[free] / scale, scale, pinned
 
 
 def _step(
     here: Linearised, prior: Prior, state: BundleState
-) -> tuple[Float, tuple[Float, Float, Float]]:
+) -> tuple[Float, list[Float]]:
+    """Return the steps of the common columns and of all poses."""
     normal, gradient, scale, _ = _free_part(here, prior, state)
     step = np.zeros(state.columns.count)
     step[prior.free] = -np.linalg.solve(normal, gradient) / scale
-    waved, seated, shown = here.groups
-    return step, (waved.steps(step), seated.steps(step), shown.steps(step))
+    return step, [group.steps(step) for group in here.groups]
 
 
-def _predicted(here: Linearised, step: Float, own: tuple[Float, Float, Float]) -> float:
+def _predicted(here: Linearised, step: Float, own: list[Float]) -> float:
     """Return by how much chi-square falls if the state moves as the normal equations say."""
     damped = here.damping * here.normal.diagonal() * step
     predicted = float(step @ (damped - here.gradient))
     for group, steps in zip(here.groups, own, strict=True):
         predicted += group.predicted(steps, here.damping)
     return predicted
+
+
+def _eliminate_bar(
+    data: BundleData, state: BundleState, packed: Float, bar: int, damping: float,
+    normal: Float, gradient: Float, groups: list[_Group],
+) -> float:  # fmt: skip
+    """Add the placements of one bar: a probe of two LEDs whose distance alone is sought."""
+    columns, part = state.columns, data.placements(bar)
+    own = Columns(columns.cameras, leds=2, seats=0, bars=0)
+    # How the columns of cameras and LEDs follow from the common ones.
+    follow = np.zeros((own.of_leds.stop, columns.count))
+    follow[own.of_cameras, columns.of_cameras] = np.eye(own.of_cameras.stop)
+    follow[own.of_leds, columns.of_lengths.start + bar] = (-0.5, 0.0, 0.0, 0.5, 0.0, 0.0)
+    own_normal, own_gradient = np.zeros((own.count, own.count)), np.zeros(own.count)
+    group = _Group.empty(len(data.bars[part]), own.of_leds.stop)
+    cost: float = eliminate_frames(
+        packed, state.bar_leds(bar), np.zeros(3), np.zeros((0, 3)), 0.0,
+        own.of_leds.start, own.of_seats.start,
+        data.bar_uv[part], data.bar_weights[part], np.full(len(group.z), -1),
+        state.bar_rotations[part], state.bar_origins[part], damping,
+        own_normal, own_gradient, *group.outputs(),
+    )  # fmt: skip
+    own_normal = (own_normal + np.tril(own_normal, -1).T)[: len(follow), : len(follow)]
+    normal += np.tril(follow.T @ own_normal @ follow)
+    gradient += own_gradient[: len(follow)] @ follow
+    groups.append(replace(group, y=group.y @ follow))
+    return cost
 
 
 def _touched_bars(
@@ -270,9 +318,9 @@ def _touched_bars(
         seats[3 * first : 3 * first + 3] = -along / distance
         seats[3 * second : 3 * second + 3] = along / distance
         row[columns.of_lengths][bar] = -1.0
-        row /= EXACT_SIGMA
-        miss = (distance - state.lengths[bar]) / EXACT_SIGMA
+        row /= data.touched_sigma
+        miss = (distance - state.lengths[bar]) / data.touched_sigma
         total += miss * miss
-        normal += np.outer(row, row)
+        normal += np.tril(np.outer(row, row))
         gradient += row * miss
     return total

@@ -1,9 +1,9 @@
-"""The compiled inner loops of the bundle: frames and bar placements are eliminated one by one.
+"""The compiled inner loops of the bundle: the poses of bodies are eliminated one by one.
 
-Every frame of the probe has six unknowns of its own (its pose), every placement of a bar too (its
-two ends). Each forms its normal equations together with the columns that all have in common and
-leaves, with ``V = L L'``, the reduced rows ``Y = L^-1 W`` and ``z = L^-1 g``: what is common then
-has the normal matrix ``U - Y'Y`` (Schur complement; Triggs et al. 2000, section 6.1).
+Every frame of the probe has six unknowns of its own, its pose; so has every placement of a bar, as
+a body of two LEDs. Each forms its normal equations together with the columns that all have in
+common and leaves, with ``V = L L'``, the reduced rows ``Y = L^-1 W`` and ``z = L^-1 g``: what is
+common then has the normal matrix ``U - Y'Y`` (Schur complement; Triggs et al. 2000, section 6.1).
 """
 
 from __future__ import annotations
@@ -56,18 +56,19 @@ def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
 @compiled(camera_kernel)
 def add_spot(
     packed: Float, x: float, y: float, z: float, seen: Float, weight: float, first: int,
-    u: Float, b: Float, u_row: Float, v_row: Float, u_point: Float, v_point: Float, miss: Float,
+    u: Float, b: Float, u_row: Float, v_row: Float, u_point: Float, v_point: Float,
+    miss: Float,
 ) -> float:  # fmt: skip
     """Return the weighted square of a spot's miss, infinite behind the camera.
 
-    Adds what belongs to the camera's columns, from ``first`` on, to U and b. Leaves the miss in px
-    (2,), the weighted derivatives by the camera (14,) and by the point (3,), world.
+    Adds what belongs to the camera's columns, from ``first`` on, to U and b. Leaves the weighted
+    miss (2,) and its derivatives by the camera (14,) and by the point (3,), world.
     """
     depth, predicted_u, predicted_v = spot_rows(packed, x, y, z, u_row, v_row)
     if not depth > 0.0:
         return np.inf
-    miss[0], miss[1] = predicted_u - seen[0], predicted_v - seen[1]
-    miss_u, miss_v = weight * miss[0], weight * miss[1]
+    miss_u, miss_v = weight * (predicted_u - seen[0]), weight * (predicted_v - seen[1])
+    miss[0], miss[1] = miss_u, miss_v
     for k in range(N_CAMERA):
         u_row[k] *= weight
         v_row[k] *= weight
@@ -83,21 +84,21 @@ def add_spot(
 
 
 @compiled()
-def add_own(
-    v: Float, w: Float, g: Float, at: int, u_own: Float, v_own: Float, first: int,
+def add_to_frame(
+    v: Float, w: Float, g: Float, u_pose: Float, v_pose: Float, first: int,
     u_row: Float, v_row: Float, miss_u: float, miss_v: float,
 ) -> None:  # fmt: skip
-    """Add a spot to V, W and g of the frame; its derivatives stand from row ``at`` on.
+    """Add a spot to V, W and g of its frame.
 
     Afterwards the rows of `kernel.spot_rows` hold again what the next spot expects.
     """
-    for i in range(u_own.shape[0]):
-        by_u, by_v = u_own[i], v_own[i]
-        g[at + i] += by_u * miss_u + by_v * miss_v
+    for i in range(6):
+        by_u, by_v = u_pose[i], v_pose[i]
+        g[i] += by_u * miss_u + by_v * miss_v
         for j in range(i + 1):
-            v[at + i, at + j] += by_u * u_own[j] + by_v * v_own[j]
+            v[i, j] += by_u * u_pose[j] + by_v * v_pose[j]
         for k in range(N_CAMERA):
-            w[at + i, first + k] += by_u * u_row[k] + by_v * v_row[k]
+            w[i, first + k] += by_u * u_row[k] + by_v * v_row[k]
     u_row[8] = v_row[9] = 1.0
 
 
@@ -107,7 +108,6 @@ def eliminate_frames(
     led_columns: int, seat_columns: int, uv: Float, weights: Float, seats: Int,
     rotations: Float, origins: Float, damping: float,
     u: Float, b: Float, factors: Float, y: Float, z: Float, slopes: Float, diagonals: Float,
-    misses: Float,
 ) -> float:  # fmt: skip
     """Add all frames to U and b, leave their factor, Y and z; return the sum of squares.
 
@@ -118,7 +118,7 @@ def eliminate_frames(
     cameras
         (C, 24): `lens.LensCamera.packed`.
     leds, tip
-        (L, 3) and (3,), mm, probe.
+        (L, 3) and (3,), mm, probe. Two LEDs are a bar along x.
     seat_positions, seat_weight
         (S, 3), mm, world, and 1/mm: one over how well a ball finds its seat.
     led_columns, seat_columns
@@ -137,15 +137,13 @@ def eliminate_frames(
         need no more than those of cameras and LEDs.
     slopes, diagonals
         (n, 6), out: gradient by the pose, and the diagonal of its normal matrix.
-    misses
-        (n, C, L, 2), out: predicted minus observed, px; NaN where the weight is zero.
     """
     n_frames, n_cameras, n_leds = weights.shape
     total = 0.0
     u_row, v_row = empty_rows()
     u_pose, v_pose = np.empty(6), np.empty(6)
     u_point, v_point = np.empty(3), np.empty(3)
-    u_led, v_led = np.empty(3), np.empty(3)
+    u_led, v_led, miss = np.empty(3), np.empty(3), np.empty(2)
     row, common, columns = np.empty(6), np.empty(9), np.empty(9, np.int64)
     for n in range(n_frames):
         rotation, v, w, g = rotations[n], factors[n], y[n], z[n]
@@ -162,19 +160,18 @@ def eliminate_frames(
             for c in range(n_cameras):
                 weight = weights[n, c, led]
                 if weight == 0.0:
-                    misses[n, c, led, 0] = misses[n, c, led, 1] = np.nan
                     continue
                 used = True
                 first = N_CAMERA * c
                 square = add_spot(
                     cameras[c], qx + origins[n, 0], qy + origins[n, 1], qz + origins[n, 2],
                     uv[n, c, led], weight, first, u, b, u_row, v_row, u_point, v_point,
-                    misses[n, c, led],
+                    miss,
                 )  # fmt: skip
                 if square == np.inf:
                     return np.inf
                 total += square
-                miss_u, miss_v = weight * misses[n, c, led, 0], weight * misses[n, c, led, 1]
+                miss_u, miss_v = miss[0], miss[1]
                 u_pose[0] = qy * u_point[2] - qz * u_point[1]
                 u_pose[1] = qz * u_point[0] - qx * u_point[2]
                 u_pose[2] = qx * u_point[1] - qy * u_point[0]
@@ -200,7 +197,7 @@ def eliminate_frames(
                             u[at + i, first + j] += u_led[i] * u_row[j] + v_led[i] * v_row[j]
                         for j in range(6):
                             w[j, at + i] += u_pose[j] * u_led[i] + v_pose[j] * v_led[i]
-                add_own(v, w, g, 0, u_pose, v_pose, first, u_row, v_row, miss_u, miss_v)
+                add_to_frame(v, w, g, u_pose, v_pose, first, u_row, v_row, miss_u, miss_v)
         if not used:
             slopes[n] = 0.0
             diagonals[n] = 0.0
@@ -211,8 +208,8 @@ def eliminate_frames(
             seat = seats[n]
             q = rotation @ tip
             for axis in range(3):
-                miss = seat_weight * (q[axis] + origins[n, axis] - seat_positions[seat, axis])
-                total += miss * miss
+                off = seat_weight * (q[axis] + origins[n, axis] - seat_positions[seat, axis])
+                total += off * off
                 row[:] = 0.0
                 row[3 + axis] = seat_weight
                 after, before = (axis + 1) % 3, (axis + 2) % 3
@@ -224,15 +221,21 @@ def eliminate_frames(
                 columns[3] = seat_columns + 3 * seat + axis
                 common[3] = -seat_weight
                 for i in range(6):
-                    g[i] += row[i] * miss
+                    g[i] += row[i] * off
                     for j in range(i + 1):
                         v[i, j] += row[i] * row[j]
                     for k in range(4):
                         w[i, columns[k]] += row[i] * common[k]
                 for i in range(4):
-                    b[columns[i]] += common[i] * miss
+                    b[columns[i]] += common[i] * off
                     for j in range(i + 1):
                         u[columns[i], columns[j]] += common[i] * common[j]
+        if n_leds == 2:
+            # Nothing shows a turn of a bar about itself; it is held.
+            pin = v[0, 0] + v[1, 1] + v[2, 2]
+            for i in range(3):
+                for j in range(i + 1):
+                    v[i, j] += pin * rotation[i, 0] * rotation[j, 0]
         for i in range(6):
             slopes[n, i] = g[i]
             diagonals[n, i] = v[i, i]
@@ -242,83 +245,28 @@ def eliminate_frames(
 
 
 @compiled(camera_kernel)
-def eliminate_bars(
-    cameras: Float, lengths: Float, bars: Int, slack_weight: float, length_columns: int,
-    uv: Float, weights: Float, ends: Float, damping: float,
-    u: Float, b: Float, factors: Float, y: Float, z: Float, slopes: Float, diagonals: Float,
-    misses: Float,
-) -> float:  # fmt: skip
-    """Do for placements of bars what `eliminate_frames` does for frames.
+def miss_frames(
+    cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, misses: Float
+) -> None:
+    """Write by how much the spots are missed.
 
     Parameters
     ----------
-    lengths, bars
-        (B,), mm, and (m,): which bar each placement shows.
-    slack_weight
-        1/mm: one over how far the distance of the ends may be from the length of the bar.
-    length_columns
-        First common column of the lengths.
-    uv, weights
-        (m, C, 2, 2), px, and (m, C, 2), 1/px.
-    ends
-        (m, 2, 3), mm, world.
+    cameras, leds, uv, rotations, origins
+        As in `eliminate_frames`; NaN where not seen.
+    misses
+        (n, C, L, 2), out: predicted minus observed, px; NaN where not seen, infinite behind the
+        camera.
     """
-    n_placements, n_cameras = weights.shape[:2]
-    total = 0.0
+    n_frames, n_cameras, n_leds = uv.shape[:3]
     u_row, v_row = empty_rows()
-    u_point, v_point = np.empty(3), np.empty(3)
-    for n in range(n_placements):
-        v, w, g = factors[n], y[n], z[n]
-        v[:] = 0.0
-        w[:] = 0.0
-        g[:] = 0.0
-        used = False
-        for end in range(2):
+    for n in range(n_frames):
+        for led in range(n_leds):
+            at = rotations[n] @ leds[led] + origins[n]
             for c in range(n_cameras):
-                weight = weights[n, c, end]
-                if weight == 0.0:
-                    misses[n, c, end, 0] = misses[n, c, end, 1] = np.nan
-                    continue
-                used = True
-                first = N_CAMERA * c
-                square = add_spot(
-                    cameras[c], ends[n, end, 0], ends[n, end, 1], ends[n, end, 2],
-                    uv[n, c, end], weight, first, u, b, u_row, v_row, u_point, v_point,
-                    misses[n, c, end],
-                )  # fmt: skip
-                if square == np.inf:
-                    return np.inf
-                total += square
-                miss_u, miss_v = weight * misses[n, c, end, 0], weight * misses[n, c, end, 1]
-                add_own(v, w, g, 3 * end, u_point, v_point, first, u_row, v_row, miss_u, miss_v)
-        if not used:
-            slopes[n] = 0.0
-            diagonals[n] = 0.0
-            for i in range(6):
-                v[i, i] = 1.0
-            continue
-        along = ends[n, 1] - ends[n, 0]
-        distance = np.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
-        miss = slack_weight * (distance - lengths[bars[n]])
-        total += miss * miss
-        column = length_columns + bars[n]
-        u[column, column] += slack_weight * slack_weight
-        b[column] -= slack_weight * miss
-        row = np.empty(6)
-        for i in range(3):
-            row[i] = -slack_weight * along[i] / distance
-            row[3 + i] = -row[i]
-        for i in range(6):
-            g[i] += row[i] * miss
-            w[i, column] -= row[i] * slack_weight
-            for j in range(i + 1):
-                v[i, j] += row[i] * row[j]
-        for i in range(6):
-            slopes[n, i] = g[i]
-            diagonals[n, i] = v[i, i]
-        if not eliminate(v, w, g, damping):
-            return np.inf
-    return total
+                _, u, v = spot_rows(cameras[c], at[0], at[1], at[2], u_row, v_row)
+                misses[n, c, led, 0] = u - uv[n, c, led, 0]
+                misses[n, c, led, 1] = v - uv[n, c, led, 1]
 
 
 @compiled(algebra)

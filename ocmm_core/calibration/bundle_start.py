@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Pixels, Points3
+from ocmm_core.geometry import Float, Pixels, Points3, perpendicular_pair, unit
 from ocmm_core.tracking.body import ProbeBody, rigid_fit
 from ocmm_core.tracking.kernel import OK, allocate, solve_frames
 from ocmm_core.tracking.pose import triangulate
@@ -78,7 +78,18 @@ def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
     return start
 
 
-def start_ends(rig: Rig, uv: Pixels) -> Float:
-    """Return the ends (m, 2, 3), mm, world, of bars shown as (m, C, 2, 2), px; NaN if not seen."""
-    ends = [triangulate(rig, placement) for placement in uv]
-    return np.array(ends).reshape(-1, 2, 3)
+def start_bars(rig: Rig, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
+    """Return rotations (m, 3, 3), centres (m, 3), world from bar, and which were found (m,).
+
+    ``uv`` is (m, C, 2, 2), px; a bar lies along its x.
+    """
+    rotations, centres = np.tile(np.eye(3), (len(uv), 1, 1)), np.zeros((len(uv), 3))
+    found = np.zeros(len(uv), dtype=np.bool_)
+    for index, placement in enumerate(uv):
+        first, second = triangulate(rig, placement)
+        found[index] = np.isfinite(first).all() and np.isfinite(second).all()
+        if found[index]:
+            direction = unit(second - first)
+            rotations[index] = np.stack([direction, *perpendicular_pair(direction)], axis=1)
+            centres[index] = 0.5 * (first + second)
+    return rotations, centres, found

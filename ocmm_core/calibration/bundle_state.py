@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.calibration.bundle_kernel import move_poses
 from ocmm_core.calibration.lens import LensCamera
@@ -13,11 +14,6 @@ from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform, skew
 
 LENS = slice(6, N_PARAMETERS)
 """Columns of the lens among those of a camera."""
-
-EXACT_SIGMA = 1e-4
-"""mm; how far the ends of one bar may be from its length in one placement. Far below what any spot
-shows, it makes the length a condition without making the equations singular."""
-
 
 @dataclass(frozen=True, slots=True)
 class Columns:
@@ -68,6 +64,10 @@ class Columns:
         """Return the number of all columns."""
         return int(self.of_lengths.stop)
 
+    def all_leds(self) -> Int:
+        """Return the columns of the LEDs as indices."""
+        return np.arange(self.of_leds.start, self.of_leds.stop)
+
     def of_lenses(self) -> Int:
         """Return the columns of all lenses, camera by camera."""
         per_camera = np.arange(LENS.start, LENS.stop)
@@ -94,8 +94,8 @@ class BundleState:
         (B,), mm.
     rotations, origins
         (n, 3, 3) and (n, 3), mm: poses of the frames, world from probe.
-    ends
-        (m, 2, 3), mm, world: ends of the shown bars.
+    bar_rotations, bar_origins
+        (m, 3, 3) and (m, 3), mm: those of the shown bars, which lie along their x, world from bar.
     """
 
     cameras: tuple[CameraModel, ...]
@@ -105,7 +105,8 @@ class BundleState:
     lengths: Float
     rotations: Float
     origins: Points3
-    ends: Float
+    bar_rotations: Float
+    bar_origins: Points3
 
     @property
     def columns(self) -> Columns:
@@ -133,11 +134,18 @@ class BundleState:
         values[columns.of_lengths] = self.lengths
         return values
 
-    def moved(self, step: Float, pose_steps: Float, end_steps: Float) -> BundleState:
-        """Return the state after steps of the common columns, of the poses and of the ends."""
+    def bar_leds(self, bar: int) -> Points3:
+        """Return the LEDs (2, 3), mm, of a bar in its own frame."""
+        half = 0.5 * self.lengths[bar]
+        return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0]])
+
+    def moved(self, step: Float, pose_steps: Float, bar_steps: Float) -> BundleState:
+        """Return the state after steps of the common columns and of all poses, (n, 6), (m, 6)."""
         columns = self.columns
         rotations, origins = self.rotations.copy(), self.origins.copy()
+        bar_rotations, bar_origins = self.bar_rotations.copy(), self.bar_origins.copy()
         move_poses(rotations, origins, pose_steps)
+        move_poses(bar_rotations, bar_origins, bar_steps)
         return BundleState(
             cameras=tuple(
                 camera.perturbed(step[columns.camera(index)])
@@ -149,7 +157,8 @@ class BundleState:
             lengths=self.lengths + step[columns.of_lengths],
             rotations=rotations,
             origins=origins,
-            ends=self.ends + end_steps.reshape(-1, 2, 3),
+            bar_rotations=bar_rotations,
+            bar_origins=bar_origins,
         )
 
     def in_world(self, T_new_from_old: RigidTransform) -> BundleState:
@@ -164,7 +173,8 @@ class BundleState:
             seats=T_new_from_old.apply(self.seats),
             rotations=T_new_from_old.rotation @ self.rotations,
             origins=T_new_from_old.apply(self.origins),
-            ends=T_new_from_old.apply(self.ends),
+            bar_rotations=T_new_from_old.rotation @ self.bar_rotations,
+            bar_origins=T_new_from_old.apply(self.bar_origins),
         )
 
     def world_motions(self) -> Float:
@@ -186,10 +196,23 @@ class BundleState:
             seats[3 * index : 3 * index + 3, 3:] = np.eye(3)
         return motions
 
+    def body_motions(self) -> Float:
+        """Return how the common unknowns change when the probe moves in its own frame, (k, 6).
+
+        Small turns and shifts of LEDs and tip, which the poses undo: no spot changes.
+        """
+        columns = self.columns
+        motions = np.zeros((columns.count, 6))
+        body = motions[columns.of_leds.start : columns.of_tip.stop]
+        for index, point in enumerate([*self.leds, self.tip]):
+            body[3 * index : 3 * index + 3, :3] = -skew(point)
+            body[3 * index : 3 * index + 3, 3:] = np.eye(3)
+        return motions
+
 
 @dataclass(frozen=True, slots=True)
 class BundleData:
-    """What was observed; frames with a seat come after those without.
+    """What was observed; frames with a seat come after those without, and bar comes after bar.
 
     Attributes
     ----------
@@ -199,25 +222,28 @@ class BundleData:
         (n,): index of the seat, -1 for none.
     waved
         Number of frames without a seat.
-    seat_weight
-        1/mm.
+    seat_sigma
+        mm per axis: how well the ball finds back into its seat.
     bar_uv, bar_weights
         (m, C, 2, 2), px, and (m, C, 2), 1/px.
     bars
-        (m,): which bar each placement shows.
+        (m,): which bar each placement shows, ascending.
     touched
         (t, 3): two seats that are the ends of a bar, and that bar.
+    touched_sigma
+        mm: how far the distance of those seats may be from the length of the bar.
     """
 
     uv: Pixels
     weights: Float
     seats: Int
     waved: int
-    seat_weight: float
+    seat_sigma: float
     bar_uv: Pixels
     bar_weights: Float
     bars: Int
     touched: Int
+    touched_sigma: float
 
     def scaled(self, factors: Float, bar_factors: Float) -> BundleData:
         """Return the data with every weight multiplied by its factor."""
@@ -225,20 +251,26 @@ class BundleData:
             self, weights=self.weights * factors, bar_weights=self.bar_weights * bar_factors
         )
 
-    @property
-    def observations(self) -> int:
-        """Return the number of numbers that were observed, conditions included."""
-        spots = np.count_nonzero(self.weights) + np.count_nonzero(self.bar_weights)
-        active = self.weights.any(axis=(1, 2))
-        placements = int(self.bar_weights.any(axis=(1, 2)).sum())
-        seated = int((active & (self.seats >= 0)).sum())
-        return int(2 * spots + 3 * seated + placements + len(self.touched))
+    def placements(self, bar: int) -> slice:
+        """Return where the placements of a bar stand."""
+        first, behind = np.searchsorted(self.bars, (bar, bar + 1))
+        return slice(int(first), int(behind))
 
     @property
-    def own_unknowns(self) -> int:
-        """Return the number of unknowns of frames and placements."""
-        active = self.weights.any(axis=(1, 2)).sum() + self.bar_weights.any(axis=(1, 2)).sum()
-        return 6 * int(active)
+    def active(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which frames (n,) and which placements (m,) take part."""
+        counts = (np.count_nonzero(w, axis=(1, 2)) for w in (self.weights, self.bar_weights))
+        frames, placements = (np.greater(count, 0) for count in counts)
+        return frames, placements
+
+    @property
+    def excess(self) -> int:
+        """Return how many more numbers were observed than frames and placements have unknowns."""
+        spots = np.count_nonzero(self.weights) + np.count_nonzero(self.bar_weights)
+        frames, placements = self.active
+        seated = np.count_nonzero(frames & (self.seats >= 0))
+        conditions = 3 * seated + len(self.touched)
+        return int(2 * spots + conditions - 6 * frames.sum() - 5 * placements.sum())
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,9 +287,17 @@ class Prior:
         Columns that are sought; the others stay.
     rows
         How many of them count as observed before.
+    body_floats
+        Nothing is known of the LEDs, so that the place of the probe in its own frame is open too.
     """
 
     values: Float
     information: Float
     free: Int
     rows: int
+    body_floats: bool = False
+
+    @property
+    def gauge(self) -> int:
+        """Return the number of motions that nothing observes."""
+        return 12 if self.body_floats else 6

@@ -133,6 +133,12 @@ class Observations:
     seats: tuple[str, ...] = ()
     seat_sigma: float = 0.001
 
+    @property
+    def bars(self) -> tuple[LengthBar, ...]:
+        """Return all known lengths, those of the shown bars first."""
+        shown = tuple(one.bar for one in self.shown_bars)
+        return shown + tuple(one.bar for one in self.touched_bars)
+
 
 @dataclass(frozen=True, slots=True)
 class KeptByCameras:

@@ -1,0 +1,161 @@
+"""How well cameras measure lengths, from their covariance, and how they measured the bars."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.calibration.relocation_data import BarResidual, LengthBar, Observations
+from ocmm_core.camera.model import N_PARAMETERS, on_sensor, project, projection_jacobians
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.pose import solve, triangulate
+
+_TRIES = 100_000
+
+
+def random_lines(volume_world: Float, length: float, lines: int, seed: int) -> Float:
+    """Return the ends (lines, 2, 3), mm, of lines of one length in any direction in a box (2, 3).
+
+    Raises
+    ------
+    CalibrationError
+        The box is too small for the length.
+    """
+    rng = np.random.default_rng(seed)
+    low, high = volume_world
+    directions = rng.standard_normal((_TRIES, 3))
+    arms = 0.5 * length * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    room = high - low - 2.0 * np.abs(arms)
+    arms = arms[(room >= 0.0).all(axis=1)][:lines]
+    if len(arms) < lines:
+        raise CalibrationError(
+            "relocation.small_volume",
+            f"A length of {length:g} mm does not fit into the volume of "
+            f"{' x '.join(f'{side:.0f}' for side in high - low)} mm.",
+            "Take a shorter length, or a larger volume.",
+        )
+    # Every direction that fits, at any place where it fits.
+    centres = low + np.abs(arms) + rng.random((lines, 3)) * (high - low - 2.0 * np.abs(arms))
+    return np.stack([centres - arms, centres + arms], axis=1)
+
+
+def length_sigma(
+    rig: Rig, volume_world: Float, length: float = 400.0, lines: int = 200, seed: int = 0
+) -> float:
+    """Return the RMS standard deviation, mm, that the cameras' covariance gives to lengths.
+
+    The lengths lie at random, but always the same, in the volume (2, 3), mm. The noise of spots is
+    not in it, so that this is the error that remains after any averaging.
+
+    Raises
+    ------
+    CalibrationError
+        The volume is too small for the length, or two cameras see none of the lines.
+    """
+    ends = random_lines(volume_world, length, lines, seed)
+    gains, _, seen = _gains(rig, ends.reshape(-1, 3))
+    whole = seen.reshape(-1, 2).all(axis=1)
+    if not whole.any():
+        raise CalibrationError(
+            "relocation.no_common_volume",
+            "None of the lengths in the volume is seen by two cameras from end to end.",
+            "Point the cameras at one common volume.",
+        )
+    ends, gains = ends[whole], gains.reshape(-1, 2, *gains.shape[1:])[whole]
+    along = (ends[:, 1] - ends[:, 0]) / length
+    rows = np.einsum("ni,nip->np", along, gains[:, 1] - gains[:, 0])
+    variances = np.einsum("np,pq,nq->n", rows, rig.parameter_covariance, rows, optimize=True)
+    return float(np.sqrt(np.mean(variances)))
+
+
+def judge_bars(
+    rig: Rig, body: ProbeBody, observed: Observations, placements_used: NDArray[np.bool_]
+) -> tuple[BarResidual, ...]:
+    """Return what the cameras of ``rig`` make of every placement by itself.
+
+    Parameters
+    ----------
+    placements_used
+        Of the shown bars, bar after bar.
+    """
+    found = []
+    used = iter(placements_used)
+    for shown in observed.shown_bars:
+        for index, (spots, sigma_px) in enumerate(zip(shown.uv, shown.sigma_px, strict=True)):
+            ends = triangulate(rig, spots)
+            sigma = np.nan
+            if np.isfinite(ends).all():
+                covariances = sigma_px**2 * _gains(rig, ends)[1]
+                sigma = _length_sigma_of(ends, covariances)
+            measured = float(np.linalg.norm(ends[1] - ends[0]))
+            found.append(_residual(shown.bar, index, measured, sigma, bool(next(used))))
+    for touched in observed.touched_bars:
+        for index, names in enumerate(touched.seats):
+            pairs = [_seat_alone(rig, body, observed, observed.seats.index(n)) for n in names]
+            ends, covariances = (np.stack(parts) for parts in zip(*pairs, strict=True))
+            measured = float(np.linalg.norm(ends[1] - ends[0]))
+            sigma = _length_sigma_of(ends, covariances)
+            found.append(_residual(touched.bar, index, measured, sigma, used=True))
+    return tuple(found)
+
+
+def _residual(
+    bar: LengthBar, placement: int, measured: float, sigma: float, used: bool
+) -> BarResidual:
+    return BarResidual(bar.name, placement, measured, measured - bar.length, sigma, used)
+
+
+def _seat_alone(
+    rig: Rig, body: ProbeBody, observed: Observations, seat: int
+) -> tuple[Float, Float]:
+    """Return mean (3,), mm, and covariance (3, 3) of the tips in one seat."""
+    mine = observed.frames.seats == seat
+    sigmas = observed.frames.sigma_px[mine]
+    batch = solve(observed.frames.uv[mine], rig, body, 1.0)
+    solved = batch.status == 0
+    spread = batch.tip_covariance * sigmas[:, None, None] ** 2 + observed.seat_sigma**2 * np.eye(3)
+    count = int(solved.sum())
+    if not count:
+        return np.full(3, np.nan), np.full((3, 3), np.nan)
+    return batch.tip_world[solved].mean(axis=0), spread[solved].sum(axis=0) / count**2
+
+
+def _length_sigma_of(ends: Float, covariances: Float) -> float:
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    return float(np.sqrt(along @ covariances.sum(axis=0) @ along))
+
+
+def _gains(rig: Rig, points: Points3) -> tuple[Float, Float, NDArray[np.bool_]]:
+    """Return how located points move with the cameras' parameters, and with the spots.
+
+    Returns
+    -------
+    gains
+        (n, 3, 14 C): d(located point)/d(parameters).
+    covariances
+        (n, 3, 3), mm^2 / px^2: of the located point for spots with a sigma of one pixel.
+    seen
+        (n,): whether two cameras see the point; zero and NaN in the others where not.
+    """
+    n, count = len(points), len(rig.cameras)
+    by_point = np.zeros((n, count, 2, 3))
+    by_parameters = np.zeros((n, count, 2, N_PARAMETERS))
+    views = np.zeros(n, dtype=np.int64)
+    for c, camera in enumerate(rig.cameras):
+        sees = on_sensor(camera, project(camera, points))
+        by_point[sees, c], by_parameters[sees, c] = projection_jacobians(camera, points[sees])
+        views += sees
+    seen = views >= 2
+    gains = np.zeros((n, 3, count * N_PARAMETERS))
+    covariances = np.full((n, 3, 3), np.nan)
+    stacked = by_point[seen].reshape(-1, 2 * count, 3)
+    covariances[seen] = np.linalg.inv(stacked.transpose(0, 2, 1) @ stacked)
+    # Each camera's spots depend on its own parameters only.
+    located = -np.einsum(
+        "nij,ncuj,ncup->nicp", covariances[seen], by_point[seen], by_parameters[seen]
+    )
+    gains[seen] = located.reshape(-1, 3, count * N_PARAMETERS)
+    return gains, covariances, seen
