@@ -111,6 +111,10 @@ class CalibrationPage(QWidget):
         """Return what to watch."""
         return self._notes.text()
 
+    def fault(self) -> str:
+        """Return why history or trends cannot be shown; empty where they are."""
+        return self._empty.text()
+
     def refresh(self) -> None:
         """Show what is known now."""
         view = self._pull()
