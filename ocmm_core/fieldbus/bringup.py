@@ -7,6 +7,7 @@ steps are small, so that whoever takes them can do something else in between.
 
 from __future__ import annotations
 
+import contextlib
 import struct
 import time
 from collections.abc import Iterator
@@ -29,6 +30,7 @@ from ocmm_core.fieldbus.master import OP, PREOP, SAFEOP, Master
 from ocmm_core.fieldbus.port import Port
 from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.fieldbus.service import ServiceChannel
+from ocmm_core.fieldbus.sockets import LinkWatch
 from ocmm_core.fieldbus.watch import TIME_DIFFERENCE
 
 _START_TIMEOUT_NS = 2_000_000
@@ -97,6 +99,8 @@ class Session:
         Their station addresses and mailboxes.
     firmware
         Versions that they tell.
+    ring_is_line
+        There is a redundancy cable, and one of its two ends has no link.
     start_host_ns
         Monotonic host time of the first exposure, as well as a read of the bus clock tells.
     schedule
@@ -104,6 +108,7 @@ class Session:
     """
 
     master: Master | None = None
+    ring_is_line: bool = False
     serials: tuple[int | None, ...] = ()
     places: tuple[int, ...] = ()
     stations: tuple[int, ...] = ()
@@ -146,7 +151,10 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     _await_devices(settings)
     session.serials = before
     yield BusPhase.SCAN
-    master = session.master = Master(settings.interface, settings.redundant_interface)
+    # An end of the ring without link leaves a line, which needs no redundancy.
+    live = _live_interfaces(settings)
+    session.ring_is_line = len(live) < len(settings.interfaces)
+    master = session.master = Master(*live)
     master.find()
     yield BusPhase.SCAN
     for _ in master.steps_to(PREOP):
@@ -179,9 +187,19 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     master.port.tally.forget()
 
 
+def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
+    """Return the interfaces that have a link, or the first one where none has."""
+    live = []
+    for interface in settings.interfaces:
+        with contextlib.closing(LinkWatch(interface)) as link:
+            if not link.trouble():
+                live.append(interface)
+    return tuple(live) or (settings.interface,)
+
+
 def _await_devices(settings: BusSettings) -> None:
     """Ask with one frame of our own whether anybody is there, before pysoem waits for them."""
-    port = Port(settings.interfaces)
+    port = Port(_live_interfaces(settings))
     try:
         trouble = port.link_trouble()
         if trouble:
@@ -190,11 +208,20 @@ def _await_devices(settings: BusSettings) -> None:
                 f"Interface '{settings.interface}' {trouble}.",
                 "Plug in the bus cable at both ends; check the camera supply.",
             )
-        if not port.count_devices():
+        count = port.count_devices()
+        if not count:
             raise BusError(
                 "bus.no_cameras",
                 f"No camera answers on interface '{settings.interface}'.",
                 "Check the cable and that the cameras are switched on.",
+            )
+        if port.ring is not None and 0 < (port.ring.reached or 0) < count:
+            # The time of the first part would reach the second one late by an unknown delay.
+            raise BusError(
+                "bus.redundancy",
+                f"The ring is open behind camera {port.ring.reached} of the wire, so the clocks "
+                "of the cameras on both sides cannot be kept together.",
+                f"Replace the cable behind camera {port.ring.reached}.",
             )
     finally:
         port.close()

@@ -85,8 +85,9 @@ class CameraBus:
     @property
     def redundancy_broken(self) -> bool:
         """Return whether there is a redundancy cable and the ring is open somewhere."""
-        master = self._session.master
-        return master is not None and master.port.ring is not None and master.port.ring.is_open
+        session = self._session
+        ring = None if session.master is None else session.master.port.ring
+        return session.ring_is_line or (ring is not None and ring.is_open)
 
     def open(self) -> None:
         """Find, check, configure and synchronise the cameras and bring them to operation.

@@ -42,8 +42,9 @@ _STATE_TIMEOUT_S = 1.0
 _STATE_POLL_S = 0.002
 _SETTLE_US = 300
 _SETTLE_RING_US = 400
+_SETTLE_LINE_US = 60
 _FUSE_S = 0.1
-_FUSE_RET_US = 50
+_FUSE_RET_US, _FUSE_RET_RING_US = 50, 1000
 _STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
 _FIRST_STATION = 0x1001
 """What pysoem gives the first device; the others follow."""
@@ -245,8 +246,9 @@ class Master:
         """
         timeouts = pysoem.settings.timeouts
         kept = timeouts.ret, timeouts.eeprom
-        # Without effect while the socket waits, and the EEPROM is not needed.
-        timeouts.ret, timeouts.eeprom = _FUSE_RET_US, _FUSE_RET_US
+        # Without effect while one socket waits, but not for two; the EEPROM is not needed.
+        ring = self.port.ring is not None
+        timeouts.ret = timeouts.eeprom = _FUSE_RET_RING_US if ring else _FUSE_RET_US
         helper = _fork_quietly()
         if helper == 0:
             try:
@@ -361,7 +363,7 @@ class Master:
             # Halves of an answer are put together by pysoem, which sends them round once more.
             # Frames that are 16 cycles old look fresh to it; the cameras' counters tell them.
             whole, any_came, answered_ns = port.await_copies(service, deadline_ns)
-            settle_us = _SETTLE_RING_US
+            settle_us = _SETTLE_RING_US if port.has_both_ends else _SETTLE_LINE_US
         # Also without an answer, because pysoem frees its buffers here.
         counter: int = self._master.receive_processdata(settle_us if whole else 0)
         return Passage(counter if whole else 0, whole, any_came, sent_ns, answered_ns)

@@ -103,7 +103,6 @@ class Port:
             if frame is None or not self._send(frame):
                 return None
             self._wait(lambda: service.waits, service, _ASK_NS)
-            self._settle(service)
             if len(answers) == len(datagrams):
                 return tuple(answers)
             service.abandon()
@@ -118,6 +117,11 @@ class Port:
         """Return why no frame can pass any interface; empty in good order."""
         troubles = [link.trouble() for link in self.links]
         return troubles[0] if all(troubles) else ""
+
+    @property
+    def has_both_ends(self) -> bool:
+        """Return whether every interface has a link."""
+        return not any(link.trouble() for link in self.links)
 
     def begin(self, service: ServiceChannel, token: int) -> None:
         """Sort what came late and expect the answers of the next cycle."""
@@ -155,12 +159,15 @@ class Port:
         return whole, tally.any_came or self._service_came, answered_ns
 
     def await_copies(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
-        """Wait for both copies of every answer on a ring; as `await_answers`."""
+        """Wait for all that comes back on a ring; as `await_answers`.
+
+        The master library sends at both ends: its frame, and one that only tells where the ring
+        ends.
+        """
         ends = sum(not link.trouble() for link in self.links)
         wanted = ends * self.tally.frames
         now_ns = time.monotonic_ns()
         self._wait(lambda: self._copies < wanted or service.waits, service, deadline_ns - now_ns)
-        self._settle(service)
         any_came = self._copies > 0 or self._service_came
         return self._copies >= self.tally.frames, any_came, time.monotonic_ns()
 
@@ -173,17 +180,11 @@ class Port:
                 if index is None:
                     continue
                 if index >= FIRST_INDEX:
-                    answer = frame if self.ring is None else self.ring.take(end, frame, index)
-                    self._service_came |= answer is not None and service.take(answer)
+                    if self._is_whole(end, index, frame):
+                        self._service_came |= service.take(frame)
                 elif index < N_INDICES:
                     own.append(frame)
         return own
-
-    def _settle(self, service: ServiceChannel) -> None:
-        """Take what came in at one end only for the answer; the other end may be cut off."""
-        if self.ring is not None:
-            for frame in self.ring.settle():
-                self._service_came |= service.take(frame)
 
     def close(self) -> None:
         """Give the sockets back; may be called twice."""
@@ -194,8 +195,21 @@ class Port:
         self._channels = []
 
     def _send(self, frame: bytes) -> bool:
-        sent = [transmit(channel, frame) for channel in self._channels]
-        return any(sent)
+        end = 0
+        if self.ring is not None:
+            end = int(bool(self.links[0].trouble()))
+            self.ring.sent(frame_index(frame) or 0, end)
+        return transmit(self._channels[end], frame)
+
+    def _is_whole(self, end: int, index: int, frame: bytes) -> bool:
+        """Say whether a frame is an answer; one that saw only a part of the ring is sent on."""
+        if self.ring is None:
+            return True
+        other = 1 - end
+        has_link = not self.links[other].trouble()
+        if self.ring.is_whole(index, end, frame, other_has_link=has_link):
+            return True
+        return not transmit(self._channels[other], frame)
 
     def _wait(self, waiting: Callable[[], bool], service: ServiceChannel, time_ns: int) -> None:
         deadline = time.monotonic_ns() + time_ns

@@ -101,12 +101,17 @@ class Chain:
         In the order in which a frame from the first port passes them.
     ends
         How many ends of the wire lead to the master, 1 or 2.
+
+    Attributes
+    ----------
+    links
+        Whether there is a link at each end; a frame turns round where there is none.
     """
 
     def __init__(self, units: Sequence[Unit], ends: int = 1) -> None:
         self.units = tuple(units)
         self.order = list(range(len(self.units)))
-        self._ends = ends
+        self.links = [True] * ends
         self.ways: tuple[Way, ...] = ()
         self.lay()
 
@@ -117,12 +122,15 @@ class Chain:
         if not line or not line[0].powered:
             there = Way(Segment([]), None)
         else:
-            there = Way(_segment(first), 1 if open_end and self._ends == 2 else 0)
-        if self._ends == 1:
+            passes = open_end and len(self.links) == 2 and self.links[1]
+            there = Way(_segment(first), 1 if passes else 0)
+        if len(self.links) == 1:
             self.ways = (there,)
             return
         if open_end and line:
-            self.ways = (there, Way(Segment([]), 0))
+            # Without a link at the first end the first camera turns the frame round.
+            back = Way(Segment([]), 0) if self.links[0] else Way(_segment(first), 1)
+            self.ways = (there, back)
             return
         last = _reached_from_behind(line)
         back = Way(_segment(last), 1) if last else Way(Segment([]), None)

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.sockets import LinkWatch
 from ocmm_core.simulation.chain import Chain
 from ocmm_core.simulation.deeds import Deeds
 from ocmm_core.simulation.faults import CameraDeed, DeedAnswer, Faults
@@ -40,10 +41,12 @@ class Port:
 
     def __init__(self, interface: str) -> None:
         self.interface = interface
+        self.link = LinkWatch(interface)
         try:
             self._index = socket.if_nametoindex(interface)
             self._socket = _open(interface)
         except OSError as error:
+            self.link.close()
             raise BusError(
                 "bus.software_camera",
                 f"The software cameras cannot use interface '{interface}' ({error.strerror}).",
@@ -88,6 +91,7 @@ class Port:
     def close(self) -> None:
         """Give the interface back."""
         self._socket.close()
+        self.link.close()
 
 
 class Wire:
@@ -150,6 +154,7 @@ class Wire:
                     unit.camera.esc.poll(now)
                 for port in self._ports:
                     port.renew()
+                self._look_at_links()
                 if stopping():
                     return
             self._obey()
@@ -172,6 +177,13 @@ class Wire:
         if self._control is not None:
             self._control.close()
             self._control_path.unlink(missing_ok=True)
+
+    def _look_at_links(self) -> None:
+        """Let the cameras at the ends turn frames round where there is no link."""
+        links = [not port.link.trouble() for port in self._ports]
+        if len(links) > 1 and links != self.chain.links:
+            self.chain.links = links
+            self.chain.lay()
 
     def _answers_nothing(self, ready: list[Port | socket.socket]) -> bool:
         return self._control not in ready and not self._answer_all()

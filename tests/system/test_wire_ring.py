@@ -1,0 +1,69 @@
+"""A ring with a redundancy cable: which breaks it survives, and what it says of the others."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ocmm_core.errors import BusError
+from ocmm_core.simulation.virtual_bus import namespace_command
+
+# Two processes must answer each other within a millisecond: not beside other tests.
+pytestmark = pytest.mark.timing
+
+_PROGRAM = Path(__file__).with_name("ring_scenarios.py")
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def played() -> dict[str, Any]:
+    try:
+        prefix = namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+    done = subprocess.run(
+        [*prefix, sys.executable, "-W", "error", str(_PROGRAM)],
+        capture_output=True,
+        text=True,
+        timeout=55,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(_ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+    seen: dict[str, Any] = json.loads(done.stdout)
+    return seen
+
+
+@pytest.mark.parametrize("name", ["whole", "repaired", "both whole", "whole again"])
+def test_a_whole_ring_measures(played: dict[str, Any], name: str) -> None:
+    seen = played[name]
+    assert seen["operation"], seen["message"]
+    assert seen["frames"] > 0
+    assert seen["wrong"] == 0
+    assert not seen["broken"]
+
+
+@pytest.mark.parametrize("name", ["first cable", "second cable"])
+def test_a_broken_cable_at_an_end_is_survived_and_reported(
+    played: dict[str, Any], name: str
+) -> None:
+    seen = played[name]
+    assert seen["operation"], seen["message"]
+    assert seen["frames"] > 0
+    assert seen["wrong"] == 0
+    assert seen["broken"]
+    assert "bus.redundancy" in seen["reported"]
+
+
+def test_a_break_between_cameras_stops_and_names_the_cable(played: dict[str, Any]) -> None:
+    # Their clocks cannot be kept together any more, so frames would be joined wrongly.
+    seen = played["between the cameras"]
+    assert not seen["operation"]
+    assert (seen["frames"], seen["wrong"]) == (0, 0)
+    assert "behind camera 1" in seen["message"]
