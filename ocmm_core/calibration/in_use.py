@@ -19,7 +19,7 @@ from ocmm_core.calibration.history import CalibrationStore, standing
 from ocmm_core.calibration.records import CameraRecord, canonical, record_hash, rig_from_record
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import CalibrationError, InputError, OcmmError
 
 _FOLDER_NAME = re.compile(r"[A-Za-z0-9_]([A-Za-z0-9 _.-]{0,58}[A-Za-z0-9_-])?")
 
@@ -208,6 +208,26 @@ def open_calibration(
     # How fast the cameras run is no matter of calibration.
     rig = replace(rig, frame_rate_hz=design.rig.frame_rate_hz)
     return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
+
+
+def require_record(in_use: CalibrationInUse) -> CameraRecord:
+    """Return the record that is measured with.
+
+    Raises
+    ------
+    CalibrationError
+        There is none, or none that may be used.
+    """
+    if in_use.fault is not None:
+        _, obstacle = in_use.fault
+        raise CalibrationError("calibration.not_usable", obstacle.what, obstacle.remedy)
+    if in_use.record is None:
+        raise CalibrationError(
+            "calibration.none",
+            "This job is measured with the rig document, without a calibration.",
+            "Give the folder of calibrations: --calibrations.",
+        )
+    return in_use.record
 
 
 def judge(in_use: CalibrationInUse, now: datetime) -> CalibrationView:

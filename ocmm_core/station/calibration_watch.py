@@ -13,7 +13,14 @@ from ocmm_core.calibration.camera_memory import (
     judge_warmth,
     write_to_cameras,
 )
-from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle, Word, judge
+from ocmm_core.calibration.in_use import (
+    CalibrationInUse,
+    CalibrationView,
+    Obstacle,
+    Word,
+    judge,
+    require_record,
+)
 from ocmm_core.calibration.records import CameraRecord
 from ocmm_core.errors import BusError, CalibrationError, OcmmError
 from ocmm_core.fieldbus.camera_client import read_temperature
@@ -110,13 +117,7 @@ class CalibrationWatch:
         BusError
             A camera does not take them.
         """
-        record, objects = self.in_use.record, self._objects
-        if record is None:
-            raise CalibrationError(
-                "calibration.none",
-                "There is no calibration whose intrinsics could be written.",
-                "Calibrate the cameras.",
-            )
+        record, objects = require_record(self.in_use), self._objects
         if objects is None:
             raise CalibrationError(
                 "calibration.no_cameras",

@@ -1,0 +1,73 @@
+"""Measuring with and without a calibration on the command line."""
+
+from __future__ import annotations
+
+import csv
+import re
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.in_use import store_folder
+from ocmm_core.documents import resource
+from tests.core.calibration.test_records_history import make_record, make_verification
+from tests.core.cli.conftest import Ocmm
+
+QUICK = resource("plans", "quick.toml")
+
+
+def calibrate(folder: Path, *, until_days: float = 365.0) -> str:
+    """Put a verified calibration in force, valid for so many days from now; return its hash."""
+    now = datetime.now(UTC)
+    record = make_record(valid_until_utc=(now + timedelta(days=until_days)).isoformat())
+    store = CalibrationStore(store_folder(folder, "recommended"))
+    store.accept(record, "technician", "new", now)
+    store.verify(make_verification(record), now)
+    assert store.active_hash is not None
+    return store.active_hash
+
+
+def test_a_valid_calibration_is_measured_with_and_named(ocmm: Ocmm, tmp_path: Path) -> None:
+    digest = calibrate(tmp_path / "cal")
+    done = ocmm("measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"VALID {digest[:12]}" in done.stdout
+    with (tmp_path / "out/QUICK-001_report.csv").open(newline="") as stream:
+        assert {row["Calibration"] for row in csv.DictReader(stream)} == {f"VALID {digest[:12]}"}
+
+
+def test_an_expired_calibration_ends_with_its_reason_and_exit_code_2(
+    ocmm: Ocmm, tmp_path: Path
+) -> None:
+    calibrate(tmp_path / "cal", until_days=-1.0)
+    done = ocmm(
+        "measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal", "--speed", "1"
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("ocmm: EXPIRED: The calibration was valid until ")
+    assert "Calibrate the cameras." in done.stderr
+    assert "--uncalibrated" in done.stderr
+    assert not list((tmp_path / "out").glob("*.csv"))
+
+
+def test_who_insists_gets_a_report_that_proves_nothing(ocmm: Ocmm, tmp_path: Path) -> None:
+    done = ocmm(
+        "measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal", "--uncalibrated"
+    )
+    assert done.returncode == 1
+    assert "never calibrated" in done.stdout
+    assert re.search(r"Ball diameter .*NOT PROVEN", done.stdout)
+    assert "CONFORM" not in done.stdout.replace("NOT CONFORM", "")
+    with (tmp_path / "out/QUICK-001_UNCALIBRATED_report.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert {row["Test"] for row in rows} == {"Fail"}
+    assert all(row["Calibration"].startswith("UNCALIBRATED ") for row in rows)
+
+
+def test_real_cameras_are_not_measured_with_by_a_rig_document(ocmm: Ocmm) -> None:
+    # There is no such interface; which calibration is meant is said before it is looked for.
+    done = ocmm("measure", "--plan", QUICK, "--out", "out", "--source", "ethercat:nope0")
+    assert done.returncode == 2
+    assert "nope0" in done.stderr
+    label = re.search(r"Calibration +NONE [0-9a-f]{12}", done.stdout)
+    assert label, done.stdout
