@@ -28,7 +28,7 @@ WAVED_FRAMES = 8
 _SETTLED_PX = 0.02
 _SETTLED_MM = 0.02
 _SIGMAS = 6.0
-_MOST_TIP_SIGMA_MM = 0.03
+_MOST_TIP_SIGMA_MM = 0.06
 """Standard deviation of a resting ball; more of the probe must be seen for it to be less."""
 
 _TURN = "Turn the probe so that more of its LEDs are seen."

@@ -34,6 +34,7 @@ _TREMOR = np.array([2e-3, 0.0])
 
 _MOVE = 32
 _ATTEMPTS = 60
+_CELLS = 3
 _TILT_RAD, _TURN_RAD = np.radians(40.0), np.radians(25.0)
 
 
@@ -322,19 +323,23 @@ def _visits(places: list[Float], attitudes: list[Float] | None = None) -> Float:
 def _waves(volume_world: Float, scene: Wave, body: ProbeBody) -> Float:
     """Return segments from one place and attitude of the volume to the next.
 
-    Each way ends in another eighth of the volume, so that all of it is crossed.
+    Each way ends in another cell of the volume, so that all of it is crossed.
     """
     rng = np.random.default_rng([scene.seed, _MOVE + 1])
     low, high = volume_world
-    # The handle stands above the ball: the LEDs, not the ball, must stay in view.
-    high = high - np.array([0.0, 0.0, 0.5 * float(np.max(body.leds_probe[:, 2]))])
+    cells = np.array(list(np.ndindex(_CELLS, _CELLS, _CELLS)))
     rows: list[Float] = []
     place, turn, time = 0.5 * (low + high), np.zeros(3), 0.0
     for number in range(scene.ways):
-        side = np.array([(number >> axis) & 1 for axis in (0, 2, 1)])
-        share = 0.5 * (side + rng.random(3))
-        aim = low + share * (high - low)
-        aim_turn = rng.uniform(-1.0, 1.0, 3) * np.array([_TILT_RAD, _TILT_RAD, _TURN_RAD])
+        if number % len(cells) == 0:
+            rng.shuffle(cells)
+        cell = cells[number % len(cells)]
+        aim = low + (cell + rng.random(3)) / _CELLS * (high - low)
+        tilt = rng.uniform(-1.0, 1.0, 3) * np.array([_TILT_RAD, _TILT_RAD, _TURN_RAD])
+        # High up the handle points down, so that the LEDs stay in the volume.
+        over = np.array([0.0, np.pi if 2 * cell[2] >= _CELLS and not body.rules else 0.0, 0.0])
+        attitude = rotation_from_vector(over) @ rotation_from_vector(tilt)
+        aim_turn = Rotation.from_matrix(attitude).as_rotvec()
         rows.append(_segment(time, WAY_S, kernels.MOVE, place, aim, turn, aim_turn))
         place, turn, time = aim, aim_turn, time + WAY_S
     return np.array(rows)

@@ -1,0 +1,450 @@
+"""Guided relocation: the probe is waved, the bar is shown, and the cameras find themselves again.
+
+No CMM is needed. The screen says where the volume still lacks poses, and how well a length would be
+known with what was collected so far; both decide when it is enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.artefacts import LengthBar
+from ocmm_core.calibration.collecting import (
+    STILL_FRAMES,
+    WAVED_FRAMES,
+    Average,
+    ProbeSpots,
+    RestingSpots,
+)
+from ocmm_core.calibration.conclusion import Circumstances, conclude, hash_of
+from ocmm_core.calibration.guards import let_pass
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.outcome import CalibrationOutcome
+from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
+from ocmm_core.calibration.procedure_views import RelocationView
+from ocmm_core.calibration.records import rig_from_record
+from ocmm_core.calibration.reference_points import ReferencePoints
+from ocmm_core.calibration.relocation import relocate
+from ocmm_core.calibration.relocation_data import GeometryMode, LensMode
+from ocmm_core.calibration.relocation_findings import bar_ends, findings_of
+from ocmm_core.calibration.relocation_quality import length_sigma
+from ocmm_core.calibration.relocation_state import (
+    BarTaken,
+    PoseTaken,
+    RelocationBegun,
+    RelocationEvent,
+    RelocationState,
+    SeatTaken,
+    World,
+)
+from ocmm_core.calibration.session import GuidedProcedure
+from ocmm_core.calibration.session_events import (
+    Decided,
+    SessionLine,
+    first_line,
+    from_spots,
+    session_path,
+    to_spots,
+    utc_text,
+)
+from ocmm_core.camera.rig import Rig
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.body import ProbeBody
+
+PREPARE, WAVE, BAR, WORLD, RESULT = "prepare", "wave", "bar", "world", "result"
+
+POSES_WANTED, BARS_WANTED = 300, 10
+LENGTH_LIMIT_MM = 0.005
+COVERED = 0.95
+"""Of what is wanted: a corner that a moved frame no longer sees must not hold everything up."""
+
+_POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
+_SEAT_APART_MM = 5.0
+_LENGTH_OF_VOLUME = 0.9
+
+
+class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
+    """See `procedure`; made by `begin` and `resume`."""
+
+    kind = Kind.RELOCATION
+    step_names = (PREPARE, WAVE, BAR, WORLD, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[RelocationEvent]],
+        begun: RelocationBegun,
+        rig: Rig,
+        body: ProbeBody,
+        store: CalibrationStore,
+    ) -> None:
+        super().__init__(chain, begun, rig, store)
+        if begun.probe_identity != body.identity:
+            raise CalibrationError(
+                "session.probe",
+                f"{chain.path}: this session was begun with another probe.",
+                "Continue it with that probe, or begin a new one.",
+            )
+        self._begun = begun
+        self._state = RelocationState(rig, body, begun)
+        self._length_sigma: float | None = None
+        self._wave = ProbeSpots(
+            rig,
+            body,
+            WAVED_FRAMES,
+            resting=False,
+            distance_mm=_POSE_APART_MM,
+            turn_rad=_POSE_TURN_RAD,
+            moved=True,
+        )
+        self._seat = ProbeSpots(
+            rig, body, STILL_FRAMES, resting=True, distance_mm=_SEAT_APART_MM, moved=True
+        )
+        self._bar = RestingSpots(rig, 2)
+        self._fold()
+
+    @classmethod
+    def begin(
+        cls,
+        folder: Path,
+        rig: Rig,
+        body: ProbeBody,
+        store: CalibrationStore,
+        bar: LengthBar,
+        now: datetime,
+        *,
+        who: str,
+        temperature_c: float | None = None,
+        world: World = "cameras",
+        control: ReferencePoints | None = None,
+        lens: LensMode = "prior",
+        geometry: GeometryMode = "uncertain",
+        poses_wanted: int = POSES_WANTED,
+        bars_wanted: int = BARS_WANTED,
+        length_limit_mm: float = LENGTH_LIMIT_MM,
+        valid_days: int = 365,
+    ) -> RelocationProcedure:
+        """Begin a session.
+
+        Parameters
+        ----------
+        folder
+            Of session files.
+        rig
+            Where the cameras stood before, with the calibration in force if there is one.
+        body
+            The probe.
+        store
+            Calibrations of that rig.
+        bar
+            With LEDs it is shown, otherwise its end nests are touched.
+        control
+            Known control points, for a world that hangs on them.
+        lens, geometry
+            What is found anew, see `relocation_data`.
+
+        Raises
+        ------
+        CalibrationError
+            The certificate of the bar has ended, or control points are missing.
+        StorageError
+            The session file cannot be written.
+        """
+        length = bar.nests[-1] - bar.nests[0]
+        let_pass(bar.artefact.judge(length, np.inf, now), force=False)
+        if world == "points" and (control is None or len(control.names) < 3):
+            raise CalibrationError(
+                "relocation.control",
+                "A world that hangs on control points needs at least three that are known.",
+                "Give a list of control points, or let the world hang on the cameras.",
+            )
+        known = control if world == "points" and control is not None else None
+        diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
+        begun = RelocationBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=store.active_hash or "",
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            probe_identity=body.identity,
+            bar=bar,
+            poses_wanted=poses_wanted,
+            bars_wanted=bars_wanted,
+            length_mm=min(400.0, _LENGTH_OF_VOLUME * diagonal),
+            length_limit_mm=length_limit_mm,
+            lens=lens,
+            geometry=geometry,
+            world=world,
+            control_names=known.names if known else (),
+            control_positions=tuple(
+                (x, y, z) for x, y, z in (known.positions_world.tolist() if known else [])
+            ),
+            control_sigma=known.sigma if known else 0.0,
+            valid_days=valid_days,
+        )
+        chain = _chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, body, store)
+
+    @classmethod
+    def resume(
+        cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
+    ) -> RelocationProcedure:
+        """Continue the session of a file where it stopped.
+
+        Raises
+        ------
+        StorageError
+            The file is not as it was written.
+        CalibrationError
+            It is empty, or was begun with another rig or probe.
+        """
+        chain = _chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, RelocationBegun)  # noqa: S101 - the only first line of this kind
+        return cls(chain, begun, rig, body, store)
+
+    @property
+    def view(self) -> RelocationView:
+        """Return the snapshot."""
+        with self._lock:
+            state = self._state
+            return RelocationView(
+                base=self.base,
+                poses=len(state.poses),
+                coverage=state.coverage(),
+                length_sigma_mm=self._length_sigma,
+                length_mm=self._begun.length_mm,
+                length_limit_mm=self._begun.length_limit_mm,
+                bar_placements=state.placements,
+                bars_wanted=self._begun.bars_wanted,
+                world_points=tuple(one.seat for one in state.seats),
+                world_wanted=state.wanted_seats,
+                outcome=self._outcome,
+            )
+
+    def watch(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        with self._lock:
+            self._collector().feed(block)
+
+    def predict(self) -> None:
+        """Work out how well a length would be known with what was collected so far.
+
+        Takes a fraction of a second, and says nothing as long as the observations do not suffice.
+        """
+        with self._lock:
+            observed, options = self._state.observations(), self._state.options()
+            rig, body, begun = self.rig, self._state.body, self._begun
+        try:
+            found = relocate(rig, body, observed, options, force=True)
+            after = found.applied_to(rig, rig.identity)
+            sigma = length_sigma(after, found.volume_world, begun.length_mm)
+        except OcmmError:
+            sigma = None
+        with self._lock:
+            self._length_sigma = sigma
+
+    def take_pose(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the waved probe."""
+        with self._lock:
+            self._append(PoseTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+
+    def take_bar(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, 2, 2), px, of the bar's LEDs in one placement."""
+        with self._lock:
+            self._append(BarTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+
+    def take_seat(self, seat: str, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the probe in a seat; no name: an end of the bar."""
+        with self._lock:
+            self._append(
+                SeatTaken(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
+            )
+
+    def _collector(self) -> ProbeSpots | RestingSpots:
+        if self._step == BAR and self._state.shown:
+            return self._bar
+        return self._seat if self._step in (BAR, WORLD) else self._wave
+
+    def _live(self) -> Live:
+        return self._collector().live()
+
+    def _observation(self, utc: str) -> PoseTaken | BarTaken | SeatTaken:
+        average = self._collector().average()
+        sigma = average.sigma_px
+        if self._step == WAVE:
+            return PoseTaken(utc=utc, uv=to_spots(average.uv), sigma_px=sigma)
+        if self._step == BAR and self._state.shown:
+            places = self._begun.bar.leds
+            uv = bar_ends(self.rig, average.uv, places[1] - places[0])
+            return BarTaken(utc=utc, uv=to_spots(uv), sigma_px=sigma)
+        seat = self._state.next_seat if self._step == WORLD else ""
+        if self._step not in (BAR, WORLD) or seat is None:
+            raise CalibrationError(
+                "relocation.nothing_next",
+                "There is nothing left to be taken in this step.",
+                "Go on to the next step.",
+            )
+        return SeatTaken(utc=utc, seat=seat, uv=to_spots(average.uv), sigma_px=sigma)
+
+    def _observe(self, event: RelocationEvent) -> None:
+        if isinstance(event, RelocationBegun):
+            return
+        self._state.add(event)
+        average = Average(from_spots(event.uv), event.sigma_px)
+        if isinstance(event, PoseTaken):
+            self._wave.taken(average)
+        elif isinstance(event, BarTaken):
+            self._bar.taken(average)
+        else:
+            self._seat.taken(average)
+
+    def _taken(self, step: str) -> list[PoseTaken] | list[BarTaken] | list[SeatTaken]:
+        state = self._state
+        if step == BAR:
+            return state.bars if state.shown else state.bar_ends
+        if step == WORLD:
+            return state.seats
+        return state.poses if step == WAVE else []
+
+    def _has_observation(self, step: str) -> bool:
+        return bool(self._taken(step))
+
+    def _undo(self, step: str) -> None:
+        if step == WAVE:
+            self._state.remove_pose()
+        else:
+            self._taken(step).pop()
+
+    def _steps(self) -> tuple[Step, ...]:
+        state, begun, use = self._state, self._begun, self._begun.bar.artefact.use
+        missing = state.coverage().missing
+        where = f" Missing: {', '.join(missing[:3])}." if missing else ""
+        seat = state.next_seat
+        show = (
+            "Put it on its stand in the volume, both LEDs towards the cameras, and change place "
+            "and direction each time, also in depth."
+            if state.shown
+            else "Lay it down somewhere in the volume, touch its first and its last nest, and "
+            "change place and direction each time, also in depth."
+        )
+        return (
+            Step(
+                PREPARE,
+                "Prepare",
+                f"Take the probe and bar '{use.name}' (serial {use.serial}). Nothing may touch the "
+                f"cameras from now on.",
+                OPEN,
+            ),
+            Step(
+                WAVE,
+                "Wave the probe",
+                f"Wave it slowly through the whole volume, turning it all the time.{where}",
+                self._wave_gate(),
+                len(state.poses),
+                begun.poses_wanted,
+            ),
+            Step(BAR, "Show the bar", show, self._bar_gate(), state.placements, begun.bars_wanted),
+            Step(
+                WORLD,
+                "World frame",
+                "Nothing to be done: the world stays with the cameras."
+                if not state.wanted_seats
+                else "All points are touched."
+                if seat is None
+                else f"Put the ball into control point '{seat}'.",
+                self._world_gate(),
+                len(state.seats),
+                len(state.wanted_seats),
+            ),
+            Step(
+                RESULT,
+                "Result",
+                "Look at the residuals and at what changes, then accept the new calibration or "
+                "keep the old one.",
+                Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+            ),
+        )
+
+    def _wave_gate(self) -> Gate:
+        poses, wanted = len(self._state.poses), self._begun.poses_wanted
+        covered = self._state.coverage()
+        missing = covered.missing
+        if covered.fraction < COVERED:
+            more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
+            return Gate(
+                False,
+                f"The probe was not shown enough: {', '.join(missing[:3])}{more}.",
+                "Wave it there and hold it so.",
+            )
+        if poses < wanted:
+            return Gate(False, f"{wanted - poses} poses are missing.", "Wave the probe on.")
+        return OPEN
+
+    def _bar_gate(self) -> Gate:
+        missing = self._begun.bars_wanted - self._state.placements
+        if missing > 0:
+            return Gate(False, f"{missing} placements of the bar are missing.", "Show it on.")
+        sigma, limit = self._length_sigma, self._begun.length_limit_mm
+        if sigma is not None and sigma > limit:
+            return Gate(
+                False,
+                f"A length of {self._begun.length_mm:.0f} mm would be known to "
+                f"{1e3 * sigma:.1f} um only, and {1e3 * limit:.1f} um is good enough.",
+                "Go back and wave the probe longer, or show the bar in more places.",
+            )
+        return OPEN
+
+    def _world_gate(self) -> Gate:
+        seat = self._state.next_seat
+        if seat is not None:
+            return Gate(False, f"Control point '{seat}' was not touched.", "Touch it.")
+        return OPEN
+
+    def _calculation(self) -> Callable[[], CalibrationOutcome]:
+        state, begun, rig, force = self._state, self._begun, self.rig, self._forced
+        for gate in (self._wave_gate(), self._bar_gate(), self._world_gate()):
+            if not gate.open and not force:
+                raise CalibrationError("relocation.incomplete", gate.reason, gate.remedy)
+        observed, options, body = state.observations(), state.options(), state.body
+        running = self._store.active()
+        before = None if running is None else rig_from_record(running)
+        last: list[PoseTaken | BarTaken | SeatTaken] = [
+            *state.poses, *state.bars, *state.bar_ends, *state.seats
+        ]  # fmt: skip
+        shown = [one.uv for one in observed.shown_bars]
+        how = Circumstances(
+            method="relocation",
+            made=datetime.fromisoformat(max(one.utc for one in last) if last else begun.utc),
+            valid_days=begun.valid_days,
+            who=begun.who,
+            software=begun.software,
+            temperature_c=begun.temperature_c,
+            data_sha256=hash_of(observed.frames.uv, *shown),
+            artefacts=(begun.bar.artefact.use,),
+            previous=begun.running,
+        )
+
+        def calculate() -> CalibrationOutcome:
+            found = relocate(rig, body, observed, options, force)
+            return conclude(rig, findings_of(rig, observed, found), how, before)
+
+        return calculate
+
+    def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
+        now = datetime.fromisoformat(decided.utc)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now)
+
+
+def _chain(path: Path) -> ChainFile[SessionLine[RelocationEvent]]:
+    return ChainFile(path, SessionLine[RelocationEvent])

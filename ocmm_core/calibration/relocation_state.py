@@ -1,0 +1,222 @@
+"""What was collected in a relocation, and the data that it makes for the adjustment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from ocmm_core.calibration.artefacts import LengthBar as BarArtefact
+from ocmm_core.calibration.coverage import coverage
+from ocmm_core.calibration.procedure_views import Coverage
+from ocmm_core.calibration.relocation_data import (
+    GeometryMode,
+    KeptByCameras,
+    KeptByPoints,
+    LengthBar,
+    LensMode,
+    Observations,
+    ProbeFrames,
+    RelocationOptions,
+    SetByPoints,
+    ShownBar,
+    TouchedBar,
+    WorldFrame,
+)
+from ocmm_core.calibration.session_events import Begun, SessionEvent, Spots, from_spots
+from ocmm_core.camera.rig import Rig, Vector3
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.pose import solve
+
+World = Literal["cameras", "points", "set"]
+"""What the world frame hangs on: the cameras, known control points, or three new ones."""
+
+SET_NAMES = ("origin", "on X", "in XY")
+
+
+class RelocationBegun(Begun, frozen=True, kw_only=True):
+    """First line.
+
+    Attributes
+    ----------
+    probe_identity
+        Hash of the probe's document.
+    bar
+        That gives the scale.
+    poses_wanted, bars_wanted
+        At least.
+    length_mm, length_limit_mm
+        Good enough is a standard uncertainty of this length below this limit.
+    lens, geometry
+        See `relocation_data`.
+    world
+        What the world frame hangs on.
+    control_names, control_positions, control_sigma
+        Control points that are known in the world, mm; empty unless it hangs on them.
+    valid_days
+        For how long the calibration may be used.
+    """
+
+    probe_identity: str
+    bar: BarArtefact
+    poses_wanted: int
+    bars_wanted: int
+    length_mm: float
+    length_limit_mm: float
+    lens: LensMode
+    geometry: GeometryMode
+    world: World
+    control_names: tuple[str, ...]
+    control_positions: tuple[Vector3, ...]
+    control_sigma: float
+    valid_days: int
+
+
+class PoseTaken(SessionEvent, frozen=True, kw_only=True):
+    """The waved probe; (C, L), px, and the standard deviation of a spot."""
+
+    uv: Spots
+    sigma_px: float
+
+
+class BarTaken(SessionEvent, frozen=True, kw_only=True):
+    """The bar in one placement, both LEDs; (C, 2), px."""
+
+    uv: Spots
+    sigma_px: float
+
+
+class SeatTaken(SessionEvent, frozen=True, kw_only=True):
+    """The ball of the probe in a seat: a control point, or an end of the bar in a placement.
+
+    Attributes
+    ----------
+    seat
+        Name of the control point; empty for the bar.
+    uv, sigma_px
+        As in `PoseTaken`.
+    """
+
+    seat: str
+    uv: Spots
+    sigma_px: float
+
+
+RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken
+
+
+@dataclass(slots=True)
+class RelocationState:
+    """Everything that was taken.
+
+    Attributes
+    ----------
+    rig, body, begun
+        What it is about.
+    poses, bars, bar_ends, seats
+        In order; ``bar_ends`` are those of a bar that is touched, two for each placement.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    begun: RelocationBegun
+    poses: list[PoseTaken] = field(default_factory=list)
+    bars: list[BarTaken] = field(default_factory=list)
+    bar_ends: list[SeatTaken] = field(default_factory=list)
+    seats: list[SeatTaken] = field(default_factory=list)
+    _rotations: list[Float] = field(default_factory=list)
+    _tips: list[Float] = field(default_factory=list)
+    _coverage: Coverage | None = None
+
+    @property
+    def shown(self) -> bool:
+        """Return whether the bar has LEDs; otherwise it is touched."""
+        return bool(self.begun.bar.leds)
+
+    @property
+    def placements(self) -> int:
+        """Return how many placements of the bar are complete."""
+        return len(self.bars) if self.shown else len(self.bar_ends) // 2
+
+    @property
+    def wanted_seats(self) -> tuple[str, ...]:
+        """Return the names of the control points that are wanted."""
+        if self.begun.world == "set":
+            return SET_NAMES
+        return self.begun.control_names if self.begun.world == "points" else ()
+
+    @property
+    def next_seat(self) -> str | None:
+        """Return the control point that is taken next; None after the last one."""
+        taken = {one.seat for one in self.seats}
+        return next((name for name in self.wanted_seats if name not in taken), None)
+
+    def add(self, event: PoseTaken | BarTaken | SeatTaken) -> None:
+        """Take in an observation."""
+        if isinstance(event, PoseTaken):
+            self.poses.append(event)
+            pose = solve(from_spots(event.uv)[None], self.rig, self.body, event.sigma_px)
+            self._rotations.append(pose.rotation_world_from_probe[0])
+            self._tips.append(pose.tip_world[0])
+            self._coverage = None
+        elif isinstance(event, BarTaken):
+            self.bars.append(event)
+        else:
+            (self.seats if event.seat else self.bar_ends).append(event)
+
+    def remove_pose(self) -> None:
+        """Take out the last pose."""
+        del self.poses[-1], self._rotations[-1], self._tips[-1]
+        self._coverage = None
+
+    def coverage(self) -> Coverage:
+        """Return how the poses fill the volume."""
+        if self._coverage is None:
+            rotations = np.array(self._rotations).reshape(-1, 3, 3)
+            tips = np.array(self._tips).reshape(-1, 3)
+            good = np.isfinite(tips).all(axis=1)
+            self._coverage = coverage(self.rig, self.body, rotations[good], tips[good])
+        return self._coverage
+
+    def observations(self) -> Observations:
+        """Return what the adjustment takes."""
+        begun = self.begun
+        ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(2 * self.placements)]
+        touches = [] if self.shown else self.bar_ends[: len(ends)]
+        names = ([] if self.shown else ends) + [one.seat for one in self.seats]
+        shots: list[PoseTaken | SeatTaken] = [*self.poses, *touches, *self.seats]
+        seats = np.full(len(shots), -1, dtype=np.int64)
+        seats[len(self.poses) :] = np.arange(len(names))
+        frames = ProbeFrames(
+            np.array([from_spots(one.uv) for one in shots]).reshape(
+                -1, len(self.rig.cameras), self.body.n_leds, 2
+            ),
+            np.array([one.sigma_px for one in shots]),
+            seats,
+        )
+        places = begun.bar.leds if self.shown else (begun.bar.nests[0], begun.bar.nests[-1])
+        certified, expanded = begun.bar.artefact.at(places[1] - places[0], begun.temperature_c)
+        bar = LengthBar(begun.bar.artefact.use.name, certified, 0.5 * expanded)
+        shown: tuple[ShownBar, ...] = ()
+        if self.bars:
+            uv = np.array([from_spots(one.uv) for one in self.bars])
+            shown = (ShownBar(bar, uv, np.array([one.sigma_px for one in self.bars])),)
+        touched: tuple[TouchedBar, ...] = ()
+        if touches:
+            touched = (TouchedBar(bar, tuple(zip(ends[::2], ends[1::2], strict=True))),)
+        return Observations(frames, shown, touched, tuple(names))
+
+    def options(self) -> RelocationOptions:
+        """Return what is found anew."""
+        begun = self.begun
+        world: WorldFrame = KeptByCameras()
+        if begun.world == "points":
+            positions = zip(begun.control_names, begun.control_positions, strict=True)
+            world = KeptByPoints(
+                {name: np.array(position) for name, position in positions}, begun.control_sigma
+            )
+        elif begun.world == "set":
+            world = SetByPoints(*SET_NAMES)
+        return RelocationOptions(begun.lens, begun.geometry, world)
