@@ -129,7 +129,7 @@ def _without(data: BundleData, distances: Float, bar_distances: Float) -> Bundle
     good = distances <= limit
     good &= solvable(good)[:, None, None]
     # A spot that was not seen compares as False with everything.
-    wrong = (bar_distances > limit).reshape(len(data.bars), -1).any(axis=1)
+    wrong = (bar_distances > limit).any(axis=tuple(range(1, bar_distances.ndim)))
     placed = np.where(wrong, 0.0, 1.0)[:, None, None]
     return data.scaled(good.astype(np.float64), placed)
 
