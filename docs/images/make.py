@@ -51,6 +51,7 @@ State = Callable[[LiveView, JobView], bool]
 
 def main(folder: Path) -> None:
     """Make all pictures in ``folder``."""
+    folder.mkdir(parents=True, exist_ok=True)
     app = make_application()
     _inspection(app, folder)
     _bus(app, folder)

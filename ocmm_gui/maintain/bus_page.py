@@ -155,7 +155,9 @@ class BusPage(QStackedWidget):
         ):
             self.facts[name].setText(value)
         self.events.show_report(report)
-        notes = list(report.notes)
+        notes = []
+        if report.notes:
+            notes.append(f"On this computer: {'; '.join(report.notes)}.")
         if report.events_dropped:
             notes.append(f"{report.events_dropped} older events are not kept.")
         self._notes.setText("  ".join(notes))
