@@ -178,7 +178,8 @@ def make_style_sheet(theme: Theme) -> str:
         border-radius: 6px; padding: 4px 12px; }}
     QPushButton:hover {{ border-color: {theme.accent}; }}
     QPushButton:focus {{ border: 2px solid {theme.accent}; }}
-    QPushButton:pressed, QPushButton:checked {{ background: {theme.border}; }}
+    QPushButton:pressed {{ background: {theme.border}; }}
+    QPushButton:checked {{ background: {theme.accent}; color: {theme.on_accent}; }}
     QPushButton:disabled {{ color: {theme.muted}; }}
     QPushButton[role="tool"] {{ padding: 4px 7px; }}
     QPushButton[role="primary"] {{ background: {theme.accent}; color: {theme.on_accent};

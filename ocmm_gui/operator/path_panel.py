@@ -27,7 +27,7 @@ class PathPanel(QFrame):
         super().__init__()
         self.setProperty("role", "panel")
         self.setAccessibleName(f"Write the {what}")
-        self._field = _PathField()
+        self._field = OwnKeysField()
         self._field.setObjectName("path")
         self._field.setAccessibleName(f"{into.capitalize()} of the {what}")
         self._field.setMinimumWidth(300)
@@ -64,7 +64,7 @@ class PathPanel(QFrame):
             self.given.emit(Path(text).expanduser())
 
 
-class _PathField(QLineEdit):
+class OwnKeysField(QLineEdit):
     """A field that keeps its keys, so that a path with a space in it takes no point."""
 
     left = Signal()

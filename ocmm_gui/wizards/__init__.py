@@ -1,0 +1,1 @@
+"""Wizards: guided calibration, relocation and verification, as pages over core procedures."""

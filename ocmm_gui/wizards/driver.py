@@ -1,0 +1,247 @@
+"""Between a guided procedure and the window: commands out, snapshots in, nothing waits.
+
+Every observation is on the disk before `Procedure.take` returns, and a calculation takes seconds.
+Both happen on threads of their own; the window pulls the latest snapshot with a timer.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any, Protocol, TypeAlias
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.procedure import Decision, Procedure
+from ocmm_core.calibration.procedure_views import (
+    KnownPointsView,
+    RelocationView,
+    VerificationView,
+)
+from ocmm_core.errors import CalibrationError, OcmmError
+
+PULL_MS = 50
+"""Between two snapshots: pictures and scores of a wizard need not be faster."""
+
+CLOSE_LIMIT_S = 3.0
+"""How long a command that is under way may take when the wizard is left."""
+
+AnyView: TypeAlias = KnownPointsView | RelocationView | VerificationView
+Watcher: TypeAlias = Callable[[FrameBlock], None]
+Tap: TypeAlias = Callable[[Watcher | None], None]
+"""Sends every block of frames to a watcher from now on, or to nobody."""
+
+_log = logging.getLogger(__name__)
+
+
+class ShownProcedure(Procedure, Protocol):
+    """A procedure with its snapshot."""
+
+    @property
+    def view(self) -> AnyView:
+        """Return the snapshot."""
+        ...
+
+    def compute(self, elsewhere: Callable[[], Any] | None = None) -> None:
+        """Calculate the result, here or elsewhere; which one it is, is the procedure's matter."""
+        ...
+
+
+class Calculation(Protocol):
+    """Runs `Procedure.compute` of one procedure somewhere; see `calculation`."""
+
+    def run(self) -> None:
+        """Calculate; return when the result is in the snapshot, or raise OcmmError."""
+        ...
+
+    def cancel(self) -> None:
+        """Make `run` return early; any thread may call."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What the window shows.
+
+    Attributes
+    ----------
+    view
+        The snapshot.
+    automatic
+        What is ready is taken without a key.
+    calculating_s
+        For how long a calculation has been running, s; None where none is.
+    """
+
+    view: AnyView
+    automatic: bool
+    calculating_s: float | None
+
+
+class WizardDriver(QObject):
+    """Drive one procedure; made and used on the window's thread.
+
+    Parameters
+    ----------
+    procedure
+        The procedure.
+    tap
+        Where its frames come from.
+    calculation
+        How its result is calculated.
+    clock
+        The time of day, with its zone.
+    """
+
+    seen = Signal(object)
+    """Emits a `Seen` every `PULL_MS`."""
+    failed = Signal(object)
+    """Emits the `OcmmError` of a command or of the calculation."""
+    taken = Signal()
+    """An observation is on the disk."""
+
+    _failed_elsewhere = Signal(object)
+    _taken_elsewhere = Signal()
+
+    def __init__(
+        self,
+        procedure: ShownProcedure,
+        tap: Tap,
+        calculation: Calculation,
+        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._procedure = procedure
+        self._tap = tap
+        self._calculation = calculation
+        self._clock = clock
+        self._view = procedure.view
+        self._automatic = False
+        self._commands: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
+        self._worker: threading.Thread | None = None
+        self._begun_at = 0.0
+        self._closed = False
+        queued = Qt.ConnectionType.QueuedConnection
+        self._failed_elsewhere.connect(self.failed, queued)
+        self._taken_elsewhere.connect(self.taken, queued)
+        self._timer = QTimer(self)
+        self._timer.setInterval(PULL_MS)
+        self._timer.timeout.connect(self._pull)
+
+    def start(self) -> None:
+        """Let the procedure watch, and begin to send snapshots."""
+        self._tap(self._procedure.watch)
+        self._thread.start()
+        self._timer.start()
+        self._pull()
+
+    def close(self) -> bool:
+        """End everything in bounded time and say whether it ended; the session can be resumed."""
+        if self._closed:
+            return True
+        self._closed = True
+        self._timer.stop()
+        self._tap(None)
+        self._calculation.cancel()
+        self._commands.put(None)
+        ended = True
+        for thread in (self._thread, self._worker):
+            if thread is not None and thread.ident is not None:
+                thread.join(CLOSE_LIMIT_S)
+                ended = ended and not thread.is_alive()
+        if not ended:
+            _log.error("The wizard did not end within %.1f s.", CLOSE_LIMIT_S)
+        return ended
+
+    @property
+    def now(self) -> Seen:
+        """Return what the window shows now."""
+        running = self._worker is not None and self._worker.is_alive()
+        since = time.monotonic() - self._begun_at if running else None
+        return Seen(self._view, self._automatic, since)
+
+    def take(self) -> None:
+        """Take what is seen now."""
+        self._commands.put(self._take)
+
+    def drop(self) -> None:
+        """Take back the last observation of the step."""
+        self.do(lambda now: self._procedure.drop(now))
+
+    def advance(self) -> None:
+        """Enter the next step."""
+        self.do(lambda now: self._procedure.advance(now))
+
+    def back(self) -> None:
+        """Return to the step before."""
+        self.do(lambda now: self._procedure.back(now))
+
+    def accept(self, reason: str) -> None:
+        """Put the result in force, or store the verdict."""
+        self.do(lambda now: self._procedure.accept(now, reason))
+
+    def keep(self, reason: str) -> None:
+        """End and leave everything as it was."""
+        self.do(lambda now: self._procedure.keep(now, reason))
+
+    def do(self, call: Callable[[datetime], None]) -> None:
+        """Run a command of the procedure, after those that came before it."""
+        self._commands.put(lambda: call(self._clock()))
+
+    def set_automatic(self, automatic: bool) -> None:
+        """Take what is ready without a key, or no longer."""
+        self._automatic = automatic
+
+    def calculate(self) -> None:
+        """Calculate the result, unless that is under way."""
+        if self._closed or (self._worker is not None and self._worker.is_alive()):
+            return
+        self._begun_at = time.monotonic()
+        self._worker = threading.Thread(target=self._calculate, name="ocmm-wizard-calculation")
+        self._worker.start()
+
+    def cancel(self) -> None:
+        """Give up the calculation that is under way."""
+        self._calculation.cancel()
+
+    def _run(self) -> None:
+        while True:
+            command: Callable[[], None] | None = self._look
+            with suppress(queue.Empty):
+                command = self._commands.get(timeout=PULL_MS / 1e3)
+            if command is None:
+                return
+            try:
+                command()
+            except OcmmError as error:
+                self._failed_elsewhere.emit(error)
+            self._view = self._procedure.view
+
+    def _look(self) -> None:
+        """Take what is ready, where nobody has to press a key."""
+        base = self._procedure.base
+        if self._automatic and base.live.ready and base.decision is Decision.OPEN:
+            # Between the look and the taking the target may have moved: that is no error.
+            with suppress(CalibrationError):
+                self._take()
+
+    def _take(self) -> None:
+        self._procedure.take(self._clock())
+        self._taken_elsewhere.emit()
+
+    def _calculate(self) -> None:
+        # What went wrong is in the snapshot, and stays there.
+        with suppress(OcmmError):
+            self._calculation.run()
+
+    def _pull(self) -> None:
+        self.seen.emit(self.now)

@@ -1,0 +1,363 @@
+"""What a calibration leaves over: arrows on the sensors, a histogram, and errors in space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
+
+from ocmm_core.calibration.outcome import CameraResiduals
+from ocmm_core.camera.model import CameraModel
+from ocmm_core.camera.rig import Rig
+from ocmm_core.geometry import Float, Points3
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
+from ocmm_gui.views.point_view import upright
+
+_HEAD_PX, _LEGEND_PX = 24.0, 24.0
+_ARROW_SHARE = 0.07
+"""An arrow of the RMS is so long, as a part of the picture's shorter side."""
+_BARB = 0.3
+_BINS = 41
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+class Plot(QWidget):
+    """A title, a word at its right, and something painted below.
+
+    Parameters
+    ----------
+    name
+        What is shown, also for screen readers.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._title = name
+        self._word = ""
+        self._theme = THEMES[DEFAULT_THEME]
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def word(self) -> str:
+        """Return what stands at the right of the title."""
+        return self._word
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """Return a modest size; the layout's stretch decides."""
+        return QSize(280, 220)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size below which nothing can be told apart."""
+        return QSize(140, 100)
+
+    def _say(self, word: str) -> None:
+        self._word = word
+        self.setAccessibleDescription(word)
+        self.update()
+
+    def _paint_head(self, painter: QPainter) -> QRectF:
+        """Paint title and word, and return what is left below them."""
+        head = QRectF(0.0, 0.0, self.width(), _HEAD_PX)
+        painter.setFont(text_font(15, bold=True))
+        painter.setPen(QColor(self._theme.text))
+        painter.drawText(head, _LEFT, self._title)
+        room = head.width() - painter.fontMetrics().horizontalAdvance(self._title) - 14.0
+        painter.setFont(fitted(text_font(15), self._word, room, _HEAD_PX, 15))
+        painter.setPen(QColor(self._theme.muted))
+        painter.drawText(head, _RIGHT, self._word)
+        return QRectF(self.rect()).adjusted(0.0, _HEAD_PX + 2.0, 0.0, 0.0)
+
+    def _paint_legend(self, painter: QPainter, box: QRectF, pixels: float, text: str) -> None:
+        """Paint an arrow of a length with its meaning, at the lower left of a box."""
+        y = box.bottom() - 0.5 * _LEGEND_PX
+        painter.setPen(QPen(QColor(self._theme.text), 2.0))
+        start = QPointF(box.left() + 6.0, y)
+        painter.drawLines(_arrow_lines(np.array([[start.x(), y]]), np.array([[pixels, 0.0]])))
+        painter.setFont(digit_font(15, bold=False))
+        place = QRectF(start.x() + pixels + 8.0, y - 0.5 * _LEGEND_PX, 240.0, _LEGEND_PX)
+        painter.drawText(place, _LEFT, text)
+
+
+class SensorArrows(Plot):
+    """Residuals of one camera as arrows on its sensor; what was left out is marked.
+
+    Parameters
+    ----------
+    camera
+        Whose sensor it is.
+    """
+
+    def __init__(self, camera: CameraModel) -> None:
+        super().__init__(f"Camera {camera.name}")
+        self._size = (float(camera.width), float(camera.height))
+        self._residuals: CameraResiduals | None = None
+
+    def show_residuals(self, residuals: CameraResiduals) -> None:
+        """Show the residuals of this camera."""
+        self._residuals = residuals
+        used = residuals.residuals_px[residuals.used]
+        left_out = int(np.count_nonzero(~residuals.used))
+        rms = _rms(used)
+        self._say(f"RMS {rms:.4f} px, {len(used)} spots, {left_out or 'none'} left out")
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint sensor, arrows and their scale."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = self._paint_head(painter).adjusted(1.0, 0.0, -1.0, -_LEGEND_PX)
+        wide, high = self._size
+        scale = min(box.width() / wide, box.height() / high)
+        sensor = QRectF(
+            box.center().x() - 0.5 * scale * wide, box.top(), scale * wide, scale * high
+        )
+        theme = self._theme
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(sensor)
+        shown = self._residuals
+        if shown is None or not len(shown.uv):
+            return
+        origin = np.array([sensor.left(), sensor.top()])
+        places = origin + scale * shown.uv
+        rms = _rms(shown.residuals_px[shown.used])
+        nice, pixels = _legend(rms, _ARROW_SHARE * min(sensor.width(), sensor.height()))
+        if not nice:
+            return
+        arrows = shown.residuals_px * (pixels / nice)
+        painter.setClipRect(sensor)
+        painter.setPen(QPen(QColor(theme.accent), 1.2))
+        painter.drawLines(_arrow_lines(places[shown.used], arrows[shown.used]))
+        painter.setPen(QPen(QColor(theme.bad), 2.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for x, y in places[~shown.used].tolist():
+            painter.drawLine(QPointF(x - 4.0, y - 4.0), QPointF(x + 4.0, y + 4.0))
+            painter.drawLine(QPointF(x - 4.0, y + 4.0), QPointF(x + 4.0, y - 4.0))
+        painter.setClipping(False)
+        self._paint_legend(painter, QRectF(self.rect()), pixels, f"{nice:g} px")
+
+
+class AllSensors(QWidget):
+    """The arrows of all cameras side by side.
+
+    Parameters
+    ----------
+    rig
+        Whose cameras they are.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setAccessibleName("Residuals on the sensors")
+        self.plots = tuple(SensorArrows(camera) for camera in rig.cameras)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(12)
+        for index, plot in enumerate(self.plots):
+            layout.addWidget(plot, index // 2, index % 2)
+
+    def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
+        """Show the residuals of every camera, in the order of the rig."""
+        for plot, of_camera in zip(self.plots, residuals, strict=True):
+            plot.show_residuals(of_camera)
+
+
+class Histogram(Plot):
+    """How often a residual was how large, beside the normal distribution of the same width."""
+
+    def __init__(self) -> None:
+        super().__init__("Residuals, px")
+        self._counts: Float = np.empty(0)
+        self._reach = 0.0
+        self._sigma = 0.0
+
+    def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
+        """Show both coordinates of all used residuals of all cameras."""
+        values = np.concatenate([one.residuals_px[one.used].ravel() for one in residuals])
+        self._sigma = _rms(values)
+        self._reach = 4.5 * self._sigma
+        self._counts = np.empty(0)
+        if self._sigma > 0.0:
+            counts, _ = np.histogram(values, _BINS, (-self._reach, self._reach))
+            self._counts = counts.astype(np.float64)
+        beyond = int(np.count_nonzero(np.abs(values) > 3.0 * self._sigma))
+        expected = 0.0027 * len(values)
+        self._say(
+            f"RMS {self._sigma:.4f} px, {beyond} of {len(values)} beyond 3 sigma "
+            f"({expected:.0f} expected)"
+        )
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the bars, the curve and the scale."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = self._paint_head(painter).adjusted(8.0, 8.0, -8.0, -26.0)
+        theme = self._theme
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        if not len(self._counts):
+            return
+        pitch = box.width() / _BINS
+        normal = self._counts.sum() * 2.0 * self._reach / _BINS / (np.sqrt(2 * np.pi) * self._sigma)
+        top = max(float(self._counts.max()), float(normal))
+        for index, count in enumerate(self._counts.tolist()):
+            tall = box.height() * count / top
+            bar = QRectF(
+                box.left() + (index + 0.08) * pitch, box.bottom() - tall, 0.84 * pitch, tall
+            )
+            painter.fillRect(bar, QColor(theme.accent))
+        at = np.linspace(-self._reach, self._reach, 121)
+        curve = normal * np.exp(-0.5 * (at / self._sigma) ** 2)
+        points = [
+            QPointF(box.center().x() + 0.5 * box.width() * x, box.bottom() - box.height() * y)
+            for x, y in zip((at / self._reach).tolist(), (curve / top).tolist(), strict=True)
+        ]
+        painter.setPen(QPen(QColor(theme.text), 2.0))
+        painter.drawPolyline(points)
+        painter.setFont(digit_font(13, bold=False))
+        for sigmas in (-3, 0, 3):
+            x = box.center().x() + 0.5 * box.width() * sigmas * self._sigma / self._reach
+            painter.drawLine(QPointF(x, box.bottom()), QPointF(x, box.bottom() + 5.0))
+            place = QRectF(x - 70.0, box.bottom() + 6.0, 140.0, 20.0)
+            text = f"{sigmas * self._sigma:+.3f}" if sigmas else "0"
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
+
+
+class SpaceArrows(Plot):
+    """Vectors at points in space, seen from the front and from above, both at one scale.
+
+    Parameters
+    ----------
+    name
+        What the vectors are.
+    rig
+        Says what is in front and what is above.
+    """
+
+    def __init__(self, name: str, rig: Rig) -> None:
+        super().__init__(name)
+        self._up = int(np.argmax(np.abs(upright(rig))))
+        self._raised = float(np.sign(upright(rig)[self._up]))
+        self._depth = _depth_axis(rig, self._up)
+        self._across = 3 - self._up - self._depth
+        self._volume = rig.volume_world
+        self._places: Points3 = np.empty((0, 3))
+        self._vectors: Points3 = np.empty((0, 3))
+
+    def show_vectors(self, places_world: Points3, vectors_world: Points3, absent: str) -> None:
+        """Show vectors, mm, at places, mm; ``absent`` is said where there are none."""
+        self._places, self._vectors = places_world, vectors_world
+        if not len(places_world):
+            self._say(absent)
+            return
+        rms = 1e3 * np.sqrt(np.mean(vectors_world**2, axis=0))
+        worst = 1e3 * float(np.linalg.norm(vectors_world, axis=1).max())
+        axes = ", ".join(f"{name} {value:.1f}" for name, value in zip("XYZ", rms, strict=True))
+        self._say(f"RMS {axes} µm, largest {worst:.1f} µm")
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint both pictures and the scale of the arrows."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = self._paint_head(painter).adjusted(0.0, 0.0, 0.0, -_LEGEND_PX)
+        if not len(self._places):
+            return
+        low, high = self._volume
+        middle, size = 0.5 * (low + high), np.maximum(high - low, 1.0)
+        half = QRectF(box.left(), box.top(), 0.5 * box.width() - 6.0, box.height())
+        other = half.translated(0.5 * box.width() + 6.0, 0.0)
+        room = 0.86 * np.array([half.width(), half.height() - 20.0])
+        sides = (size[[self._across, self._up]], size[[self._across, self._depth]])
+        scale = min(float((room / side).min()) for side in sides)
+        rms = float(np.sqrt(np.mean(np.sum(self._vectors**2, axis=1))))
+        nice, pixels = _legend(1e3 * rms, 1.3 * _ARROW_SHARE * min(room))
+        for part, axis, sign, title in (
+            (half, self._up, self._raised, "from the front"),
+            (other, self._depth, 1.0, "from above"),
+        ):
+            self._paint_side(painter, part, axis, sign, title, middle, scale, nice, pixels)
+        if nice:
+            self._paint_legend(painter, QRectF(self.rect()), pixels, f"{nice:g} µm")
+
+    def _paint_side(
+        self,
+        painter: QPainter,
+        part: QRectF,
+        axis: int,
+        sign: float,
+        title: str,
+        middle: Float,
+        scale: float,
+        nice: float,
+        pixels: float,
+    ) -> None:
+        theme = self._theme
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(part)
+        painter.setPen(QColor(theme.muted))
+        painter.setFont(text_font(13))
+        painter.drawText(
+            part.adjusted(8.0, 2.0, -8.0, -2.0), _LEFT & ~Qt.AlignmentFlag.AlignVCenter, title
+        )
+        names = f"{'XYZ'[self._across]} → , {'XYZ'[axis]} {'↑' if sign > 0 else '↓'}"
+        painter.drawText(
+            part.adjusted(8.0, 2.0, -8.0, -2.0), _RIGHT & ~Qt.AlignmentFlag.AlignVCenter, names
+        )
+        centre = np.array([part.center().x(), part.center().y() + 10.0])
+        turn = np.array([1.0, -sign])
+        pick = [self._across, axis]
+        places = centre + scale * turn * (self._places[:, pick] - middle[pick])
+        painter.setClipRect(part)
+        corners = centre + scale * turn * (self._volume[:, pick] - middle[pick])
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(theme.muted), 1.0, Qt.PenStyle.DashLine))
+        painter.drawRect(QRectF(QPointF(*corners[0]), QPointF(*corners[1])).normalized())
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.muted))
+        for x, y in places.tolist():
+            painter.drawEllipse(QPointF(x, y), 1.6, 1.6)
+        if nice:
+            arrows = turn * self._vectors[:, pick] * (1e3 * pixels / nice)
+            painter.setPen(QPen(QColor(theme.accent), 1.4))
+            painter.drawLines(_arrow_lines(places, arrows))
+        painter.setClipping(False)
+
+
+def _depth_axis(rig: Rig, up: int) -> int:
+    """Return the world axis along which the cameras look."""
+    views = np.mean([camera.T_camera_from_world.rotation[2] for camera in rig.cameras], axis=0)
+    views[up] = 0.0
+    return int(np.argmax(np.abs(views)))
+
+
+def _rms(values: Float) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def _legend(rms: float, pixels: float) -> tuple[float, float]:
+    """Return a round value near ``rms`` and how long its arrow is, px, if ``rms`` is ``pixels``."""
+    if not rms > 0.0:
+        return 0.0, 0.0
+    decade = 10.0 ** np.floor(np.log10(rms))
+    nice = float(max(step for step in (1.0, 2.0, 5.0) if step * decade <= rms * 1.0001) * decade)
+    return nice, pixels * nice / rms
+
+
+def _arrow_lines(starts: Float, vectors: Float) -> list[QLineF]:
+    """Return the lines of arrows from ``starts`` (n, 2) along ``vectors`` (n, 2), px."""
+    ends = starts + vectors
+    across = np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
+    barbs = [ends - _BARB * vectors + side * 0.5 * _BARB * across for side in (-1.0, 1.0)]
+    lines = np.concatenate(
+        [np.hstack([starts, ends]), *(np.hstack([ends, barb]) for barb in barbs)]
+    )
+    return [QLineF(*line) for line in lines.tolist()]

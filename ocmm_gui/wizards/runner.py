@@ -1,0 +1,295 @@
+"""One running procedure: rail, instruction, page, why Next is closed, and the buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QSizePolicy,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.calibration.procedure import Decision, Kind, ProcedureView
+from ocmm_gui.maintain.parts import sentence_label
+from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.operator.marks import Mark
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.wizards.decision_bar import DecisionBar
+from ocmm_gui.wizards.driver import Seen, WizardDriver
+from ocmm_gui.wizards.keys import WIZARD_ACTIONS, make_wizard_actions
+from ocmm_gui.wizards.pages import StepPage
+from ocmm_gui.wizards.rail import Rail
+
+_RAIL_PX, _BUTTON_PX = 190, 60
+_INSTRUCTION_PX = 52
+_ORDER = (
+    "back", "drop", "skip", "repeat", "calculate", "cancel", "automatic", "keep", "take", "accept",
+    "next",
+)  # fmt: skip
+_PRIMARY = ("take", "accept")
+_QUESTIONS = {
+    Kind.VERIFICATION: ("Store this verdict?", "End without a verdict?"),
+    Kind.KNOWN_POINTS: ("Put this calibration in force?", "End, and keep the old calibration?"),
+    Kind.RELOCATION: ("Put this calibration in force?", "End, and keep the old calibration?"),
+}
+_ENDS = {
+    (Kind.VERIFICATION, Decision.ACCEPTED): "The verdict is stored.",
+    (Kind.KNOWN_POINTS, Decision.ACCEPTED): "The new calibration is in force. Verify it: until "
+    "then it is SUSPECT and no points are taken.",
+    (Kind.RELOCATION, Decision.ACCEPTED): "The new calibration is in force. Verify it: until then "
+    "it is SUSPECT and no points are taken.",
+}
+
+
+class Runner(QWidget):
+    """Show a procedure and pass its commands on; it decides nothing by itself.
+
+    Parameters
+    ----------
+    driver
+        Of the procedure; not started yet, closed by `close_driver`.
+    title
+        Of the wizard.
+    pages
+        One for each step, by the step's name.
+    extra
+        What the actions ``skip`` and ``repeat`` do, where a page has them.
+    """
+
+    left = Signal()
+    """Back to where the wizard was opened; the session stays as it is."""
+
+    def __init__(
+        self,
+        driver: WizardDriver,
+        title: str,
+        pages: Mapping[str, StepPage],
+        extra: Mapping[str, Callable[[], None]],
+    ) -> None:
+        super().__init__()
+        self.driver = driver
+        self._pages = dict(pages)
+        self._seen: Seen | None = None
+        self._theme = THEMES[DEFAULT_THEME]
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.actions_by_key = make_wizard_actions(self, self._calls(extra))
+        self.buttons = {
+            info.key: self._button(self.actions_by_key[info.key])
+            for info in WIZARD_ACTIONS
+            if not info.key.startswith("plot")
+        }
+        self._heading = FitText("Wizard", limit=20)
+        self._heading.setFixedHeight(34)
+        self._heading.show_text(title)
+        self.rail = Rail()
+        self._title = FitText("Step", limit=28)
+        self._title.setFixedHeight(38)
+        self.instruction = sentence_label("What to do", 18)
+        self.instruction.setMinimumHeight(_INSTRUCTION_PX)
+        self._stack = QStackedWidget()
+        for page in self._pages.values():
+            page.commanded.connect(driver.do)
+            self._stack.addWidget(page)
+        self._gate_mark = FitText("Next", limit=22)
+        self._gate_mark.setFixedSize(26, 30)
+        self.gate = sentence_label("Why Next is closed", 17)
+        self.decision = DecisionBar()
+        self.decision.decided.connect(self._decide)
+        self._lay_out()
+        driver.seen.connect(self.show_seen)
+
+    def close_driver(self) -> bool:
+        """End everything that runs and say whether it ended; the session can be resumed."""
+        ended = self.driver.close()
+        self.driver.deleteLater()
+        return ended
+
+    def page(self) -> StepPage:
+        """Return the page that is shown."""
+        page = self._stack.currentWidget()
+        assert isinstance(page, StepPage)  # noqa: S101 - nothing else is in the stack
+        return page
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show the snapshot."""
+        self._seen = seen
+        base = seen.view.base
+        page = self._pages[base.step.name]
+        if page is not self._stack.currentWidget() or not self.isVisible():
+            self._stack.setCurrentWidget(page)
+            self._show_buttons(page)
+            self.decision.hide()
+            self.setFocus()
+        self._title.show_text(base.step.title)
+        if self.instruction.text() != base.step.instruction:
+            self.instruction.setText(base.step.instruction)
+        self.rail.show_steps(base.steps, base.current, ended=base.decision is not Decision.OPEN)
+        page.show_seen(seen)
+        self._enable(seen, page)
+        self._show_gate(seen)
+        if "calculate" in page.keys and self._has_to_be_calculated(seen):
+            self.driver.calculate()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._seen is not None:
+            self._show_gate(self._seen)
+
+    def _calls(self, extra: Mapping[str, Callable[[], None]]) -> dict[str, Callable[[], None]]:
+        driver = self.driver
+        return {
+            "take": driver.take,
+            "drop": driver.drop,
+            "next": driver.advance,
+            "back": driver.back,
+            "automatic": lambda: driver.set_automatic(not driver.now.automatic),
+            "skip": extra.get("skip", _nothing),
+            "repeat": extra.get("repeat", _nothing),
+            "calculate": driver.calculate,
+            "cancel": driver.cancel,
+            "accept": lambda: self._ask(accepts=True),
+            "keep": lambda: self._ask(accepts=False),
+            "leave": self.left.emit,
+            **{f"plot{number + 1}": partial(self._show_plot, number) for number in range(4)},
+        }
+
+    def _show_plot(self, number: int) -> None:
+        self.page().show_plot(number)
+
+    def _ask(self, *, accepts: bool) -> None:
+        if self._seen is not None:
+            kind = self._seen.view.base.kind
+            question = _QUESTIONS[kind][0 if accepts else 1]
+            self.decision.ask(question, "", accepts=accepts)
+
+    def _decide(self, accepts: bool, reason: str) -> None:
+        if accepts:
+            self.driver.accept(reason)
+        else:
+            self.driver.keep(reason)
+        self.setFocus()
+
+    def _has_to_be_calculated(self, seen: Seen) -> bool:
+        base = seen.view.base
+        nothing = seen.view.outcome is None and base.error is None and seen.calculating_s is None
+        return nothing and (base.decision is Decision.OPEN or _is_unstored(base))
+
+    def _enable(self, seen: Seen, page: StepPage) -> None:
+        base = seen.view.base
+        is_open = base.decision is Decision.OPEN
+        calculating = seen.calculating_s is not None
+        has_outcome = seen.view.outcome is not None and not calculating
+        allowed = {
+            "take": is_open,
+            "drop": is_open and base.step.done > 0,
+            "next": is_open and base.step.gate.open,
+            "back": is_open and base.current > 0,
+            "automatic": is_open,
+            "skip": is_open,
+            "repeat": is_open,
+            "calculate": is_open and not calculating,
+            "cancel": calculating,
+            "accept": has_outcome and (is_open or _is_unstored(base)),
+            "keep": is_open and not calculating,
+            "leave": True,
+        }
+        for key, action in self.actions_by_key.items():
+            mine = key in page.keys or key == "leave" or (key == "cancel" and calculating)
+            action.setEnabled(mine and allowed.get(key, True))
+        self.buttons["cancel"].setVisible(calculating)
+        self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
+        self.buttons["automatic"].setText(
+            f"By itself {'ON' if seen.automatic else 'off'}  [Y]"
+        )
+
+    def _show_gate(self, seen: Seen) -> None:
+        base, theme = seen.view.base, self._theme
+        gate = base.step.gate
+        if base.decision is not Decision.OPEN and not _is_unstored(base):
+            ended = _ENDS.get((base.kind, base.decision), "Nothing was changed.")
+            text, mark, colour = f"{ended} Press Esc to leave.", Mark.GOOD, theme.good
+        elif base.current == len(base.steps) - 1:
+            text, mark, colour = gate.remedy, Mark.ACTIVE, theme.accent
+            if seen.view.outcome is None:
+                text = "There is nothing to accept before the result is calculated."
+                mark, colour = Mark.DOUBT, theme.warn
+        elif gate.open:
+            text, mark, colour = "Next is open: press Return.", Mark.GOOD, theme.good
+        else:
+            text = f"Next is closed: {gate.reason} {gate.remedy}"
+            mark, colour = Mark.DOUBT, theme.warn
+        if text != self.gate.text():
+            self.gate.setText(text)
+        self._gate_mark.show_text("", colour, mark)
+
+    def _show_buttons(self, page: StepPage) -> None:
+        for key, button in self.buttons.items():
+            button.setVisible(key in page.keys)
+        self.buttons["leave"].show()
+
+    def _button(self, action: QAction) -> QPushButton:
+        key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
+        button = QPushButton(f"{action.text()}  [{key}]")
+        button.setObjectName(action.objectName())
+        button.setAccessibleName(action.text())
+        button.setAccessibleDescription(action.toolTip())
+        button.setToolTip(action.toolTip())
+        button.setFont(text_font(16, bold=True))
+        button.setMinimumHeight(_BUTTON_PX)
+        button.setProperty("role", "primary" if action.objectName() in _PRIMARY else "tool")
+        button.hide()
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
+        button.clicked.connect(action.trigger)
+        return button
+
+    def _lay_out(self) -> None:
+        side = QVBoxLayout()
+        side.setSpacing(8)
+        side.addWidget(self._heading)
+        side.addWidget(self.rail, 1)
+        side.addWidget(self.buttons["leave"])
+        for widget in (self._heading, self.rail, self.buttons["leave"]):
+            widget.setFixedWidth(_RAIL_PX)
+        gate = QFrame()
+        gate.setProperty("role", "panel")
+        line = QHBoxLayout(gate)
+        line.setContentsMargins(12, 6, 12, 6)
+        line.addWidget(self._gate_mark)
+        line.addWidget(self.gate, 1)
+        self.gate.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for key in _ORDER:
+            row.addWidget(self.buttons[key], 2 if key in _PRIMARY else 1)
+        main = QVBoxLayout()
+        main.setSpacing(8)
+        main.addWidget(self._title)
+        main.addWidget(self.instruction)
+        main.addWidget(self._stack, 1)
+        main.addWidget(self.decision)
+        main.addWidget(gate)
+        main.addLayout(row)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 8, 12, 10)
+        layout.setSpacing(12)
+        layout.addLayout(side)
+        layout.addLayout(main, 1)
+
+
+def _is_unstored(base: ProcedureView) -> bool:
+    """Return whether a result was accepted, but the program ended before it was in the store."""
+    return base.decision is Decision.ACCEPTED and not base.stored
+
+
+def _nothing() -> None:
+    """Do nothing: the page has no such command."""

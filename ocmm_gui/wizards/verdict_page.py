@@ -1,0 +1,249 @@
+"""The verdict of a verification: every error against its limit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from typing import Protocol
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
+
+from ocmm_core.calibration.outcome import VerificationOutcome
+from ocmm_core.calibration.procedure_views import VerificationView
+from ocmm_core.calibration.records import Check
+from ocmm_gui.maintain.parts import panel, sentence_label
+from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.operator.marks import Mark
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+from ocmm_gui.wizards.driver import Seen
+from ocmm_gui.wizards.facts import Facts
+from ocmm_gui.wizards.pages import StepPage
+from ocmm_gui.wizards.residual_plots import Plot
+
+_SIDE_PX = 380
+_SCALE_PX = 58.0
+
+
+class ErrorChart(Plot):
+    """Errors with their uncertainty between the limits, check by check."""
+
+    def __init__(self) -> None:
+        super().__init__("Errors, µm")
+        self._checks: tuple[Check, ...] = ()
+        self._largest = 0
+
+    def show_checks(self, checks: Sequence[Check], largest: int) -> None:
+        """Show all checks; the one that is nearest to its limit is named."""
+        self._checks, self._largest = tuple(checks), largest
+        worst = checks[largest]
+        self._say(
+            f"largest: {1e3 * worst.error_mm:+.1f} µm ± {1e3 * worst.expanded_mm:.1f}, "
+            f"limit {1e3 * worst.limit_mm:.1f} ({worst.name})"
+        )
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint limits as a band, and every error as a dot with its uncertainty."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -24.0)
+        theme, checks = self._theme, self._checks
+        if not checks:
+            return
+        reach = 1.1 * max(
+            max(abs(one.error_mm) + one.expanded_mm, one.limit_mm) for one in checks
+        )
+        pitch = box.width() / len(checks)
+
+        def y(value: float) -> float:
+            return box.center().y() - 0.5 * box.height() * value / reach
+
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(box)
+        for index, one in enumerate(checks):
+            band = QRectF(
+                box.left() + index * pitch, y(one.limit_mm), pitch,
+                y(-one.limit_mm) - y(one.limit_mm),
+            )  # fmt: skip
+            painter.fillRect(band, QColor(theme.zone_good))
+            painter.setPen(QPen(QColor(theme.text), 1.5))
+            painter.drawLine(band.topLeft(), band.topRight())
+            painter.drawLine(band.bottomLeft(), band.bottomRight())
+        painter.setPen(QPen(QColor(theme.text), 1.0, Qt.PenStyle.DotLine))
+        painter.drawLine(QPointF(box.left(), y(0.0)), QPointF(box.right(), y(0.0)))
+        for index, one in enumerate(checks):
+            x = box.left() + (index + 0.5) * pitch
+            colour = QColor(theme.text)
+            if abs(one.error_mm) + one.expanded_mm > one.limit_mm:
+                colour = QColor(theme.bad if abs(one.error_mm) > one.limit_mm else theme.warn)
+            if index == self._largest:
+                painter.setPen(QPen(QColor(theme.accent), 3.0))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawEllipse(QPointF(x, y(one.error_mm)), 9.0, 9.0)
+            painter.setPen(QPen(colour, 2.0))
+            painter.drawLine(
+                QPointF(x, y(one.error_mm - one.expanded_mm)),
+                QPointF(x, y(one.error_mm + one.expanded_mm)),
+            )
+            painter.setBrush(colour)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.drawEllipse(QPointF(x, y(one.error_mm)), 4.0, 4.0)
+        painter.setFont(digit_font(13, bold=False))
+        painter.setPen(QColor(theme.muted))
+        limit = max(one.limit_mm for one in checks)
+        for value in (limit, 0.0, -limit):
+            place = QRectF(0.0, y(value) - 10.0, _SCALE_PX - 6.0, 20.0)
+            right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            painter.drawText(place, right, f"{1e3 * value:+.0f}" if value else "0")
+        self._paint_groups(painter, box, pitch)
+
+    def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
+        """Paint where one line or sphere ends and what it is called, as far as there is room."""
+        painter.setFont(text_font(13))
+        begin = 0
+        names = [_group(one.name) for one in self._checks]
+        for index in range(1, len(names) + 1):
+            if index < len(names) and names[index] == names[begin]:
+                continue
+            painter.setPen(QPen(QColor(self._theme.border), 1.0))
+            x = box.left() + index * pitch
+            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom() + 6.0))
+            place = QRectF(
+                box.left() + begin * pitch, box.bottom() + 2.0, (index - begin) * pitch, 20.0
+            )
+            painter.setPen(QColor(self._theme.muted))
+            text = painter.fontMetrics().elidedText(
+                names[begin], Qt.TextElideMode.ElideRight, round(place.width()) - 6
+            )
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
+            begin = index
+
+
+class RepeatsLines(Protocol):
+    """The procedure that lets a failed line be taken again."""
+
+    def repeat_line(self, line: int, now: datetime) -> None:
+        """Take a line anew."""
+        ...
+
+    def back(self, now: datetime) -> None:
+        """Return to the step before."""
+        ...
+
+
+class VerdictPage(StepPage):
+    """Passed or not, by how much, and against what rule."""
+
+    keys = ("back", "repeat", "calculate", "keep", "accept")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._outcome: VerificationOutcome | None = None
+        self._seen: Seen | None = None
+        self._word = FitText("Verdict", limit=40)
+        self._word.setFixedHeight(54)
+        self.sentence = sentence_label("What the verdict means", 17)
+        self.facts = Facts("Figures of the verdict")
+        self.warnings = sentence_label("What makes the verdict weaker", 14)
+        self.chart = ErrorChart()
+        right = QVBoxLayout()
+        right.addWidget(self._word)
+        right.addWidget(self.sentence)
+        right.addWidget(self.facts)
+        right.addWidget(self.warnings)
+        right.addStretch(1)
+        side = panel(right)
+        side.setFixedWidth(_SIDE_PX)
+        left = QVBoxLayout()
+        left.addWidget(self.chart)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(panel(left), 1)
+        layout.addWidget(side)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show the verdict."""
+        view = seen.view
+        if not isinstance(view, VerificationView):
+            return
+        self._seen = seen
+        if view.outcome is not None and view.outcome is not self._outcome:
+            self._outcome = view.outcome
+            record = view.outcome.record
+            self.chart.show_checks(record.checks, view.outcome.largest)
+            worst = record.checks[view.outcome.largest]
+            artefacts = ", ".join(f"{one.name} ({one.serial})" for one in record.artefacts)
+            self.facts.show_facts(
+                (
+                    ("Checks", str(len(record.checks))),
+                    ("Nearest", worst.name),
+                    ("Error", f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"),
+                    ("Limit", f"± {1e3 * worst.limit_mm:.1f} µm"),
+                    ("Artefacts", artefacts),
+                    ("Rule", record.rule),
+                )
+            )
+            said = "\n".join(f"▲ {one.what} {one.remedy}" for one in view.outcome.warnings)
+            self.warnings.setText(said)
+        self._show_word()
+
+    def word(self) -> str:
+        """Return the large word."""
+        return self._word.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._show_word()
+
+    def _show_word(self) -> None:
+        seen, theme = self._seen, self._theme
+        if seen is None or not isinstance(seen.view, VerificationView):
+            return
+        error, outcome = seen.view.base.error, seen.view.outcome
+        if error is not None:
+            self._word.show_text("NO VERDICT", theme.bad, Mark.BAD)
+            text = f"{error.what} {error.remedy}"
+        elif outcome is None:
+            self._word.show_text("NOT CALCULATED", theme.muted, Mark.OPEN)
+            text = "Press R to calculate."
+        elif outcome.record.passed:
+            self._word.show_text("PASSED", theme.good, Mark.GOOD)
+            text = "Store the verdict: the calibration may then be used."
+        else:
+            self._word.show_text("FAILED", theme.bad, Mark.BAD)
+            text = (
+                "Take the line that failed again, once; if it fails again, store the verdict and "
+                "calibrate anew."
+            )
+        if text != self.sentence.text():
+            self.sentence.setText(text)
+
+
+def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[datetime], None]:
+    """Return the command that takes the line of the worst check again, from the verdict on.
+
+    The procedure refuses where that is not allowed; the sentence then says why.
+    """
+    outcome = view.outcome
+    names = [line.name for line in view.lines]
+    line = 0
+    if outcome is not None:
+        group = _group(outcome.record.checks[outcome.largest].name)
+        line = names.index(group) if group in names else 0
+
+    def command(now: datetime) -> None:
+        procedure.repeat_line(line, now)
+        for _ in range(2):
+            procedure.back(now)
+
+    return command
+
+
+def _group(name: str) -> str:
+    """Return the line or the sphere that a check belongs to: what stands before the comma."""
+    return name.partition(",")[0]

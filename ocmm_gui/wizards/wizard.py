@@ -1,0 +1,154 @@
+"""The wizards as one view of the window: begin or go on, then the running procedure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QStackedWidget, QWidget
+
+from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.errors import OcmmError
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, Themed
+from ocmm_gui.wizards.driver import WizardDriver
+from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, StepPage
+from ocmm_gui.wizards.result_page import ResultPage
+from ocmm_gui.wizards.runner import Runner
+from ocmm_gui.wizards.site import (
+    PURPOSES,
+    TITLES,
+    Opened,
+    WizardSite,
+    begin,
+    fields,
+    offers,
+    resume,
+    store_folder_of,
+)
+from ocmm_gui.wizards.sphere_page import SpheresPage
+from ocmm_gui.wizards.start_page import StartPage
+from ocmm_gui.wizards.verdict_page import VerdictPage, repeat_worst
+
+
+class Wizard(QStackedWidget):
+    """One wizard at a time.
+
+    Parameters
+    ----------
+    site
+        Rig, probe, store and frames.
+    clock
+        The time of day, with its zone.
+    """
+
+    left = Signal()
+    """The wizard was left; what ran has ended."""
+    taken = Signal()
+    """An observation is on the disk."""
+    failed = Signal(object)
+    """Emits the `OcmmError` of a command."""
+
+    def __init__(
+        self, site: WizardSite, clock: Callable[[], datetime] = lambda: datetime.now(UTC)
+    ) -> None:
+        super().__init__()
+        self.setAccessibleName("Wizard")
+        self._site = site
+        self._clock = clock
+        self._theme = THEMES[DEFAULT_THEME]
+        self._kind = Kind.KNOWN_POINTS
+        self.runner: Runner | None = None
+        self.start = StartPage()
+        self.addWidget(self.start)
+        self.start.begun.connect(self._begin)
+        self.start.resumed.connect(self._resume)
+        self.start.left.connect(self.leave)
+
+    def open(self, kind: Kind) -> None:
+        """Show the first page of a wizard, with what was not finished."""
+        self.close_runner()
+        self._kind = kind
+        self.start.ask(
+            TITLES[kind], PURPOSES[kind], fields(self._site, kind), offers(self._site, kind)
+        )
+        self.setCurrentWidget(self.start)
+        try:
+            store_folder_of(self._site)
+        except OcmmError as error:
+            self.start.show_trouble(f"{error.what} {error.remedy}")
+
+    def leave(self) -> None:
+        """End what runs and give the window back; the session can be resumed."""
+        self.close_runner()
+        self.left.emit()
+
+    def close_runner(self) -> bool:
+        """End what runs within bounded time and say whether it ended."""
+        runner, self.runner = self.runner, None
+        if runner is None:
+            return True
+        ended = runner.close_driver()
+        self.removeWidget(runner)
+        runner.deleteLater()
+        return ended
+
+    def set_theme(self, theme: Theme) -> None:
+        """Remember the theme for pages that are made later."""
+        self._theme = theme
+
+    def _begin(self, values: dict[str, str]) -> None:
+        self._run(lambda: begin(self._site, self._kind, values, self._clock()))
+
+    def _resume(self, path: Path) -> None:
+        self._run(lambda: resume(self._site, self._kind, path))
+
+    def _run(self, make: Callable[[], Opened]) -> None:
+        try:
+            opened = make()
+        except OcmmError as error:
+            self.start.show_trouble(f"{error.what} {error.remedy}")
+            return
+        driver = WizardDriver(opened.procedure, self._site.tap, opened.calculation, self._clock)
+        runner = Runner(driver, TITLES[self._kind], _pages(opened), _extra(opened, driver))
+        runner.left.connect(self.leave)
+        driver.taken.connect(self.taken)
+        driver.failed.connect(self.failed)
+        self.runner = runner
+        for widget in (runner, *runner.findChildren(QWidget)):
+            if isinstance(widget, Themed):
+                widget.set_theme(self._theme)
+        self.addWidget(runner)
+        self.setCurrentWidget(runner)
+        driver.start()
+        runner.setFocus()
+
+
+def _pages(opened: Opened) -> dict[str, StepPage]:
+    """Return the page of every step."""
+    rig, procedure = opened.rig, opened.procedure
+    if isinstance(procedure, KnownPointsProcedure):
+        return {
+            "prepare": PreparePage(rig),
+            "collect": KnownPointsPage(rig, procedure),
+            "result": ResultPage(rig, "Errors at points that were held back"),
+        }
+    return {
+        "prepare": PreparePage(rig),
+        "lines": LinesPage(rig),
+        "spheres": SpheresPage(rig),
+        "result": VerdictPage(),
+    }
+
+
+def _extra(opened: Opened, driver: WizardDriver) -> dict[str, Callable[[], None]]:
+    """Return what the actions do that only some procedures have."""
+    procedure = opened.procedure
+    if isinstance(procedure, KnownPointsProcedure):
+        return {"skip": lambda: driver.do(procedure.skip)}
+    if isinstance(procedure, VerificationProcedure):
+        return {"repeat": lambda: driver.do(repeat_worst(procedure, procedure.view))}
+    return {}
