@@ -50,6 +50,7 @@ def test_a_recorded_bus_gives_the_frames_that_the_application_got(
     capture = check_same_frames(BusCapture(tmp_path / "bus.pcap"), got)
     # The cameras stand on the wire in the other order than in the rig.
     assert capture.serials == (1002, 1001)
+    check_dissected(tmp_path / "bus.pcap")
     # Also where it must be told how many cameras there are.
     check_same_frames(BusCapture(tmp_path / "bus.pcap", n_cameras=2), got)
 
@@ -68,3 +69,17 @@ def check_same_frames(capture: BusCapture, got: NDArray[np.void]) -> BusCapture:
     assert account.malformed == 0
     assert all(camera.damaged == camera.contradicting == 0 for camera in account.cameras)
     return capture
+
+
+def check_dissected(path: Path) -> None:
+    """Let tshark read the recording, where it is installed: every frame is well formed."""
+    if shutil.which("tshark") is None:
+        return
+    listed = [
+        subprocess.run(
+            ["tshark", "-r", str(path), "-Y", chosen], capture_output=True, text=True, check=True
+        ).stdout.splitlines()
+        for chosen in ("ecat", "ecat && (_ws.malformed || _ws.expert.severity == error)")
+    ]
+    assert len(listed[0]) > 1000
+    assert listed[1] == []
