@@ -25,6 +25,7 @@ STILL_FRAMES = 100
 WAVED_FRAMES = 8
 """One millisecond at 8 kHz: the mean of a moving spot is then its place in the middle."""
 
+_SAME_PX = 1.0
 _SETTLED_PX = 0.02
 _SETTLED_MM = 0.02
 _SIGMAS = 6.0
@@ -183,11 +184,15 @@ class RestingSpots:
         limit = _SETTLED_PX + _SIGMAS * self._rig.noise.white_px * np.sqrt(2.0 / self._frames)
         if motion > limit:
             return f"The target moves by {motion:.2f} px: wait until it rests."
-        if self._taken is not None:
-            moved = np.abs(self.average().uv - self._taken.uv)
-            if not np.nanmax(moved, initial=0.0) > 1.0:
-                return "This place was taken: move on to the next one."
+        if self._taken is not None and not self._has_moved(self._taken):
+            return "This place was taken: move on to the next one."
         return ""
+
+    def _has_moved(self, taken: Average) -> bool:
+        """Return whether a camera sees a point where it saw none before, whichever it is."""
+        apart = self.average().uv[:, :, None] - taken.uv[:, None]
+        nearest = np.linalg.norm(apart, axis=3).min(axis=2)
+        return bool(np.nanmax(nearest, initial=0.0) > _SAME_PX)
 
 
 class ProbeSpots:

@@ -273,17 +273,15 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
         done = {one.point for one in self._taken}
         return next((i for i, name in enumerate(self._points.names) if name not in done), None)
 
-    def _live(self) -> Live:
+    def _seen(self) -> Live:
         return self._spots.live()
+
+    def _wants(self) -> bool:
+        return self._step == COLLECT and self._next() is not None
 
     def _observation(self, utc: str) -> PointTaken:
         index = self._next()
-        if index is None or self._step != COLLECT:
-            raise CalibrationError(
-                "known_points.nothing_next",
-                "All points of the list were taken." if index is None else "Nothing is taken now.",
-                "Go on to the result, or choose a point to take it again.",
-            )
+        assert index is not None  # noqa: S101 - a point is wanted
         average = self._spots.average()
         return PointTaken(
             utc=utc,

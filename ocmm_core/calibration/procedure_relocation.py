@@ -276,8 +276,13 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
             return self._bar
         return self._seat if self._step in (BAR, WORLD) else self._wave
 
-    def _live(self) -> Live:
+    def _seen(self) -> Live:
         return self._collector().live()
+
+    def _wants(self) -> bool:
+        if self._step == WORLD:
+            return self._state.next_seat is not None
+        return self._step in (WAVE, BAR)
 
     def _observation(self, utc: str) -> PoseTaken | BarTaken | SeatTaken:
         average = self._collector().average()
@@ -288,13 +293,7 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
             places = self._begun.bar.leds
             uv = bar_ends(self.rig, average.uv, places[1] - places[0])
             return BarTaken(utc=utc, uv=to_spots(uv), sigma_px=sigma)
-        seat = self._state.next_seat if self._step == WORLD else ""
-        if self._step not in (BAR, WORLD) or seat is None:
-            raise CalibrationError(
-                "relocation.nothing_next",
-                "There is nothing left to be taken in this step.",
-                "Go on to the next step.",
-            )
+        seat = (self._state.next_seat or "") if self._step == WORLD else ""
         return SeatTaken(utc=utc, seat=seat, uv=to_spots(average.uv), sigma_px=sigma)
 
     def _observe(self, event: RelocationEvent) -> None:

@@ -195,6 +195,12 @@ class VerificationProcedure(GuidedProcedure[VerificationEvent, VerificationOutco
             Nothing is taken in this step, or all of it was.
         """
         with self._lock:
+            if not self._wants():
+                raise CalibrationError(
+                    "verification.nothing_next",
+                    "There is nothing left to be taken in this step.",
+                    "Go on to the next step.",
+                )
             self._append(self._event(Average(uv, sigma_px), utc_text(now)))
 
     def repeat_line(self, line: int, now: datetime) -> None:
@@ -218,26 +224,25 @@ class VerificationProcedure(GuidedProcedure[VerificationEvent, VerificationOutco
                 )
             self._append(LineRepeated(utc=utc_text(now), line=line, failed=failed))
 
-    def _live(self) -> Live:
+    def _seen(self) -> Live:
         return self._probe.live()
+
+    def _wants(self) -> bool:
+        if self._step == LINES:
+            return self._state.current_line() is not None
+        return self._step == SPHERES and self._state.current_sphere() is not None
 
     def _observation(self, utc: str) -> VerificationEvent:
         return self._event(self._probe.average(), utc)
 
     def _event(self, average: Average, utc: str) -> NestTaken | SphereTouched:
-        spots = to_spots(average.uv)
-        line = self._state.current_line()
+        spots, sigma = to_spots(average.uv), average.sigma_px
+        line, sphere = self._state.current_line(), self._state.current_sphere()
         if self._step == LINES and line is not None:
             nest = len(self._state.line_tips(line))
-            return NestTaken(utc=utc, line=line, nest=nest, uv=spots, sigma_px=average.sigma_px)
-        sphere = self._state.current_sphere()
-        if self._step == SPHERES and sphere is not None:
-            return SphereTouched(utc=utc, sphere=sphere, uv=spots, sigma_px=average.sigma_px)
-        raise CalibrationError(
-            "verification.nothing_next",
-            "There is nothing left to be taken in this step.",
-            "Go on to the next step.",
-        )
+            return NestTaken(utc=utc, line=line, nest=nest, uv=spots, sigma_px=sigma)
+        assert sphere is not None  # noqa: S101 - a point is wanted
+        return SphereTouched(utc=utc, sphere=sphere, uv=spots, sigma_px=sigma)
 
     def _observe(self, event: VerificationEvent) -> None:
         if isinstance(event, LineRepeated):

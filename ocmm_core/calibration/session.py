@@ -11,6 +11,7 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from typing import Generic, TypeVar
 
@@ -89,12 +90,16 @@ class GuidedProcedure(ABC, Generic[E, O]):
         """Return the steps with their gates, as things are."""
 
     @abstractmethod
-    def _live(self) -> Live:
+    def _seen(self) -> Live:
         """Return what is seen now."""
 
     @abstractmethod
+    def _wants(self) -> bool:
+        """Return whether the current step takes another observation."""
+
+    @abstractmethod
     def _observation(self, utc: str) -> E:
-        """Return what is seen now as an event; only called when `Live.ready`."""
+        """Return what is seen now as an event; only called when `Live.ready` and `_wants`."""
 
     @abstractmethod
     def _observe(self, event: E) -> None:
@@ -139,6 +144,12 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 stored=self._is_stored(),
                 error=self._error,
             )
+
+    def _live(self) -> Live:
+        seen = self._seen()
+        if self._decided is not None or not self._wants():
+            return replace(seen, ready=False, hint="There is nothing to be taken in this step.")
+        return seen
 
     def take(self, now: datetime) -> None:
         """Take what is seen now; see `procedure.Procedure.take`."""
