@@ -1,8 +1,8 @@
 """Which calibration a job is measured with, and whether points may be taken with it.
 
-Virtual rigs and replays are measured with the rig document itself. Real cameras need a record
-from the store of calibrations whose standing is usable; without one no points are taken, or, when
-somebody insists, every verdict is NOT PROVEN.
+Virtual rigs are measured with the rig document itself. Real cameras, also recorded ones, need a
+record from the store of calibrations whose standing is usable; without one no points are taken,
+or, when somebody insists, every verdict is NOT PROVEN.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Word(StrEnum):
     EXPIRED = "EXPIRED"
     SUSPECT = "SUSPECT"
     DESIGN = "DESIGN"
-    """A virtual rig or a replay: the cameras are taken to be as the rig document says."""
+    """A virtual rig, also a recorded one: the cameras are taken to be as the rig document says."""
     NONE = "NONE"
     """The cameras were never calibrated."""
     UNUSABLE = "UNUSABLE"
@@ -64,7 +64,7 @@ class CalibrationInUse:
     record
         The record it comes from; None where it comes from the rig document.
     store
-        The calibrations of the rig; None for virtual rigs and replays, and where it is damaged.
+        The calibrations of the rig; None for virtual rigs, and where it is damaged.
     fault
         Word and reason why it must not be used, found when it was opened; None where it may.
     uncalibrated
@@ -154,7 +154,7 @@ def store_folder(folder: Path, rig: str) -> Path:
 
 
 def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInUse:
-    """Return the rig of a document as it stands there, for virtual rigs and replays.
+    """Return the rig of a document as it stands there, for virtual rigs.
 
     Raises
     ------

@@ -19,13 +19,13 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.service_client import ServiceBus
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
-from ocmm_core.calibration.in_use import (
-    CalibrationInUse,
-    default_folder,
-    open_calibration,
-    open_design,
-)
+from ocmm_core.calibration.in_use import CalibrationInUse
 from ocmm_core.camera.rig import Rig
+from ocmm_core.cli.calibration_choice import (
+    VIRTUAL_WIRE,
+    checked_for_replay,
+    choose_calibration,
+)
 from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.fieldbus.identity import CameraIdentity
@@ -129,6 +129,8 @@ class Feed:
         The virtual rig whose script is played, None for anything else.
     simulated
         The source itself, where it is the virtual rig of this process.
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
     """
 
     acquisition: Acquisition
@@ -137,6 +139,7 @@ class Feed:
     live: bool
     virtual: VirtualRig | None = None
     simulated: SimulatedSource | None = None
+    recorded: str = ""
 
     @property
     def script_frames(self) -> int | None:
@@ -180,6 +183,7 @@ def build_station(request: StationRequest) -> BuiltStation:
     plan, body = load_plan(request.plan), load_probe(request.probe)
     calibration = calibration_of(request)
     feed = make_feed(request, plan, calibration.rig)
+    calibration = checked_for_replay(calibration, feed.recorded)
     recorder = None
     try:
         job_path = _job_path(request.out, plan)
@@ -220,20 +224,10 @@ def build_station(request: StationRequest) -> BuiltStation:
 
 
 def calibration_of(request: StationRequest) -> CalibrationInUse:
-    """Return what the request is measured with: the rig document, or a record of its store.
-
-    Raises
-    ------
-    InputError
-        The rig document cannot be used.
-    """
-    kind, _, _name = request.source.partition(":")
-    folder = request.calibrations
-    if folder is None and kind == "ethercat" and request.source not in VIRTUAL_BUSES:
-        folder = default_folder()
-    if folder is None:
-        return open_design(request.rig, uncalibrated=request.uncalibrated)
-    return open_calibration(request.rig, folder, uncalibrated=request.uncalibrated)
+    """Return what the request is measured with; raise InputError as `choose_calibration`."""
+    return choose_calibration(
+        request.source, request.rig, request.calibrations, uncalibrated=request.uncalibrated
+    )
 
 
 def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
@@ -291,7 +285,10 @@ def _replay(request: StationRequest, rig: Rig, path: Path) -> Feed:
         source.close()
         raise
     ring = FrameRing.create(len(rig.cameras))
-    return Feed(AcquisitionWorker(source, ring), ring, source.description, live=False)
+    return Feed(
+        AcquisitionWorker(source, ring), ring, source.description,
+        live=False, recorded=source.recording.head.source,
+    )  # fmt: skip
 
 
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
@@ -322,7 +319,7 @@ def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", virtual.frame_period_ns, force=False)
     acquisition = VirtualBus(bus, segment_of(request, plan, rig), ring)
-    name = f"EtherCAT, virtual wire ({rig.name}, seed {request.seed})"
+    name = f"{VIRTUAL_WIRE} ({rig.name}, seed {request.seed})"
     return Feed(acquisition, ring, _bus_description(name, rig, bus), live=True, virtual=virtual)
 
 

@@ -48,7 +48,7 @@ CalibrationsOption = Annotated[
     typer.Option(
         "--calibrations",
         help="Folder of calibrations. Real cameras use that of this user without it; virtual ones "
-        "and replays are measured with the rig document itself.",
+        "are measured with the rig document itself.",
     ),
 ]
 UncalibratedOption = Annotated[

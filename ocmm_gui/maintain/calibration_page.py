@@ -21,10 +21,7 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 REFRESH_MS = 500
 
-DESIGN = (
-    "The cameras are taken to be as the rig document says; so it is with virtual cameras and with "
-    "recordings."
-)
+DESIGN = "The cameras are virtual: they are taken to be as the rig document says."
 _IN_ORDER = "Calibrated, verified, and in date. Points may be taken."
 _NO_HISTORY = "No calibration of this rig is kept on this computer."
 _FACTS = (

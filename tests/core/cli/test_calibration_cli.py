@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.in_use import store_folder
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.compose import StationRequest, script_of
 from ocmm_core.documents import resource
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.source import SimulatedSource
 from tests.core.calibration.test_records_history import make_record, make_verification
 from tests.core.cli.conftest import Ocmm
 
@@ -62,6 +68,25 @@ def test_who_insists_gets_a_report_that_proves_nothing(ocmm: Ocmm, tmp_path: Pat
         rows = list(csv.DictReader(stream))
     assert {row["Test"] for row in rows} == {"Fail"}
     assert all(row["Calibration"].startswith("UNCALIBRATED ") for row in rows)
+
+
+def test_recorded_real_cameras_need_a_calibration_too(ocmm: Ocmm, tmp_path: Path) -> None:
+    # Recorded in this process, as from a bus: the name of the source says so.
+    virtual = script_of(StationRequest(plan=QUICK, out=tmp_path), load_plan(QUICK)).build()
+    description = replace(
+        SimulatedSource(virtual, 0.0).description, name="EtherCAT on enp3s0", live=True
+    )
+    rig = load_rig(resource("rigs", "recommended.toml"))
+    with FrameRecorder(tmp_path / "run.ocmmrec", description, rig) as recorder:
+        recorder.append(virtual.frames(0, 8000))
+    arguments = ("measure", "--plan", QUICK, "--source", "replay:run.ocmmrec", "--speed", "0.5")
+    done = ocmm(*arguments, "--out", "out")
+    assert done.returncode == 2
+    assert "of real cameras (EtherCAT on enp3s0)" in done.stderr
+    digest = calibrate(tmp_path / "cal")
+    done = ocmm(*arguments, "--out", "out", "--calibrations", "cal")
+    assert f"VALID {digest[:12]}" in done.stdout
+    assert "The source ended before the job was complete" in done.stderr
 
 
 def test_real_cameras_are_not_measured_with_by_a_rig_document(ocmm: Ocmm) -> None:
