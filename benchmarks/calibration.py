@@ -159,15 +159,16 @@ def print_table_1(runs: int) -> bool:
 
 def print_depths(runs: int) -> bool:
     """Print what the depth of the calibrated volume is worth; return whether the map says so."""
-    print("\nSystematic error in depth, um RMS, of 200 points: found / predicted by the error map")
+    print("\nSystematic error in depth, um RMS, of 200 points: found / predicted by the error map;")
+    print("of the focal length, and of lengths of 400 mm in 400 x 300 x 400 mm")
     heads = ["within it", *(f"+-{half:.0f} mm" for half in HALVES)]
-    print("depth, mm" + "".join(f"{head:>15}" for head in heads) + "   sd(f)")
+    print("depth, mm" + "".join(f"{head:>15}" for head in heads) + "   sd(f)  400 mm")
     holds = True
     for depth in DEPTHS:
         cost = cost_of(depth, (0.5 * depth, *HALVES), runs)
         found, predicted = cost.found_um[:, 1], cost.predicted_um[:, 1]
         cells = "".join(f"{f:7.1f} / {p:5.1f}" for f, p in zip(found, predicted, strict=True))
-        print(f"{depth:9.0f}{cells}{cost.focal_sigma_um:8.2f}")
+        print(f"{depth:9.0f}{cells}{cost.focal_sigma_um:8.2f}{cost.length_um:8.1f}")
         holds &= bool(np.all(np.abs(predicted / found - 1.0) <= MAP_LIMIT))
         near = float(predicted[1 + HALVES.index(100.0)])
         if depth == 15.0:
