@@ -40,7 +40,8 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         In the order in which a frame passes them.
     provider
         What they see, as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, a script of
-        the virtual rig (`RigScript`), or one that is computed pixel by pixel (`PixelScript`).
+        the virtual rig (`RigScript`), one that is computed pixel by pixel (`PixelScript`), or one
+        of a rig that is calibrated (`CalibratingScript`).
     sees
         For each of them, the number of the camera of the rig whose picture it shows; empty:
         in the same order.
@@ -89,11 +90,14 @@ def make_provider(text: bytes) -> CameraFrames:
         pattern = msgspec.json.decode(text, type=_Pattern)
     except msgspec.DecodeError:
         # The physics needs a compiler; the test pattern must not pay for that.
+        from ocmm_core.simulation.calibrating import calibrating_from_json
         from ocmm_core.simulation.pixel_frames import pixel_provider_from_json
         from ocmm_core.simulation.rig import provider_from_json
 
         words = text.decode("utf-8")
         fields = msgspec.json.decode(text)
+        if isinstance(fields, dict) and "calibrating" in fields:
+            return calibrating_from_json(words)
         with_pixels = isinstance(fields, dict) and "pixels" in fields
         return pixel_provider_from_json(words) if with_pixels else provider_from_json(words)
     return TestPattern() if pattern.pattern == "test" else ClockPattern()
