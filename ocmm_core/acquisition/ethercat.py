@@ -36,6 +36,7 @@ from ocmm_core.fieldbus.journal import OPERATION
 from ocmm_core.fieldbus.objects import ObjectService, Port
 from ocmm_core.fieldbus.report import BusPhase, BusReport, encode_report
 from ocmm_core.fieldbus.supervisor import Next, Supervisor
+from ocmm_core.fieldbus.thermometer import Thermometer
 
 _VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
 _ANSWER_SHARE = 0.7
@@ -82,7 +83,8 @@ class EthercatSource:
         self._settings = settings
         self._publish = publish
         names = tuple(camera.name for camera in settings.cameras)
-        self._objects = ObjectService(port, names)
+        self._thermometer = Thermometer(port, names)
+        self._objects = ObjectService(self._thermometer, names)
         self._bus = CameraBus(settings, self._objects)
         self._accounts = BusAccounts(settings, notes)
         self._supervisor = Supervisor(time.monotonic_ns())
@@ -109,7 +111,9 @@ class EthercatSource:
     def report(self) -> BusReport:
         """Return what can be said about the bus now."""
         phase_ns = 0.0 if self._pacer is None else self._pacer.phase_ns
-        return self._accounts.report(self._bus, self._supervisor, self._objects, phase_ns)
+        return self._accounts.report(
+            self._bus, self._supervisor, self._objects, phase_ns, self._thermometer.celsius
+        )
 
     def open(self) -> None:
         """Bring the cameras to operation; raise BusError with the remedy if that fails."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ocmm_core.fieldbus.bringup import BusSettings
@@ -95,9 +95,14 @@ class BusAccounts:
             account.frames_lost += frames
 
     def report(
-        self, bus: CameraBus, supervisor: Supervisor, objects: ObjectService, phase_ns: float
+        self,
+        bus: CameraBus,
+        supervisor: Supervisor,
+        objects: ObjectService,
+        phase_ns: float,
+        celsius: Mapping[str, float],
     ) -> BusReport:
-        """Return everything as it is now."""
+        """Return everything as it is now; ``celsius`` is how warm the cameras are, by name."""
         settings, session, view = self._settings, bus.session, bus.view
         known = view.cameras if len(view.cameras) == len(settings.cameras) else ()
         # Where a bring-up has found a camera; one that failed leaves it in INIT.
@@ -109,6 +114,7 @@ class BusAccounts:
                 session.firmware[place] if session.firmware else "",
                 known[place] if known and session.master else None,
                 idle,
+                celsius.get(camera.name),
             )
             for place, camera in enumerate(settings.cameras)
         )
@@ -147,6 +153,7 @@ class BusAccounts:
         firmware: str,
         view: CameraView | None,
         idle: str,
+        celsius: float | None,
     ) -> CameraReport:
         account = self._cameras[camera.name]
         state, code = idle if position and view is None else "-", 0
@@ -169,4 +176,5 @@ class BusAccounts:
             clock_offset_ns=None if view is None else view.clock_offset_ns,
             link_errors=(view.link_errors or 0) if view is not None else 0,
             emergencies=account.emergencies,
+            temperature_c=celsius,
         )

@@ -199,7 +199,8 @@ class ObjectService:
     Attributes
     ----------
     done, failed
-        Transfers that went well, and those that did not.
+        Transfers that went well, and those that did not; without our own questions, which have
+        negative numbers.
     emergencies
         Messages that came and were not yet taken: camera and message.
     failures
@@ -239,7 +240,7 @@ class ObjectService:
         while (request := port.take()) is not None:
             line = self._lines.get(request.camera)
             if line is None:
-                self.failed += 1
+                self.failed += request.number >= 0
                 port.reply(_no_camera(request, self._names))
             else:
                 line.queue.append(request)
@@ -247,12 +248,14 @@ class ObjectService:
             reply = line.work(now_ns, port)
             if reply is None:
                 continue
+            port.reply(reply)
+            if reply.number < 0:
+                continue
             if reply.code:
                 self.failed += 1
                 self.failures.append((name, reply))
             else:
                 self.done += 1
-            port.reply(reply)
 
     def _emergency(self, camera: str, emergency: Emergency) -> None:
         self.emergencies.append((camera, emergency))

@@ -6,6 +6,8 @@ reads the answers from its standard output; the bytes of objects travel as base6
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import msgspec
 
 from ocmm_core.errors import InputError
@@ -16,6 +18,10 @@ MAX_LINE_BYTES = 4 * MAX_VALUE_BYTES // 3 + 4096
 """Longest line: the longest object in base64, and the words around it."""
 MAX_EEPROM_WORDS = 2048
 """One request reads at most the 4 KiB that a camera has."""
+
+
+Number = Annotated[int, msgspec.Meta(ge=0)]
+"""Of a request; those below zero are the bus process's own and are taken from nobody else."""
 
 
 class ObjectRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="object"):
@@ -35,7 +41,7 @@ class ObjectRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
         How many bytes the answer may have; a longer object is an error.
     """
 
-    number: int
+    number: Number
     camera: str
     index: int
     sub: int
@@ -56,7 +62,7 @@ class EepromRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
         How many.
     """
 
-    number: int
+    number: Number
     camera: str
     word: int
     words: int
@@ -65,7 +71,7 @@ class EepromRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
 class CancelRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="cancel"):
     """Give up the request with this number; there is no answer to it any more."""
 
-    number: int
+    number: Number
 
 
 Request = ObjectRequest | EepromRequest | CancelRequest
