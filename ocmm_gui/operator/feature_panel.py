@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFont
+from PySide6.QtGui import QFont, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from ocmm_core.features.shapes import Shape
@@ -24,8 +24,17 @@ from ocmm_gui.theme import (
 from ocmm_gui.words import characteristics_of, main_characteristic, millimetres, shown_feature
 
 _ROWS = ("Measured", "Nominal", "Deviation", "U (k=2)", "Form", "Position")
+_LARGE = ("Measured", "Deviation")
+_LESS = ("Form", "Position")
 _ROOMY_PX = 480
 """A lower panel has no room for explanations."""
+_TIGHT_PX = 420
+"""A lower panel has no room for large digits."""
+_LOW_PX = 353
+"""A lower panel has no room for form and position."""
+_LOWEST_PX = 300
+"""A lower panel has no room for the dots; the plan counts the points as well."""
+_NOTE_PX = 24
 
 _MAX_OTHERS = 6
 
@@ -55,19 +64,21 @@ class FeaturePanel(QFrame):
         self._verdict.setFixedHeight(42)
         self._note = _label("Note", text_font(13), muted=True)
         self._note.setWordWrap(True)
+        self._note.hide()
         self._values: dict[str, QLabel] = {}
+        self._captions: dict[str, QLabel] = {}
         grid = QGridLayout()
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(1, 1)
         for row, name in enumerate(_ROWS):
-            large = name in ("Measured", "Deviation")
-            value = _label(name, digit_font(26 if large else 16, bold=large))
+            value = _label(name, digit_font(16))
             value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             caption = _label("", text_font(14), text=name, muted=True)
             caption.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
             grid.addWidget(caption, row, 0)
             grid.addWidget(value, row, 1)
             self._values[name] = value
+            self._captions[name] = caption
         self._others = CharacteristicList()
         self._residuals = ResidualChart()
         layout = QVBoxLayout(self)
@@ -81,6 +92,7 @@ class FeaturePanel(QFrame):
         for widget in below:
             layout.addWidget(widget)
         layout.addWidget(self._residuals, 1)
+        self._fit()
 
     def show_job(self, job: JobView) -> None:
         """Show the active feature, or the last one when all are done."""
@@ -107,6 +119,12 @@ class FeaturePanel(QFrame):
         others = [item for item in characteristics_of(job, feature.name) if item is not result]
         self._others.show_results(tuple(others[:_MAX_OTHERS]))
         self._residuals.show_fit(feature.fit)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show as much as there is room for: nothing is ever cut in half."""
+        super().resizeEvent(event)
+        self._fit()
 
     def value(self, name: str) -> str:
         """Return what stands beside a caption."""
@@ -125,6 +143,18 @@ class FeaturePanel(QFrame):
         self._theme = theme
         if self._job is not None:
             self.show_job(self._job)
+
+    def _fit(self) -> None:
+        high = self.height() - (0 if self._note.isHidden() else _NOTE_PX)
+        tight, low = high < _TIGHT_PX, high < _LOW_PX
+        for name, value in self._values.items():
+            large = name in _LARGE
+            pixels = (18 if tight else 26) if large else (13 if tight else 16)
+            value.setFont(digit_font(pixels, bold=large))
+            self._captions[name].setFont(text_font(13 if tight else 14))
+            for label in (value, self._captions[name]):
+                label.setVisible(not (low and name in _LESS))
+        self._dots.setVisible(high >= _LOWEST_PX)
 
     def _show_values(self, feature: FeatureView, result: CharacteristicResult | None) -> None:
         fit = feature.fit
