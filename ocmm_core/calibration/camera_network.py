@@ -14,7 +14,6 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.calibration.camera_model_fit import CameraFit, fit_camera, indices_of_wrong
-from ocmm_core.calibration.camera_problem import whitening_of
 from ocmm_core.calibration.guards import (
     OUTLIERS_REFUSED,
     RMS_REFUSED,
@@ -24,11 +23,11 @@ from ocmm_core.calibration.guards import (
     let_pass,
     ratio_of,
 )
-from ocmm_core.calibration.lens import by_point, see
 from ocmm_core.calibration.lens_terms import LensTerms, judge_lens_terms
 from ocmm_core.calibration.mix_up import explain_baseline, explain_misfit
+from ocmm_core.calibration.network_covariance import joint_covariance, own_covariance
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.camera.model import N_PARAMETERS, CameraModel
+from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Pixels, Points3
@@ -63,7 +62,7 @@ class CameraCalibration:
         The camera.
     covariance
         (14, 14), in the order of `camera.model.PARAMETERS`; grown by chi-square per degree of
-        freedom where that is above one, never shrunk.
+        freedom where that is above one, never shrunk; with the uncertain length of the list.
     rms_px, chi2, dof
         RMS residual per coordinate, and how it compares with the stated uncertainties.
     indices
@@ -106,7 +105,8 @@ class RigCalibration:
     cameras
         In the order of the rig.
     covariance
-        (14 C, 14 C), with what the common reference points do to all cameras.
+        (14 C, 14 C), with what the common reference points and their common length do to all
+        cameras.
     warnings
         Of all cameras and of the rig.
     hull_world
@@ -181,7 +181,7 @@ def calibrate_rig(
     )
     return RigCalibration(
         cameras=cameras,
-        covariance=_joint_covariance(cameras, fits, indices, len(points.names)),
+        covariance=joint_covariance(fits, indices, points),
         warnings=warnings,
         hull_world=_hull(points, fits, indices),
         forced=any(one.refuses for one in everything),
@@ -257,7 +257,7 @@ def _camera_calibration(
     )
     return CameraCalibration(
         model=fit.camera.model,
-        covariance=fit.covariance * max(1.0, fit.chi2 / fit.dof),
+        covariance=own_covariance(fit, points),
         rms_px=fit.rms_px,
         chi2=fit.chi2,
         dof=fit.dof,
@@ -270,46 +270,6 @@ def _camera_calibration(
         warnings=warnings,
         start=fit.start,
     )
-
-
-def _joint_covariance(
-    cameras: Sequence[CameraCalibration],
-    fits: Sequence[CameraFit],
-    indices: Sequence[Int],
-    n_points: int,
-) -> Float:
-    """Return the covariance (14 C, 14 C) of all cameras.
-
-    A reference point that is wrong by d moves the parameters of every camera that used it by
-    -C J' W Jp d, where C is the camera's covariance; the product of two cameras' gains times the
-    variance of d is what they have in common.
-    """
-    count = len(cameras)
-    covariance = np.zeros((N_PARAMETERS * count,) * 2)
-    gains = np.zeros((count, N_PARAMETERS, n_points, 3))
-    for c, (fit, seen) in enumerate(zip(fits, indices, strict=True)):
-        part = slice(c * N_PARAMETERS, (c + 1) * N_PARAMETERS)
-        covariance[part, part] = cameras[c].covariance
-        gains[c][:, seen[fit.used]] = _reference_gain(fit)
-    sigma = fits[0].reference_sigma
-    for a in range(count):
-        for b in range(a + 1, count):
-            common = sigma**2 * np.einsum("pni,qni->pq", gains[a], gains[b])
-            rows, columns = (slice(c * N_PARAMETERS, (c + 1) * N_PARAMETERS) for c in (a, b))
-            covariance[rows, columns] = common
-            covariance[columns, rows] = common.T
-    return covariance
-
-
-def _reference_gain(fit: CameraFit) -> Float:
-    """Return d(parameters)/d(reference position), (14, n, 3), of the used points."""
-    points = fit.points_world[fit.used]
-    whitening = whitening_of(fit.camera, points, fit.sigma_px, fit.reference_sigma)
-    rows = see(fit.camera, points, N_PARAMETERS, whitening=whitening).rows
-    gain: Float = -np.einsum(
-        "pq,qun,uin->pni", fit.covariance, rows, by_point(fit.camera, rows), optimize=True
-    )
-    return gain
 
 
 def _hull(points: ReferencePoints, fits: Sequence[CameraFit], indices: Sequence[Int]) -> Points3:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def subset(
     """Return the points with these indices and their spots."""
     names = tuple(points.names[index] for index in indices)
     return (
-        ReferencePoints(names, points.positions_world[indices], points.sigma, points.frame),
+        replace(points, names=names, positions_world=points.positions_world[indices]),
         SpotTable(spots.serials, spots.uv[:, indices], spots.sigma_px),
     )
 

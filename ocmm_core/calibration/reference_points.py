@@ -5,13 +5,16 @@ Reference positions, from a CMM::
     # ocmm reference points
     # unit: mm
     # uncertainty: 0.0017
+    # length uncertainty: 3e-6
     # frame: CMM machine frame
     name;x;y;z
     P001;-200,0;-7,5;-200,0
 
 ``unit`` is mm, cm, m, um or inch; ``uncertainty`` is the standard uncertainty (k = 1) of one
-coordinate in that unit; ``frame`` says in words what the coordinates refer to and becomes the world
-frame. Without a column ``name`` the points are numbered from 1.
+coordinate in that unit, independent from point to point; ``length uncertainty``, which may be left
+out, that of all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` says in words what the
+coordinates refer to and becomes the world frame. Without a column ``name`` the points are numbered
+from 1.
 
 Spots, the mean of many exposures at each point::
 
@@ -43,6 +46,11 @@ UNITS_MM = {
 
 MAX_COORDINATE_MM = 1e5
 
+_LENGTH = "length uncertainty"
+
+MAX_LENGTH_SIGMA = 1e-3
+"""No machine is that bad; somebody gave another unit."""
+
 
 @dataclass(frozen=True, slots=True)
 class ReferencePoints:
@@ -58,12 +66,15 @@ class ReferencePoints:
         Standard uncertainty of one coordinate, mm.
     frame
         What the coordinates refer to, in words.
+    length_sigma
+        Relative standard uncertainty of all distances, which are too long or too short together.
     """
 
     names: tuple[str, ...]
     positions_world: Points3
     sigma: float
     frame: str
+    length_sigma: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +102,9 @@ def load_reference_points(path: Path | str) -> ReferencePoints:
     Raises
     ------
     InputError
-        The file is no such list, lacks unit, uncertainty or frame, has an unknown unit, a name
-        twice, a cell that is no number or a coordinate of more than 100 m.
+        The file is no such list, lacks unit, uncertainty or frame, has an unknown unit, a length
+        uncertainty that is no small ratio, a name twice, a cell that is no number or a coordinate
+        of more than 100 m.
     """
     table = read_table(path, ("x", "y", "z"))
     line, unit = table.value("unit", "what unit the coordinates are in")
@@ -116,7 +128,7 @@ def load_reference_points(path: Path | str) -> ReferencePoints:
             f"{table.path}, line {row.line}: a coordinate is more than 100 m.",
             f"Check the unit {unit!r} in the head of the list.",
         )
-    return ReferencePoints(_names(table), positions, sigma, frame)
+    return ReferencePoints(_names(table), positions, sigma, frame, _length_sigma(table))
 
 
 def load_spots(path: Path | str, points: ReferencePoints) -> SpotTable:
@@ -171,6 +183,7 @@ def write_reference_points(points: ReferencePoints) -> bytes:
         "# ocmm reference points",
         "# unit: mm",
         f"# uncertainty: {points.sigma!r}",
+        f"# length uncertainty: {points.length_sigma!r}",
         f"# frame: {points.frame}",
         "name,x,y,z",
     ]
@@ -200,6 +213,21 @@ def _positive(table: Table, key: str, what: str, zero: bool = False) -> float:
             "State what is known of it.",
         )
     return value
+
+
+def _length_sigma(table: Table) -> float:
+    if _LENGTH not in table.head:
+        return 0.0
+    ratio = _positive(table, _LENGTH, "how well lengths are known", zero=True)
+    if ratio > MAX_LENGTH_SIGMA:
+        line, text = table.head[_LENGTH]
+        raise InputError(
+            "table.value",
+            f"{table.path}, line {line}: '{_LENGTH}' is {text}, but is a ratio below "
+            f"{MAX_LENGTH_SIGMA:g}.",
+            "Write 3 um/m as 3e-6.",
+        )
+    return ratio
 
 
 def _names(table: Table) -> tuple[str, ...]:

@@ -63,6 +63,12 @@ def test_inches_and_points_without_names(tmp_path: Path) -> None:
     assert points.names == ("1", "2")
     assert points.positions_world.tolist() == [[25.4, 0.0, 0.0], [0.0, -50.8, 0.0]]
     assert points.sigma == 0.0
+    assert points.length_sigma == 0.0
+
+
+def test_length_uncertainty_is_a_ratio_in_every_unit(tmp_path: Path) -> None:
+    text = "# unit: inch\n# uncertainty: 0\n# Length uncertainty: 3e-6\n# frame: CMM\n"
+    assert points_of(tmp_path, text + "x,y,z\n1,0,0\n").length_sigma == 3e-6
 
 
 @pytest.mark.parametrize(
@@ -70,6 +76,8 @@ def test_inches_and_points_without_names(tmp_path: Path) -> None:
     [
         (HEAD.replace("# unit: mm\n", "") + "x,y,z\n1,2,3\n", "table.head", "'# unit: ...'"),
         (HEAD.replace("0.0017", "-1") + "x,y,z\n1,2,3\n", "table.value", "line 3"),
+        (HEAD + "# length uncertainty: 3\nx,y,z\n1,2,3\n", "table.value", "line 5"),
+        (HEAD + "# length uncertainty: -3e-6\nx,y,z\n1,2,3\n", "table.value", "line 5"),
         (HEAD.replace("0.0017", "2 um") + "x,y,z\n1,2,3\n", "table.number", "line 3"),
         (HEAD.replace("# frame: CMM\n", "") + "x,y,z\n1,2,3\n", "table.head", "frame"),
         (HEAD.replace("mm", "miles") + "x,y,z\n1,2,3\n", "reference_points.unit", "'miles'"),
@@ -143,7 +151,8 @@ def test_what_is_wrong_with_spots(tmp_path: Path, text: str, code: str, words: s
 
 def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
-    points = ReferencePoints(("A", "B"), rng.standard_normal((2, 3)) * 100.0, 0.1 / 3.0, "CMM bed")
+    at = rng.standard_normal((2, 3)) * 100.0
+    points = ReferencePoints(("A", "B"), at, 0.1 / 3.0, "CMM bed", 1e-5 / 3.0)
     uv = rng.standard_normal((2, 2, 2)) * 1000.0
     uv[1, 0] = np.nan
     spots = SpotTable((11, 22), uv, 0.01 / 3.0)
@@ -152,6 +161,7 @@ def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
     back = load_reference_points(tmp_path / "p.csv")
     assert back.names == points.names
     assert (back.sigma, back.frame) == (points.sigma, points.frame)
+    assert back.length_sigma == points.length_sigma
     assert np.array_equal(back.positions_world, points.positions_world)
     there = load_spots(tmp_path / "s.csv", back)
     assert (there.serials, there.sigma_px) == (spots.serials, spots.sigma_px)

@@ -11,10 +11,12 @@ from ocmm_core.calibration.evaluation import error_map, split
 from ocmm_core.calibration.guards import Finding, judge_fit, let_pass
 from ocmm_core.calibration.lens import LensCamera, see
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.relocation_quality import length_sigma
 from ocmm_core.camera.model import N_PARAMETERS, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking.pose import triangulate
+from tests.core.calibration.difficult_lenses import parameter_errors
 from tests.core.calibration.known_points import SIGMA_PX, distorted, observe, rig
 from tests.core.calibration.thesis_volumes import TABLE_1_UM, cost_of, table_1
 
@@ -107,6 +109,26 @@ def test_common_reference_points_couple_the_cameras() -> None:
     # Correlations of 120 samples are known to 0.09; two of these are above 0.3.
     assert np.abs(expected).max() > 0.3
     assert np.abs(correlation - expected).max() < 0.3
+
+
+def test_uncertain_length_of_the_list_is_that_of_all_lengths() -> None:
+    points, spots = observe(rig(), 120, 200.0, 1)
+    off, certain = 1e-5, calibrate_rig(rig(), points, spots)
+    middle = points.positions_world.mean(axis=0)
+    longer = middle + (1.0 + off) * (points.positions_world - middle)
+    moved = calibrate_rig(rig(), replace(points, positions_world=longer), spots)
+    both = zip(moved.cameras, certain.cameras, strict=True)
+    errors = np.concatenate([parameter_errors(a.model, b.model) for a, b in both])
+    uncertain = calibrate_rig(rig(), replace(points, length_sigma=off), spots)
+    grown = uncertain.covariance - certain.covariance
+    # What a list does that is too long by one sigma; the rest is rounding.
+    size = np.sqrt(np.diag(certain.covariance))
+    assert np.abs((grown - np.outer(errors, errors)) / np.outer(size, size)).max() < 1e-5
+    assert np.abs(grown / np.outer(size, size)).max() > 1e-3
+    assert np.array_equal(uncertain.cameras[1].covariance, uncertain.covariance[14:, 14:])
+    box = middle + np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])
+    lengths = [length_sigma(one.applied_to(rig(), "record"), box) for one in (certain, uncertain)]
+    assert np.sqrt(lengths[1] ** 2 - lengths[0] ** 2) == pytest.approx(400.0 * off, rel=1e-3)
 
 
 def test_a_good_calibration_says_what_it_is() -> None:
