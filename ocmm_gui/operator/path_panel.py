@@ -71,12 +71,14 @@ class OwnKeysField(QLineEdit):
     """Esc was pressed."""
 
     def event(self, event: QEvent) -> bool:
+        """Keep every key from the shortcuts of the window."""
         if event.type() is QEvent.Type.ShortcutOverride:
             event.accept()
             return True
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Leave at Esc."""
         if event.key() == Qt.Key.Key_Escape:
             self.left.emit()
             return

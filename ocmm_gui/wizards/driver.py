@@ -30,6 +30,9 @@ from ocmm_core.errors import CalibrationError, OcmmError
 PULL_MS = 50
 """Between two snapshots: pictures and scores of a wizard need not be faster."""
 
+PREDICT_S = 2.0
+"""Between two predictions, at least: each takes a second or some."""
+
 CLOSE_LIMIT_S = 3.0
 """How long a command that is under way may take when the wizard is left."""
 
@@ -96,6 +99,8 @@ class WizardDriver(QObject):
         Where its frames come from.
     calculation
         How its result is calculated.
+    predict
+        Works out how good the result would be by now; None where nothing does.
     clock
         The time of day, with its zone.
     """
@@ -115,6 +120,7 @@ class WizardDriver(QObject):
         procedure: ShownProcedure,
         tap: Tap,
         calculation: Calculation,
+        predict: Callable[[], None] | None = None,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
         parent: QObject | None = None,
     ) -> None:
@@ -122,12 +128,19 @@ class WizardDriver(QObject):
         self._procedure = procedure
         self._tap = tap
         self._calculation = calculation
+        self._predict = predict
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
         self._commands: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
         self._worker: threading.Thread | None = None
+        self._stop = threading.Event()
+        # A prediction of thousands of poses takes seconds, changes nothing but one number, and
+        # cannot be interrupted: nobody waits for it.
+        self._predictor = threading.Thread(
+            target=self._run_predictions, name="ocmm-prediction", daemon=True
+        )
         self._begun_at = 0.0
         self._closed = False
         queued = Qt.ConnectionType.QueuedConnection
@@ -141,6 +154,8 @@ class WizardDriver(QObject):
         """Let the procedure watch, and begin to send snapshots."""
         self._tap(self._procedure.watch)
         self._thread.start()
+        if self._predict is not None:
+            self._predictor.start()
         self._timer.start()
         self._pull()
 
@@ -152,6 +167,7 @@ class WizardDriver(QObject):
         self._timer.stop()
         self._tap(None)
         self._calculation.cancel()
+        self._stop.set()
         self._commands.put(None)
         ended = True
         for thread in (self._thread, self._worker):
@@ -225,6 +241,16 @@ class WizardDriver(QObject):
             except OcmmError as error:
                 self._failed_elsewhere.emit(error)
             self._view = self._procedure.view
+
+    def _run_predictions(self) -> None:
+        """Predict again and again, where something was taken or dropped since the last time."""
+        known = -1
+        while self._predict is not None and not self._stop.wait(PREDICT_S):
+            base = self._view.base
+            count = sum(step.done for step in base.steps)
+            if count != known and base.decision is Decision.OPEN:
+                known = count
+                self._predict()
 
     def _look(self) -> None:
         """Take what is ready, where nobody has to press a key."""

@@ -34,6 +34,8 @@ class StepPage(QWidget):
 
     keys: tuple[str, ...] = ("back", "next")
     """Of the actions that belong to it, in `keys.WIZARD_ACTIONS`."""
+    hands_are_full = False
+    """What is ready is taken without a key from the beginning."""
 
     def show_seen(self, seen: Seen) -> None:
         """Show the snapshot."""
@@ -105,10 +107,9 @@ class CollectPage(StepPage):
         self.beside = _beside(self, self.picture)
         self.side = QVBoxLayout()
         self.side.setSpacing(8)
-        column = QVBoxLayout()
-        column.addWidget(self.score)
-        self.score_panel = panel(column)
-        self.side.addWidget(self.score_panel, 2)
+        self.scores = QVBoxLayout()
+        self.scores.addWidget(self.score)
+        self.side.addWidget(panel(self.scores), 2)
         self.side.addWidget(self.live, 4)
         holder = QWidget()
         self.side.setContentsMargins(0, 0, 0, 0)

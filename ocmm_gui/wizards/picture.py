@@ -200,7 +200,7 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
             items.append(Lines(place.ends_world[None], theme.accent, 6.0))
             items.append(Dots(nests[place.done :], theme.panel, 13.0, theme.accent))
             items.append(Dots(nests[: place.done], theme.good, 13.0, theme.panel))
-            if place.done < place.nests:
+            if place.done < place.nests and place.nests > 2:
                 items.append(Dots(nests[place.done][None], theme.warn, 19.0, theme.text))
                 items.append(Tag(nests[place.done], f"nest {place.done + 1}", theme.warn))
             items.append(Tag(place.ends_world.mean(axis=0), place.name, theme.accent))

@@ -126,6 +126,7 @@ class Runner(QWidget):
         if page is not self._stack.currentWidget() or not self.isVisible():
             self._stack.setCurrentWidget(page)
             self._show_buttons(page)
+            self.driver.set_automatic(page.hands_are_full)
             self.decision.hide()
             self.setFocus()
         self._title.show_text(base.step.title)

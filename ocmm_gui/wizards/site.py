@@ -7,14 +7,18 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
+from typing import TypeVar, get_args
 
 from ocmm_core.calibration.artefacts import load_bar, load_sphere
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.procedure import Decision, Kind
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.procedure_relocation import RelocationProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.records import rig_from_record
 from ocmm_core.calibration.reference_points import load_reference_points
+from ocmm_core.calibration.relocation_data import GeometryMode, LensMode
+from ocmm_core.calibration.relocation_state import World
 from ocmm_core.calibration.session_events import sessions
 from ocmm_core.camera.rig import Rig
 from ocmm_core.documents import resource
@@ -22,6 +26,8 @@ from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.wizards.calculation import ProcessCalculation
 from ocmm_gui.wizards.driver import Calculation, ShownProcedure, Tap
+
+C = TypeVar("C", bound=str)
 
 SESSIONS = "sessions"
 """Folder of the sessions in that of the store."""
@@ -64,12 +70,15 @@ class Field:
         For people.
     proposal
         What stands there at first.
+    choices
+        Values with their words, where only these are possible; the first one is proposed.
     """
 
     key: str
     label: str
     tip: str
     proposal: str = ""
+    choices: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +112,14 @@ class Opened:
         What it starts from.
     calculation
         Of its result.
+    predict
+        Works out how good the result would be by now; None where nothing does.
     """
 
     procedure: ShownProcedure
     rig: Rig
     calculation: Calculation
+    predict: Callable[[], None] | None = None
 
 
 class DirectCalculation:
@@ -155,7 +167,36 @@ FIELDS: Mapping[Kind, tuple[Field, ...]] = {
         _WARMTH,
         Field("points", "Reference points", "The list of positions: unit, uncertainty, points"),
     ),
-    Kind.RELOCATION: (_WHO, _WARMTH, _BAR),
+    Kind.RELOCATION: (
+        _WHO,
+        _WARMTH,
+        _BAR,
+        Field(
+            "world", "World frame", "What the coordinates refer to afterwards",
+            choices=(
+                ("cameras", "stays with the cameras"),
+                ("points", "kept by known control points"),
+                ("set", "set anew by three points"),
+            ),
+        ),
+        Field("control", "Control points", "Their list, if the world is kept by known points"),
+        Field(
+            "lens", "Lenses", "What happens to the lenses",
+            choices=(
+                ("prior", "refined from what is known"),
+                ("fixed", "kept as they are"),
+                ("free", "found anew"),
+            ),
+        ),
+        Field(
+            "geometry", "Probe", "How the LEDs of the probe are known",
+            choices=(
+                ("uncertain", "known to its uncertainty"),
+                ("known", "known exactly"),
+                ("unknown", "not known: the bar alone gives the scale"),
+            ),
+        ),
+    ),
     Kind.VERIFICATION: (
         _WHO,
         _WARMTH,
@@ -202,6 +243,20 @@ def begin(site: WizardSite, kind: Kind, values: Mapping[str, str], now: datetime
             ),
         )  # fmt: skip
     bar = load_bar(_given(values, "bar", "the document of the length bar"))
+    if kind is Kind.RELOCATION:
+        control = None
+        if values["world"] == "points":
+            control = load_reference_points(_given(values, "control", "the control points"))
+        return _opened(
+            site, kind, rig, folder,
+            RelocationProcedure.begin(
+                folder / SESSIONS, rig, site.body, store, bar, now, who=who,
+                temperature_c=temperature, control=control,
+                world=_chosen(values["world"], get_args(World)),
+                lens=_chosen(values["lens"], get_args(LensMode)),
+                geometry=_chosen(values["geometry"], get_args(GeometryMode)),
+            ),
+        )  # fmt: skip
     sphere = values["sphere"].strip()
     return _opened(
         site, kind, rig, folder,
@@ -224,6 +279,8 @@ def resumed(kind: Kind, path: Path, rig: Rig, body: ProbeBody, folder: Path) -> 
     store = CalibrationStore(folder)
     if kind is Kind.KNOWN_POINTS:
         return KnownPointsProcedure.resume(path, rig, store)
+    if kind is Kind.RELOCATION:
+        return RelocationProcedure.resume(path, rig, body, store)
     return VerificationProcedure.resume(path, rig, body, store)
 
 
@@ -274,7 +331,13 @@ def _opened(
     )
     if kind is Kind.VERIFICATION:
         return Opened(procedure, rig, DirectCalculation(procedure))
-    return Opened(procedure, rig, ProcessCalculation(procedure, again))
+    predict = procedure.predict if isinstance(procedure, RelocationProcedure) else None
+    return Opened(procedure, rig, ProcessCalculation(procedure, again), predict)
+
+
+def _chosen(value: str, possible: tuple[C, ...]) -> C:
+    """Return a choice as what it stands for."""
+    return next(one for one in possible if one == value)
 
 
 def _given(values: Mapping[str, str], key: str, what: str) -> Path:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QLineEdit,
@@ -42,9 +44,10 @@ class StartPage(QWidget):
         self._title.setFont(text_font(28, bold=True))
         self._purpose = sentence_label("What it is for", 18)
         self.trouble = sentence_label("Why it cannot begin", 17)
-        self.fields: dict[str, QLineEdit] = {}
-        self._form = QVBoxLayout()
-        self._form.setSpacing(4)
+        self.fields: dict[str, QLineEdit | QComboBox] = {}
+        self._form = QGridLayout()
+        self._form.setVerticalSpacing(8)
+        self._form.setHorizontalSpacing(14)
         self.begin_button = _large("Begin  [Return]", "Begin a new session")
         self.resume_button = _large("Go on  [G]", "Go on with the chosen session")
         self.resume_button.setShortcut("G")
@@ -94,8 +97,8 @@ class StartPage(QWidget):
             self.list.setCurrentRow(0)
             self.list.setFocus()
         else:
-            empty = [field for field in self.fields.values() if not field.text()]
-            (empty or list(self.fields.values()))[0].setFocus()
+            lines = [field for field in self.fields.values() if isinstance(field, QLineEdit)]
+            next((field for field in lines if not field.text()), lines[0]).setFocus()
         self._show_choice()
 
     def show_trouble(self, text: str) -> None:
@@ -120,19 +123,31 @@ class StartPage(QWidget):
             label = QLabel(one.label)
             label.setFont(text_font(15))
             label.setProperty("role", "muted")
-            field = QLineEdit(one.proposal)
+            field = self._choice(one) if one.choices else self._line(one)
             field.setObjectName(one.key)
             field.setAccessibleName(one.label)
             field.setAccessibleDescription(one.tip)
             field.setToolTip(one.tip)
-            field.setPlaceholderText(one.tip)
-            field.setFont(text_font(17))
-            field.setMinimumHeight(40)
-            field.returnPressed.connect(self._begin)
+            field.setFont(text_font(16))
+            field.setMinimumHeight(36)
             label.setBuddy(field)
-            self._form.addWidget(label)
-            self._form.addWidget(field)
+            row = len(self.fields)
+            self._form.addWidget(label, row, 0)
+            self._form.addWidget(field, row, 1)
             self.fields[one.key] = field
+
+    def _line(self, one: Field) -> QLineEdit:
+        field = QLineEdit(one.proposal)
+        field.setPlaceholderText(one.tip)
+        field.returnPressed.connect(self._begin)
+        return field
+
+    @staticmethod
+    def _choice(one: Field) -> QComboBox:
+        field = QComboBox()
+        for value, words in one.choices:
+            field.addItem(words, value)
+        return field
 
     def _new_session(self) -> QWidget:
         column = QVBoxLayout()
@@ -169,7 +184,12 @@ class StartPage(QWidget):
         return self._offers[row] if 0 <= row < len(self._offers) else None
 
     def _begin(self) -> None:
-        self.begun.emit({key: field.text() for key, field in self.fields.items()})
+        self.begun.emit(
+            {
+                key: field.text() if isinstance(field, QLineEdit) else str(field.currentData())
+                for key, field in self.fields.items()
+            }
+        )
 
     def _resume(self) -> None:
         offer = self._offer()

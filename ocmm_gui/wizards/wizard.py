@@ -11,11 +11,13 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core.calibration.procedure import Kind
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.procedure_relocation import RelocationProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.errors import OcmmError
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, Themed
 from ocmm_gui.wizards.driver import WizardDriver
 from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, StepPage
+from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage
 from ocmm_gui.wizards.result_page import ResultPage
 from ocmm_gui.wizards.runner import Runner
 from ocmm_gui.wizards.site import (
@@ -112,7 +114,9 @@ class Wizard(QStackedWidget):
         except OcmmError as error:
             self.start.show_trouble(f"{error.what} {error.remedy}")
             return
-        driver = WizardDriver(opened.procedure, self._site.tap, opened.calculation, self._clock)
+        driver = WizardDriver(
+            opened.procedure, self._site.tap, opened.calculation, opened.predict, self._clock
+        )
         runner = Runner(driver, TITLES[self._kind], _pages(opened), _extra(opened, driver))
         runner.left.connect(self.leave)
         driver.taken.connect(self.taken)
@@ -135,6 +139,14 @@ def _pages(opened: Opened) -> dict[str, StepPage]:
             "prepare": PreparePage(rig),
             "collect": KnownPointsPage(rig, procedure),
             "result": ResultPage(rig, "Errors at points that were held back"),
+        }
+    if isinstance(procedure, RelocationProcedure):
+        return {
+            "prepare": PreparePage(rig),
+            "wave": WavePage(rig),
+            "bar": BarPage(rig),
+            "world": WorldPage(rig),
+            "result": ResultPage(rig, "Misfits of bar and control points"),
         }
     return {
         "prepare": PreparePage(rig),
