@@ -22,8 +22,7 @@ from ocmm_core.calibration.in_use import (
     require_record,
 )
 from ocmm_core.calibration.records import CameraRecord
-from ocmm_core.errors import BusError, CalibrationError, OcmmError
-from ocmm_core.fieldbus.camera_client import read_temperature
+from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.fieldbus.object_access import ObjectAccess
 from ocmm_core.fieldbus.report import BusPhase, BusReport
 from ocmm_core.station.bus_watch import BusWatch
@@ -35,8 +34,6 @@ _KEEP_S = 0.2
 """What was found is given out for so long before it is looked at again."""
 _LOOK_S = 0.05
 _AGAIN_S = 1.0
-_WARMTH_S = 10.0
-"""Cameras warm up within minutes."""
 
 _NOT_ASKED = Obstacle(
     "The cameras were not asked yet which intrinsics they store.",
@@ -75,8 +72,7 @@ class CalibrationWatch:
         self._looked_at = -float("inf")
         self._stored: Obstacle | None = None
         self._asked: tuple[tuple[int, int], ...] | None = None
-        self._again_at = self._warmth_at = -float("inf")
-        self._temperatures_c: tuple[float | None, ...] = ()
+        self._again_at = -float("inf")
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -132,8 +128,9 @@ class CalibrationWatch:
         view = judge(self.in_use, self._clock())
         report = self._bus.report() if self._bus is not None else None
         record = self.in_use.record
-        if record is not None:
-            warmth, warnings = judge_warmth(record, self._temperatures_c)
+        if record is not None and report is not None:
+            temperatures = [camera.temperature_c for camera in report.cameras]
+            warmth, warnings = judge_warmth(record, temperatures)
             view = replace(
                 view, obstacle=view.obstacle or warmth, warnings=(*view.warnings, *warnings)
             )
@@ -156,11 +153,6 @@ class CalibrationWatch:
             report = bus.report()
             if report is None or report.phase is not BusPhase.OPERATION:
                 continue
-            if time.monotonic() >= self._warmth_at:
-                self._warmth_at = time.monotonic() + _WARMTH_S
-                self._temperatures_c = tuple(
-                    _temperature(objects(entry.name)) for entry in record.cameras
-                )
             powered = _powered(report)
             # What is missing may be written meanwhile, by this program or another one.
             settled = self._stored is None or time.monotonic() < self._again_at
@@ -173,14 +165,6 @@ class CalibrationWatch:
             self._again_at = time.monotonic() + _AGAIN_S
             with self._lock:
                 self._stored, self._asked, self._view = stored, powered, None
-
-
-def _temperature(camera: ObjectAccess) -> float | None:
-    try:
-        return read_temperature(camera)
-    except BusError:
-        # What disturbs the bus is told by the bus; an old temperature is none.
-        return None
 
 
 def _powered(report: BusReport) -> tuple[tuple[int, int], ...]:
