@@ -54,7 +54,7 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    names, positions, reference_sigma, frame
+    names, positions, reference_sigma, frame, length_sigma
         The list, as in `ReferencePoints`; mm.
     evaluation
         How many of the points are kept for evaluation.
@@ -68,6 +68,7 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
     positions: tuple[tuple[float, float, float], ...]
     reference_sigma: float
     frame: str
+    length_sigma: float
     evaluation: int
     valid_days: int
     artefacts: tuple[ArtefactUse, ...]
@@ -110,8 +111,9 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
         super().__init__(chain, begun, rig, store)
         self._begun = begun
         self._points = ReferencePoints(
-            begun.names, np.array(begun.positions), begun.reference_sigma, begun.frame
-        )
+            begun.names, np.array(begun.positions), begun.reference_sigma, begun.frame,
+            begun.length_sigma,
+        )  # fmt: skip
         self._taken: list[PointTaken] = []
         self._spots = RestingSpots(rig, 1)
         self._aim: str | None = None
@@ -173,6 +175,7 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
             positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
             reference_sigma=points.sigma,
             frame=points.frame,
+            length_sigma=points.length_sigma,
             evaluation=evaluation,
             valid_days=valid_days,
             artefacts=artefacts,

@@ -32,7 +32,7 @@ def test_the_files_on_the_page_are_read(tmp_path: Path) -> None:
     (tmp_path / "spots.csv").write_text(spots_text, encoding="utf-8")
     points = load_reference_points(tmp_path / "points.csv")
     assert points.positions_world[1].tolist() == [-150.0, -100.0, -200.0]
-    assert points.sigma == pytest.approx(0.0017)
+    assert (points.sigma, points.length_sigma) == (pytest.approx(0.0017), 3e-6)
     assert load_spots(tmp_path / "spots.csv", points).serials == (20330001,)
 
 

@@ -1,0 +1,31 @@
+"""What the guided calibration from known points hands on to the calculation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.camera_network import calibrate_rig
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from tests.core.calibration.known_points import observe, rig
+
+NOW = datetime(2026, 3, 1, 8, tzinfo=UTC)
+
+
+def test_a_session_keeps_all_of_the_list(tmp_path: Path) -> None:
+    points, spots = observe(rig(), 60, 200.0, 1, reference_sigma=0.0017)
+    points = replace(points, length_sigma=3e-5)
+    store = CalibrationStore(tmp_path / "store")
+    begun = KnownPointsProcedure.begin(tmp_path, rig(), store, points, NOW, who="Ada")
+    begun.take_table(spots, NOW)
+    again = KnownPointsProcedure.resume(begun.base.session, rig(), store)
+    again.compute()
+    outcome = again.view.outcome
+    assert outcome is not None
+    expected = calibrate_rig(rig(), points, spots)
+    assert np.array_equal(np.array(outcome.record.covariance), expected.covariance)
+    assert outcome.record.cameras[0].focal == expected.cameras[0].model.focal
