@@ -95,6 +95,7 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
         self._begun = begun
         self._state = RelocationState(rig, body, begun)
         self._length_sigma: float | None = None
+        self._predicted = -1
         self._wave = ProbeSpots(
             rig,
             body,
@@ -240,9 +241,12 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
     def predict(self) -> None:
         """Work out how well a length would be known with what was collected so far.
 
-        Takes a fraction of a second, and says nothing as long as the observations do not suffice.
+        Takes a second or some, and says nothing as long as the observations do not suffice.
         """
         with self._lock:
+            version = self._version
+            if version == self._predicted:
+                return
             observed, options = self._state.observations(), self._state.options()
             rig, body, begun = self.rig, self._state.body, self._begun
         try:
@@ -252,7 +256,7 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
         except OcmmError:
             sigma = None
         with self._lock:
-            self._length_sigma = sigma
+            self._length_sigma, self._predicted = sigma, version
 
     def take_pose(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Take recorded spots (C, L, 2), px, of the waved probe."""

@@ -13,6 +13,7 @@ import typer
 
 from ocmm_core import __version__
 from ocmm_core.cli.bus import bus_app
+from ocmm_core.cli.calibrate import calibrate_app
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
 from ocmm_core.cli.options import (
@@ -35,6 +36,7 @@ from ocmm_core.cli.options import (
 )
 from ocmm_core.cli.rig import rig_app
 from ocmm_core.cli.truth import true_values
+from ocmm_core.cli.write_cameras import write_cameras
 
 app = typer.Typer(
     name="ocmm",
@@ -50,6 +52,8 @@ app = typer.Typer(
 )
 app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
+app.add_typer(calibrate_app, name="calibrate")
+calibrate_app.command()(write_cameras)
 
 
 class Theme(StrEnum):

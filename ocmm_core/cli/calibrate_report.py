@@ -1,0 +1,135 @@
+"""What a calibration or verification found, on the terminal."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.outcome import CalibrationOutcome, Comparison, VerificationOutcome
+from ocmm_core.errors import OcmmError
+
+
+def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
+    """Print cameras, residuals, errors and what changes."""
+    record = outcome.record
+    table = Table(title=f"{record.rig}: {record.method}", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("Camera", "Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out"):
+        table.add_column(name, justify="left" if name == "Camera" else "right", no_wrap=True)
+    for camera, left in zip(record.cameras, outcome.residuals, strict=True):
+        rms = float(np.sqrt(np.mean(left.residuals_px[left.used] ** 2)))
+        table.add_row(
+            camera.name, str(camera.serial), f"{camera.focal:.4f}", f"{camera.u0_px:.2f}",
+            f"{camera.v0_px:.2f}", f"{rms:.4f}", str(len(left.used)), str(int((~left.used).sum())),
+        )  # fmt: skip
+    console.print(table)
+    _say(
+        console,
+        f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per degree of "
+        f"freedom, {record.points} points or poses.",
+    )
+    if record.outliers:
+        shown = ", ".join(record.outliers[:5])
+        more = f" and {len(record.outliers) - 5} more" if len(record.outliers) > 5 else ""
+        _say(console, f"Left out: {shown}{more}.")
+    if len(outcome.errors_world):
+        x, y, z = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
+        _say(
+            console,
+            f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, {z:.1f} um "
+            f"RMS per axis.",
+        )
+    for warning in outcome.warnings:
+        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+    if outcome.comparison is not None:
+        _print_comparison(console, outcome.comparison)
+
+
+def print_verification(console: Console, outcome: VerificationOutcome) -> None:
+    """Print every check against its limit, and the verdict."""
+    record = outcome.record
+    table = Table(title="Verification", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Check", no_wrap=True)
+    for name in ("Certified", "Measured", "E um", "U um", "Limit um"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for check in record.checks:
+        table.add_row(
+            check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
+            f"{1e3 * check.error_mm:+.1f}", f"{1e3 * check.expanded_mm:.1f}",
+            f"{1e3 * check.limit_mm:.1f}",
+        )  # fmt: skip
+    console.print(table)
+    worst = record.checks[outcome.largest]
+    _say(
+        console,
+        f"Nearest to its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
+        f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um.",
+    )
+    _say(console, f"Rule: {record.rule}.")
+    for warning in outcome.warnings:
+        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+    verdict = "[green]PASSED[/]" if record.passed else "[bold red]FAILED[/]"
+    console.print(f"Verdict  {verdict}")
+
+
+def print_standing(console: Console, store: CalibrationStore, now: datetime) -> bool:
+    """Print the state of the calibration in force; return whether it may be used."""
+    try:
+        standing = store.standing(now)
+        record = store.active()
+    except OcmmError as error:
+        _say(console, f"State    none. {error.what} {error.remedy}")
+        return False
+    _say(console, f"State    {standing.state.value}")
+    if standing.reason:
+        _say(console, f"         {standing.reason} {standing.remedy}")
+    if standing.since_utc:
+        _say(console, f"         Points since {standing.since_utc[:19]} UTC are in doubt.")
+    if record is not None:
+        _say(
+            console,
+            f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} UTC "
+            f"by {record.made_by}, valid until {record.valid_until_utc[:10]}",
+        )
+    return standing.state.usable
+
+
+def print_history(console: Console, store: CalibrationStore) -> None:
+    """Print what happened to the calibrations of a rig, oldest first."""
+    table = Table(title="History", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("UTC", "Calibration", "What", "Who", "Reason"):
+        table.add_column(name, no_wrap=name != "Reason")
+    for event in store.events:
+        table.add_row(
+            event.utc[:19], event.calibration[:12], event.kind.value, event.who, event.reason
+        )
+    console.print(table)
+
+
+def _print_comparison(console: Console, found: Comparison) -> None:
+    _say(
+        console,
+        f"Against the calibration in force: the frame moved by {found.moved_mm:.2f} mm and turned "
+        f"by {np.degrees(found.turned_rad):.3f} degrees.",
+    )
+    for camera in found.cameras:
+        _say(
+            console,
+            f"  {camera.name}: besides that {camera.shift_mm:.3f} mm and "
+            f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um.",
+        )
+    largest = 1e3 * float(np.linalg.norm(found.differences_world, axis=1).max())
+    _say(
+        console,
+        f"  With the old one points of the volume would be up to {largest:.0f} um off; a length is "
+        f"known to {1e3 * found.length_sigma_after_mm:.1f} um (before: "
+        f"{1e3 * found.length_sigma_before_mm:.1f} um, standard uncertainty).",
+    )
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, highlight=False, soft_wrap=True)
