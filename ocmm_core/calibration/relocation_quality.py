@@ -17,7 +17,9 @@ _TRIES = 100_000
 
 
 def random_lines(volume_world: Float, length: float, lines: int, seed: int) -> Float:
-    """Return the ends (lines, 2, 3), mm, of lines of one length in any direction in a box (2, 3).
+    """Return the ends (lines, 2, 3), mm, of lines of one length in a box (2, 3).
+
+    Anywhere and in any direction, all placements that fit being equally likely.
 
     Raises
     ------
@@ -28,18 +30,17 @@ def random_lines(volume_world: Float, length: float, lines: int, seed: int) -> F
     low, high = volume_world
     directions = rng.standard_normal((_TRIES, 3))
     arms = 0.5 * length * directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    room = high - low - 2.0 * np.abs(arms)
-    arms = arms[(room >= 0.0).all(axis=1)][:lines]
-    if len(arms) < lines:
+    centres = low + rng.random((_TRIES, 3)) * (high - low)
+    inside = np.minimum(centres - np.abs(arms) - low, high - centres - np.abs(arms)).min(axis=1)
+    fits = np.flatnonzero(inside >= 0.0)[:lines]
+    if len(fits) < lines:
         raise CalibrationError(
             "relocation.small_volume",
             f"A length of {length:g} mm does not fit into the volume of "
             f"{' x '.join(f'{side:.0f}' for side in high - low)} mm.",
             "Take a shorter length, or a larger volume.",
         )
-    # Every direction that fits, at any place where it fits.
-    centres = low + np.abs(arms) + rng.random((lines, 3)) * (high - low - 2.0 * np.abs(arms))
-    return np.stack([centres - arms, centres + arms], axis=1)
+    return np.stack([(centres - arms)[fits], (centres + arms)[fits]], axis=1)
 
 
 def length_sigma(

@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from ocmm_core.calibration.bundle_state import BundleState
 from ocmm_core.calibration.relocation_data import (
+    KeptByCameras,
     LengthBar,
     Observations,
     ProbeFrames,
+    Relocation,
     ShownBar,
     TouchedBar,
 )
+from ocmm_core.calibration.relocation_frame import motion_to_world
 from ocmm_core.calibration.relocation_quality import random_lines
-from ocmm_core.camera.model import CameraModel, on_sensor, project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS, CameraModel, on_sensor, project
+from ocmm_core.camera.rig import CalibrationDesign, Rig, known_points_covariance, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Pixels, Points3, rotation_from_vector, rotation_xyz
 from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.tracking.pose import triangulate
 
 SIGMA_PX = 0.0105
-LED_SIGMA = 0.001
+LED_SIGMA = 0.0005
+"""mm; what a calibration of the probe with thousands of poses leaves."""
+
 VOLUME = np.array([[-200.0, -150.0, -200.0], [200.0, 150.0, 200.0]])
 TILTS = np.radians([45.0, 30.0, 45.0])
 BAR = LengthBar("bar", 400.0, 0.001)
@@ -31,10 +41,10 @@ def rig() -> Rig:
     return load_rig(resource("rigs", "thesis.toml"))
 
 
-def probe() -> ProbeBody:
-    """Return the probe of the thesis, its LEDs known to `LED_SIGMA`."""
+def probe(led_sigma: float = LED_SIGMA) -> ProbeBody:
+    """Return the probe of the thesis, its LEDs known to ``led_sigma``, mm per axis."""
     body = load_probe(resource("probes", "thesis.toml"))
-    sigmas = np.concatenate([np.full(body.leds_probe.size, LED_SIGMA), np.full(3, 0.002)])
+    sigmas = np.concatenate([np.full(body.leds_probe.size, led_sigma), np.full(3, 0.002)])
     return replace(body, geometry_covariance=np.diag(sigmas**2))
 
 
@@ -132,6 +142,83 @@ def observe(true: World, frames: int, placements: int = 10) -> Observations:
     """Return a waved probe and a shown bar."""
     waved = true.waved(frames)
     return Observations(waved, (true.shown(placements),) if placements else ())
+
+
+def as_known_before(true: Rig, points: int = 400, depth: float = 200.0) -> Rig:
+    """Return the rig with the covariance of a calibration from points in 400 x depth x 400 mm."""
+    low, high = np.array([-200.0, -0.5 * depth, -200.0]), np.array([200.0, 0.5 * depth, 200.0])
+    design = CalibrationDesign(
+        method="known points",
+        points=points,
+        volume_min=(low[0], low[1], low[2]),
+        volume_max=(high[0], high[1], high[2]),
+        spot_sigma_px=SIGMA_PX,
+        reference_sigma=0.0,
+    )
+    count = len(true.cameras)
+    covariance = np.zeros((N_PARAMETERS * count,) * 2)
+    for index, camera in enumerate(true.cameras):
+        part = slice(N_PARAMETERS * index, N_PARAMETERS * (index + 1))
+        covariance[part, part] = known_points_covariance(Path("design"), camera, design)
+    return replace(true, parameter_covariance=covariance)
+
+
+def with_lens_errors(known: Rig, rng: np.random.Generator) -> Rig:
+    """Return the rig with lenses that are wrong as its covariance says, and the same places."""
+    cameras = []
+    for index, camera in enumerate(known.cameras):
+        lens = slice(N_PARAMETERS * index + 6, N_PARAMETERS * (index + 1))
+        covariance = known.parameter_covariance[lens, lens]
+        scale = np.sqrt(covariance.diagonal())
+        root = np.linalg.cholesky(covariance / np.outer(scale, scale))
+        change = np.zeros(N_PARAMETERS)
+        change[6:] = scale * (root @ rng.standard_normal(N_PARAMETERS - 6))
+        cameras.append(camera.perturbed(change))
+    return replace(known, cameras=tuple(cameras))
+
+
+def length_errors(true: Rig, found: Rig, lines: int = 200) -> Float:
+    """Return the errors (lines,), mm, of lengths of 400 mm in the volume, without noise."""
+    ends = random_lines(VOLUME, BAR.length, lines, 0)
+    spots = np.stack([project(camera, ends.reshape(-1, 3)) for camera in true.cameras])
+    measured = triangulate(found, spots).reshape(-1, 2, 3)
+    errors: Float = np.linalg.norm(measured[:, 1] - measured[:, 0], axis=1) - BAR.length
+    return errors
+
+
+def parameter_errors(true: Sequence[CameraModel], found: Sequence[CameraModel]) -> Float:
+    """Return by how much the found cameras differ, (14 C,), in the order of `PARAMETERS`."""
+    errors = []
+    for right, mine in zip(true, found, strict=True):
+        was, now = right.T_camera_from_world, mine.T_camera_from_world
+        turn = Rotation.from_matrix(now.rotation @ was.rotation.T).as_rotvec()
+        lens = [getattr(mine, name) - getattr(right, name) for name in PARAMETERS[6:]]
+        errors.append(np.concatenate([turn, now.translation - was.translation, lens]))
+    return np.concatenate(errors)
+
+
+def normalised_square(true: World, found: Relocation) -> float:
+    """Return the squared error of all cameras over its covariance and its rank: one if honest.
+
+    Only what does not depend on the choice of the world is compared: the true cameras are laid onto
+    the found ones, and motions of everything are projected out.
+    """
+    truth = _cameras_alone(true, true.rig.cameras)
+    near = truth.in_world(motion_to_world(KeptByCameras(), (), truth, found.cameras))
+    errors = parameter_errors(near.cameras, found.cameras)
+    scale = np.sqrt(found.covariance.diagonal())
+    motions = _cameras_alone(true, found.cameras).world_motions()[: len(errors)]
+    shapes = np.linalg.qr(motions / scale[:, None], mode="complete")[0][:, 6:]
+    reduced = shapes.T @ (found.covariance / np.outer(scale, scale)) @ shapes
+    rest = shapes.T @ (errors / scale)
+    return float(rest @ np.linalg.solve(reduced, rest) / len(rest))
+
+
+def _cameras_alone(true: World, cameras: tuple[CameraModel, ...]) -> BundleState:
+    return BundleState(
+        cameras, true.leds, true.tip, np.zeros((0, 3)), np.zeros(0),
+        np.eye(3)[None], np.zeros((1, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3)),
+    )  # fmt: skip
 
 
 def disturbed(rig: Rig, rng: np.random.Generator, lenses: bool = True) -> Rig:
