@@ -6,8 +6,11 @@ import re
 from pathlib import Path
 
 import pytest
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from ocmm_core.calibration.reference_points import load_reference_points, load_spots
+from ocmm_core.cli.calibrate import calibrate_app
 
 _ROOT = Path(__file__).resolve().parents[3]
 _PAGE = _ROOT / "docs" / "calibration.md"
@@ -32,8 +35,20 @@ def test_the_files_on_the_page_are_read(tmp_path: Path) -> None:
     (tmp_path / "spots.csv").write_text(spots_text, encoding="utf-8")
     points = load_reference_points(tmp_path / "points.csv")
     assert points.positions_world[1].tolist() == [-150.0, -100.0, -200.0]
-    assert (points.sigma, points.length_sigma) == (pytest.approx(0.0017), 3e-6)
+    assert points.sigma == pytest.approx(0.0017)
+    assert points.length_sigma == 3e-6
     assert load_spots(tmp_path / "spots.csv", points).serials == (20330001,)
+
+
+def test_what_the_page_tells_to_type_is_understood() -> None:
+    page = _PAGE.read_text(encoding="utf-8")
+    group = get_command(calibrate_app)
+    assert isinstance(group, TyperGroup)
+    lines = re.findall(r"^ocmm calibrate (\S+) (.*)$", page, re.MULTILINE)
+    assert {name for name, _ in lines} == {"cameras", "relocate", "verify"}
+    for name, rest in lines:
+        known = {text for one in group.commands[name].params for text in one.opts}
+        assert set(re.findall(r"--\S+", rest)) <= known, name
 
 
 def test_what_the_page_points_to_exists() -> None:
