@@ -1,0 +1,127 @@
+"""A virtual rig with a store of calibrations, for the tests of guided procedures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.artefacts import LengthBar, Sphere, load_bar, load_sphere
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.procedure import Procedure
+from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
+from ocmm_core.camera.model import project
+from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
+from ocmm_core.documents import resource
+from ocmm_core.simulation.calibrating import CalibratingRig, FrameMove, Scene
+from ocmm_core.tracking.body import ProbeBody, load_probe
+
+SEED = 3
+BEGIN = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)
+RIG_DOCUMENT = resource("rigs", "recommended.toml")
+PROBE_DOCUMENT = resource("probes", "standard.toml")
+
+
+class Clock:
+    """A clock of its own: every look is a tenth of a second later."""
+
+    def __init__(self) -> None:
+        self._looks = 0
+
+    def __call__(self) -> datetime:
+        self._looks += 1
+        return BEGIN + timedelta(seconds=0.1 * self._looks)
+
+
+@dataclass(slots=True)
+class Bench:
+    """Rig, probe, artefacts and an empty store in a folder."""
+
+    folder: Path
+    now: Clock
+    rig: Rig
+    body: ProbeBody
+    bar: LengthBar
+    sphere: Sphere
+
+    @classmethod
+    def at(cls, folder: Path) -> Bench:
+        return cls(
+            folder,
+            Clock(),
+            load_rig(RIG_DOCUMENT),
+            load_probe(PROBE_DOCUMENT),
+            load_bar(resource("artefacts", "bar.toml")),
+            load_sphere(resource("artefacts", "sphere.toml")),
+        )
+
+    @property
+    def sessions(self) -> Path:
+        return self.folder / "sessions"
+
+    def store(self) -> CalibrationStore:
+        return CalibrationStore(self.folder / "store")
+
+    def virtual(self, *scenes: Scene, move: int | None = None) -> CalibratingRig:
+        moved = None if move is None else FrameMove(seed=move)
+        return CalibratingRig(self.rig, self.body, scenes, SEED, moved=moved)
+
+    def points(self, n: int = 100) -> ReferencePoints:
+        """Return a list of points in the whole volume."""
+        low, high = self.rig.volume_world
+        positions = np.random.default_rng(1).uniform(low, high, (n, 3))
+        return ReferencePoints(tuple(f"P{i:03d}" for i in range(n)), positions, 0.0017, "CMM")
+
+    def spots(self, points: ReferencePoints, shift_mm: float = 0.0) -> SpotTable:
+        """Return what the virtual cameras see of a list, as a table; all points moved in X."""
+        rng = np.random.default_rng(2)
+        true = points.positions_world + points.sigma * rng.standard_normal((len(points.names), 3))
+        cameras = self.virtual().world.cameras
+        uv = np.stack([project(camera, true + [shift_mm, 0.0, 0.0]) for camera in cameras])
+        uv += 0.0105 * rng.standard_normal(uv.shape)
+        return SpotTable(tuple(camera.serial for camera in cameras), uv, 0.0105)
+
+    def calibrated(self, n: int = 250) -> Rig:
+        """Put a calibration from known points in force and return the rig with it."""
+        procedure = self.known_points(n)
+        procedure.take_table(self.spots(self.points(n)), self.now())
+        procedure.compute()
+        procedure.accept(self.now(), "first")
+        outcome = procedure.view.outcome
+        assert outcome is not None
+        return outcome.rig
+
+    def known_points(self, n: int = 100) -> KnownPointsProcedure:
+        return KnownPointsProcedure.begin(
+            self.sessions, self.rig, self.store(), self.points(n), self.now(), who="technician"
+        )
+
+    def verified_scenes(
+        self, procedure: VerificationProcedure, spheres: tuple[Sphere, ...] = (),
+        move: int | None = None,
+    ) -> tuple[Scene, ...]:  # fmt: skip
+        site = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, move)
+        return scenes_of_verification(site, procedure.rig, procedure.view, self.bar, spheres)
+
+
+def show(
+    procedure: Procedure, rig: CalibratingRig, now: Clock, *, at_most: int | None = None
+) -> int:
+    """Show all frames of a rig to a procedure, take what is ready, and return how much it was."""
+    taken = 0
+    last = len(procedure.base.steps) - 1
+    for first in range(0, rig.n_frames, 80):
+        view = procedure.base
+        while view.current < last and view.step.gate.open:
+            procedure.advance(now())
+            view = procedure.base
+        procedure.watch(rig.frames(first, min(80, rig.n_frames - first)))
+        if procedure.base.live.ready and (at_most is None or taken < at_most):
+            procedure.take(now())
+            taken += 1
+    return taken
