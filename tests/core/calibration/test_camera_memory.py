@@ -13,7 +13,7 @@ from ocmm_core.calibration.camera_memory import (
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.profile_objects import CALIBRATION
-from tests.core.calibration.test_records_history import make_record
+from tests.core.calibration.made_records import make_record
 from tests.core.fieldbus.direct_camera import DirectCamera
 
 RECORD = make_record()

@@ -25,7 +25,7 @@ from ocmm_core.calibration.records import record_hash
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from tests.core.calibration.test_records_history import MADE, make_record, make_verification
+from tests.core.calibration.made_records import MADE, make_record, make_verification
 
 DOCUMENT = resource("rigs", "recommended.toml")
 LATER = MADE + timedelta(days=1)

@@ -11,7 +11,7 @@ import pytest
 from ocmm_core.calibration.records import rig_from_record
 from ocmm_core.calibration.trends import trends
 from ocmm_core.camera.model import N_PARAMETERS
-from tests.core.calibration.test_records_history import (
+from tests.core.calibration.made_records import (
     MADE,
     RIG,
     make_record,

@@ -16,7 +16,7 @@ from ocmm_core.cli.compose import StationRequest, script_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.source import SimulatedSource
-from tests.core.calibration.test_records_history import make_record, make_verification
+from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.cli.conftest import Ocmm
 
 QUICK = resource("plans", "quick.toml")

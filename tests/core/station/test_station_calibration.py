@@ -22,7 +22,7 @@ from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.simulation.virtual_bus import namespace_command
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tolerances.result import Verdict
-from tests.core.calibration.test_records_history import make_record, make_verification
+from tests.core.calibration.made_records import make_record, make_verification
 
 Build = Callable[..., BuiltStation]
 

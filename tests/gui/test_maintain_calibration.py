@@ -22,7 +22,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.theme import THEMES
-from tests.core.calibration.test_records_history import make_record, make_verification
+from tests.core.calibration.made_records import make_record, make_verification
 
 PATIENCE_MS = 20_000
 NOW = datetime.now(UTC)
