@@ -9,18 +9,15 @@ import numpy as np
 
 from ocmm_core.calibration.camera_network import calibrate_rig
 from ocmm_core.calibration.evaluation import axis_errors, error_map, split, subset
-from ocmm_core.calibration.relocation_quality import random_lines
 from ocmm_core.camera.model import PARAMETERS, project
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking.pose import triangulate
 from tests.core.calibration.known_points import SIGMA_PX, observe, rig, slab
+from tests.core.calibration.waved_probe import length_errors
 
 TABLE_1_UM = np.array([4.6, 22.7, 4.6])
 """Thesis, along x, y (depth) and z."""
-
-MEASURED = np.array([[-200.0, -150.0, -200.0], [200.0, 150.0, 200.0]])
-"""Volume in which the field procedure is compared, mm."""
 
 _NODES = np.array([6, 6, 6])
 
@@ -36,7 +33,7 @@ class Cost:
     predicted_um
         (h, 3): by the calibrations' own error maps.
     length_um
-        Of lengths of 400 mm anywhere in `MEASURED`.
+        Of lengths of 400 mm anywhere in `waved_probe.VOLUME`.
     focal_sigma_um
         Of the focal length.
     """
@@ -75,7 +72,7 @@ def cost_of(depth: float, half_depths: Sequence[float], runs: int) -> Cost:
         calibration = calibrate_rig(truth, *observe(truth, 200, depth, seed), force=True)
         calibrated = calibration.applied_to(truth, "depth")
         focal[seed] = calibration.cameras[0].covariance[(PARAMETERS.index("focal"),) * 2]
-        lengths[seed] = _length_square(truth, calibrated, seed)
+        lengths[seed] = np.mean(length_errors(truth, calibrated) ** 2)
         for index, half in enumerate(half_depths):
             found[seed, index] = _found(truth, calibrated, half, seed)
             predicted[seed, index] = _predicted(calibrated, half)
@@ -92,14 +89,6 @@ def _found(truth: Rig, calibrated: Rig, half: float, seed: int) -> Float:
     exact = np.stack([project(camera, points) for camera in truth.cameras])
     squares: Float = np.mean((triangulate(calibrated, exact) - points) ** 2, axis=0)
     return squares
-
-
-def _length_square(truth: Rig, calibrated: Rig, seed: int) -> float:
-    ends = random_lines(MEASURED, 400.0, 200, seed)
-    exact = np.stack([project(camera, ends.reshape(-1, 3)) for camera in truth.cameras])
-    located = triangulate(calibrated, exact).reshape(ends.shape)
-    lengths = np.linalg.norm(located[:, 1] - located[:, 0], axis=1)
-    return float(np.mean((lengths - 400.0) ** 2))
 
 
 def _predicted(calibrated: Rig, half: float) -> Float:
