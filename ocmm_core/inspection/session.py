@@ -20,6 +20,14 @@ from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.quarantine import (
+    HELD,
+    RELEASED,
+    event_text,
+    feature_note,
+    held_back,
+    with_doubt,
+)
 from ocmm_core.inspection.single_points import compensate_by_plan
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
@@ -90,8 +98,11 @@ class InspectionSession:
         }
         self._done: set[str] = set()
         self._refusal: Refusal | None = None
-        notes = [event.text for event in job.events() if event.kind == _UNCALIBRATED]
+        events = job.events()
+        notes = [event.text for event in events if event.kind == _UNCALIBRATED]
         self._unproven = notes[-1] if notes else ""
+        self._held = held_back(events)
+        self._first_own = job.next_number()
         for feature in plan.features:
             if self._count(feature.name) >= feature.points:
                 self._done.add(feature.name)
@@ -134,6 +145,52 @@ class InspectionSession:
                 self._job.append_event(_UNCALIBRATED, unproven)
                 self._unproven = unproven
             self._view = None
+
+    def hold_back(self, since_s: float | None, reason: str) -> list[int]:
+        """Hold back the points that were taken since a moment of this run, and return them.
+
+        Parameters
+        ----------
+        since_s
+            Bus time, s; None for all points of this run.
+        reason
+            A sentence.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable; the points are held back until the program ends.
+        """
+        with self._lock:
+            numbers = [
+                point.number
+                for point in self._points
+                # Points of earlier runs have times of another clock.
+                if point.number >= self._first_own
+                and point.number not in self._held
+                and (since_s is None or point.time_s >= since_s)
+            ]
+            self._held |= dict.fromkeys(numbers, reason)
+            self._view = None
+            if numbers:
+                self._job.append_event(HELD, event_text(numbers, reason))
+            return numbers
+
+    def release(self, reason: str) -> list[int]:
+        """Let all points of this run count again that were held back, and return them.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable; they stay held back.
+        """
+        with self._lock:
+            numbers = [number for number in self._held if number >= self._first_own]
+            if numbers:
+                self._job.append_event(RELEASED, event_text(numbers, reason))
+                self._held = {k: v for k, v in self._held.items() if k not in numbers}
+                self._view = None
+            return numbers
 
     def take_touch(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
         """Turn a touch into a durable point of the active feature, or say why not.
@@ -194,6 +251,9 @@ class InspectionSession:
             self._append(
                 replace(last, number=number, direction=-last.direction, approach="flipped")
             )
+            if last.number in self._held:
+                self._held[number] = self._held[last.number]
+                self._job.append_event(HELD, event_text([number], self._held[number]))
             self._view = None
 
     def finish(self) -> None:
@@ -371,6 +431,9 @@ class InspectionSession:
                 strict=True,
             )
         )
+        results = tuple(
+            with_doubt(result, self._plan, self._points, self._held) for result in results
+        )
         if self._unproven:
             results = tuple(not_proven(result, self._unproven) for result in results)
         return JobView(
@@ -386,6 +449,7 @@ class InspectionSession:
             refusal=self._refusal,
             complete=not self._active,
             unproven=self._unproven,
+            held=tuple(point.number for point in self._points if point.number in self._held),
         )
 
     def _checked_features(self) -> dict[str, ActualFeature | FitError]:
@@ -437,7 +501,11 @@ class InspectionSession:
             points=tuple(point for point in self._points if point.feature == nominal.name),
             fit=actual.fit if isinstance(actual, ActualFeature) else None,
             verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fitted else None,
-            note=actual.what if isinstance(actual, FitError) else "",
+            note=(
+                actual.what
+                if isinstance(actual, FitError)
+                else feature_note(nominal.name, self._points, self._held)
+            ),
         )
 
 

@@ -90,7 +90,7 @@ class FeatureView:
     verdict
         Worst verdict of the characteristics that rest on it; None where there is none yet.
     note
-        Why there is no fit, or empty.
+        Why there is no fit, or why its points prove nothing; else empty.
     """
 
     name: str
@@ -123,6 +123,8 @@ class JobView:
         Every feature is done.
     unproven
         Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can.
+    held
+        Numbers of the points that are held back: what rests on them is NOT PROVEN.
     """
 
     job: str
@@ -134,3 +136,4 @@ class JobView:
     refusal: Refusal | None
     complete: bool
     unproven: str = ""
+    held: tuple[int, ...] = ()
