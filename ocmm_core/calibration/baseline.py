@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from ocmm_core.calibration.change_rows import Belief, spot_rows
 from ocmm_core.calibration.looks import Look, PatternMap
@@ -33,6 +33,8 @@ _HELD_OUT = 5
 _STRETCH = 50
 _MOST_LEFT = 0.5
 """Maps that leave more than this share of the pattern are not worth having."""
+_CAUTION = 1.3
+"""What is left is not normal: some places are held much worse than most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +108,8 @@ def pattern_maps(rig: Rig, maps: Sequence[ResidualMap], left_px: float) -> tuple
     maps
         One for each camera.
     left_px
-        What they leave over where spots were; with the distance from there it grows to the whole
+        What they leave over where spots were as dense as they were for the typical one. It is more
+        where they were fewer, and with the distance from the last of them it grows to the whole
         pattern. Cells longer than the pattern hold nothing of it.
     """
     return tuple(
@@ -127,7 +130,13 @@ def _pattern_map(
     if float(cell.max()) < noise.pattern_length_px and count.any():
         apart = np.asarray(distance_transform_edt(count == 0, sampling=cell[::-1]))
         beyond = np.maximum(apart - cell.max(), 0.0) / noise.pattern_length_px
-        left = np.minimum(left_px**2 + whole * (1.0 - np.exp(-(beyond**2))), whole)
+        # Spots within the length of the pattern speak for a place, the near ones most.
+        reach = noise.pattern_length_px / np.sqrt(2.0) / cell[::-1]
+        density = np.asarray(gaussian_filter(count.astype(np.float64), reach))
+        typical = np.median(np.repeat(density.ravel(), count.ravel()))
+        fewer = np.maximum(typical / np.maximum(density, 1e-9), 1.0)
+        here = np.minimum((_CAUTION * left_px) ** 2 * fewer, whole)
+        left = np.minimum(here + whole * (1.0 - np.exp(-(beyond**2))), whole)
     return PatternMap(cell, mean.reshape(2, *shape).transpose(1, 2, 0), np.sqrt(left))
 
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.sparse import csr_array
 
 from ocmm_core.calibration.change_rows import (
     CAMERA_CHANGES,
@@ -118,11 +119,12 @@ def score_changes(
     """
     system = _System.of(looks, rig, body, belief, floor_px)
     normal = system.without_poses()
-    blocks = system.blocks
-    nuisance = np.arange(blocks["cameras"].start, blocks["probe"].stop)
+    n_poses = system.blocks["poses"].stop
+    first_of = {name: block.start - n_poses for name, block in system.blocks.items()}
+    nuisance = slice(first_of["cameras"], first_of["common"])
     # Uncertain calibration and probe in units of their own prior: x = factor z, z ~ N(0, 1).
     factor = belief.factor()
-    inner = factor.T @ normal[np.ix_(nuisance, nuisance)] @ factor + np.eye(factor.shape[1])
+    inner = factor.T @ normal[nuisance, nuisance] @ factor + np.eye(factor.shape[1])
     outer = normal[:, nuisance] @ factor
     marginal = normal - outer @ cho_solve(cho_factor(inner), outer.T)
 
@@ -134,7 +136,7 @@ def score_changes(
 
     cameras, motions, lenses, axes = [], [], [], []
     for c, camera in enumerate(rig.cameras):
-        first = blocks["cameras"].start + c * N_PARAMETERS
+        first = first_of["cameras"] + c * N_PARAMETERS
         columns = camera_changes(camera)
         cameras.append(change(first, columns, _UNITS))
         motions.append(change(first, columns[:, :N_MOTIONS], _UNITS[:N_MOTIONS]))
@@ -143,10 +145,9 @@ def score_changes(
             [change(first, columns[:, [j]], _UNITS[[j]]) for j in range(len(CAMERA_CHANGES))]
         )
     place = np.full(3, _LED_UNIT)
-    probe = blocks["probe"].start
     common = None
     if system.anchored:
-        common = change(blocks["common"].start, np.eye(N_MOTIONS), _UNITS[:N_MOTIONS])
+        common = change(first_of["common"], np.eye(N_MOTIONS), _UNITS[:N_MOTIONS])
     return Scores(
         chi2=float(marginal[-1, -1]),
         dof=system.rows - 6 * len(looks),
@@ -155,7 +156,9 @@ def score_changes(
         lenses=tuple(lenses),
         axes=np.array([[item.score for item in row] for row in axes]),
         axis_sizes=np.array([[item.size[0] for item in row] for row in axes]),
-        leds=tuple(change(probe + 3 * led, np.eye(3), place) for led in range(body.n_leds)),
+        leds=tuple(
+            change(first_of["probe"] + 3 * led, np.eye(3), place) for led in range(body.n_leds)
+        ),
         common=common,
     )
 
@@ -198,9 +201,8 @@ class _System:
         rows = 0
         for c in range(len(rig.cameras)):
             spots = spot_rows(looks, rig, body, c)
-            whitened = _camera_rows(spots, rig, c, floor_px, blocks, width)
-            normal += whitened.T @ whitened
-            rows += len(whitened)
+            _add_camera(normal, spots, rig, c, floor_px, blocks)
+            rows += 2 * len(spots.look)
         anchored = False
         for k, look in enumerate(looks):
             if look.known_tip_world is None or look.known_tip_covariance is None:
@@ -210,43 +212,58 @@ class _System:
             normal += whitened.T @ whitened
             rows += len(whitened)
         # What is believed already is taken off the residuals: y - X mean, in the normal equations.
-        shift = np.eye(width)
-        shift[blocks["cameras"].start : blocks["probe"].stop, -1] = -belief.mean
-        return cls(shift.T @ normal @ shift, blocks, rows, anchored)
+        known = slice(blocks["cameras"].start, blocks["probe"].stop)
+        normal[:, -1] -= normal[:, known] @ belief.mean
+        normal[-1] -= belief.mean @ normal[known]
+        return cls(normal, blocks, rows, anchored)
 
     def without_poses(self) -> Float:
-        """Return the normal equations after the poses were eliminated; their part is zero."""
+        """Return the normal equations of the others after the poses were eliminated."""
         poses = self.blocks["poses"]
         scale = 1.0 / np.sqrt(np.diag(self.normal)[poses])
         own = self.normal[poses, poses] * np.outer(scale, scale)
         others = self.normal[poses, poses.stop :] * scale[:, None]
         rest = self.normal[poses.stop :, poses.stop :]
-        reduced = np.zeros_like(self.normal)
-        reduced[poses.stop :, poses.stop :] = rest - others.T @ cho_solve(cho_factor(own), others)
+        reduced: Float = rest - others.T @ cho_solve(cho_factor(own), others)
         return reduced
 
 
-def _camera_rows(
-    spots: SpotRows, rig: Rig, c: int, floor_px: float, blocks: dict[str, slice], width: int
-) -> Float:
-    """Return the whitened rows of one camera: u of all its spots, then v."""
-    n = np.arange(len(spots.look))
-    rows = np.zeros((2, len(n), width))
-    for i in range(6):
-        rows[:, n, 6 * spots.look + i] = spots.by_pose[:, :, i].T
-    for i in range(3):
-        rows[:, n, blocks["probe"].start + 3 * spots.led + i] = spots.by_led[:, :, i].T
-    first = blocks["cameras"].start + c * N_PARAMETERS
-    rows[:, :, first : first + N_PARAMETERS] = spots.by_camera.transpose(1, 0, 2)
-    rows[:, :, -1] = spots.residuals.T
+def _add_camera(
+    normal: Float, spots: SpotRows, rig: Rig, c: int, floor_px: float, blocks: dict[str, slice]
+) -> None:
+    """Add the spots of one camera to the normal equations.
 
+    A pose moves the spots of its look only, so its columns are kept sparse: with them dense, the
+    whole takes four times as long.
+    """
+    n = len(spots.look)
+    first = blocks["cameras"].start + c * N_PARAMETERS
+    probe = blocks["probe"]
+    columns = np.concatenate(
+        [np.arange(first, first + N_PARAMETERS), np.arange(probe.start, probe.stop), [-1]]
+    )
     apart = np.sum((spots.uv[:, None] - spots.uv[None]) ** 2, axis=2)
     alike = np.exp(-0.5 / rig.noise.pattern_length_px**2 * apart)
     covariance = alike * np.outer(spots.pattern_px, spots.pattern_px)
     covariance += floor_px**2 * (spots.led[:, None] == spots.led[None])
-    covariance[n, n] += spots.white_px**2
-    factor = np.linalg.cholesky(covariance)
-    return np.vstack([solve_triangular(factor, axis, lower=True) for axis in rows])
+    covariance[np.arange(n), np.arange(n)] += spots.white_px**2
+    weights = cho_solve(cho_factor(covariance), np.eye(n))
+
+    poses = blocks["poses"]
+    place = (np.repeat(np.arange(n), 6), (6 * spots.look[:, None] + np.arange(6)).ravel())
+    for axis in range(2):
+        pose: csr_array = csr_array((spots.by_pose[:, axis].ravel(), place), shape=(n, poses.stop))
+        dense = np.zeros((n, len(columns)))
+        dense[:, :N_PARAMETERS] = spots.by_camera[:, axis]
+        for i in range(3):
+            dense[np.arange(n), N_PARAMETERS + 3 * spots.led + i] = spots.by_led[:, axis, i]
+        dense[:, -1] = spots.residuals[:, axis]
+        weighted = weights @ dense
+        across = np.asarray(pose.T @ weighted)
+        normal[poses, poses] += np.asarray(pose.T @ np.asarray(pose.T @ weights).T)
+        normal[poses.start : poses.stop, columns] += across
+        normal[columns, poses.start : poses.stop] += across.T
+        normal[np.ix_(columns, columns)] += dense.T @ weighted
 
 
 def _anchor_rows(

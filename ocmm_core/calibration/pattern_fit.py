@@ -28,7 +28,7 @@ _REACH = 3
 """A bell is taken as zero this many nodes away, where it is 1 % high."""
 _BLUR_PX = 0.0007
 """A look moves on while it is taken, and its mean is not quite that of its middle."""
-_TOLERANCE, _MOST_STEPS = 1e-4, 400
+_TOLERANCE, _MOST_STEPS = 1e-3, 400
 
 
 @dataclass(frozen=True, slots=True)
