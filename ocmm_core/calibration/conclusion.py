@@ -52,7 +52,7 @@ class Circumstances:
         When its last observation was taken.
     valid_days
         For how long it may be used.
-    who, software, temperature_c
+    who, software, temperature_c, sensor_temperatures_c
         As in `CameraRecord`.
     data_sha256
         Of the observations, see `hash_of`.
@@ -68,6 +68,7 @@ class Circumstances:
     who: str
     software: str
     temperature_c: float | None
+    sensor_temperatures_c: tuple[float, ...]
     data_sha256: str
     artefacts: tuple[ArtefactUse, ...]
     previous: str
@@ -131,6 +132,7 @@ def conclude(
         made_by=how.who,
         software=how.software,
         temperature_c=how.temperature_c,
+        sensor_temperatures_c=how.sensor_temperatures_c,
         frame_rate_hz=rig.frame_rate_hz,
         noise=rig.noise,
         cameras=tuple(

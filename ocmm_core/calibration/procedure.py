@@ -21,6 +21,7 @@ snapshot. It is not stored, because the same observations give the same result a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
@@ -226,6 +227,10 @@ class Procedure(Protocol):
 
     def back(self, now: datetime) -> None:
         """Return to the step before; observations are kept."""
+        ...
+
+    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+        """Keep how warm the sensors are, degrees Celsius, camera by camera; None: not known."""
         ...
 
     def compute(self) -> None:

@@ -270,6 +270,19 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
                         PointTaken(utc=utc_text(now), point=name, uv=uv, sigma_px=spots.sigma_px)
                     )
 
+    def table(self) -> SpotTable:
+        """Return the spots of all points in the order of the list; NaN where not taken."""
+        with self._lock:
+            taken = {one.point: one for one in self._taken}
+        uv = np.full((len(self.rig.cameras), len(self._points.names), 2), np.nan)
+        sigmas = []
+        for index, name in enumerate(self._points.names):
+            if name in taken and _views(taken[name]):
+                uv[:, index] = from_spots(taken[name].uv)[:, 0]
+                sigmas.append(taken[name].sigma_px)
+        sigma = float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else 1.0
+        return SpotTable(tuple(camera.serial for camera in self.rig.cameras), uv, sigma)
+
     def _next(self) -> int | None:
         if self._aim is not None:
             return self._points.names.index(self._aim)
@@ -339,7 +352,7 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
                 f"{count - done} of {count} points are not taken.",
                 "Take them, or skip those that no camera sees.",
             )
-        uv = self._table().uv
+        uv = self.table().uv
         for camera, of_camera in zip(self.rig.cameras, uv, strict=True):
             seen = int(np.count_nonzero(np.isfinite(of_camera[:, 0])))
             if seen < MINIMUM_POINTS:
@@ -350,22 +363,10 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
                 )
         return OPEN
 
-    def _table(self) -> SpotTable:
-        """Return the spots of all points in the order of the list; NaN where not taken."""
-        taken = {one.point: one for one in self._taken}
-        uv = np.full((len(self.rig.cameras), len(self._points.names), 2), np.nan)
-        sigmas = []
-        for index, name in enumerate(self._points.names):
-            if name in taken and _views(taken[name]):
-                uv[:, index] = from_spots(taken[name].uv)[:, 0]
-                sigmas.append(taken[name].sigma_px)
-        sigma = float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else 1.0
-        return SpotTable(tuple(camera.serial for camera in self.rig.cameras), uv, sigma)
-
     def _calculation(self) -> Callable[[], CalibrationOutcome]:
-        table, force, running = self._table(), self._forced, self._store.active()
+        table, force, running = self.table(), self._forced, self._store.active()
         made = self._taken[-1].utc if self._taken else self._begun.utc
-        rig, points, begun = self.rig, self._points, self._begun
+        rig, points, begun, sensors_c = self.rig, self._points, self._begun, self._sensors_c
         before = None if running is None else rig_from_record(running)
 
         def calculate() -> CalibrationOutcome:
@@ -377,6 +378,7 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
                 who=begun.who,
                 software=begun.software,
                 temperature_c=begun.temperature_c,
+                sensor_temperatures_c=sensors_c,
                 data_sha256=hash_of(points.positions_world, table.uv),
                 artefacts=begun.artefacts,
                 previous=begun.running,

@@ -433,6 +433,7 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
             who=begun.who,
             software=begun.software,
             temperature_c=begun.temperature_c,
+            sensor_temperatures_c=self._sensors_c,
             data_sha256=hash_of(observed.frames.uv, *shown),
             artefacts=(begun.bar.artefact.use,),
             previous=begun.running,

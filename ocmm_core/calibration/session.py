@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from typing import Generic, TypeVar
@@ -29,11 +29,14 @@ from ocmm_core.calibration.session_events import (
     Entered,
     Forced,
     SessionLine,
+    Warmed,
     utc_text,
 )
 from ocmm_core.camera.rig import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError
+
+WARMTH_STEP_K = 0.5
 
 O = TypeVar("O", CalibrationOutcome, VerificationOutcome)  # noqa: E741 - an outcome, as T is a type
 
@@ -79,6 +82,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self._step = self.step_names[0]
         self._decided: Decided | None = None
         self._forced = False
+        self._sensors_c: tuple[float, ...] = ()
         self._version = 0
         self._outcome: O | None = None
         self._error: Finding | None = None
@@ -187,6 +191,28 @@ class GuidedProcedure(ABC, Generic[E, O]):
         with self._lock:
             self._append(Forced(utc=utc_text(now), reason=reason))
 
+    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+        """Keep how warm the cameras' sensors are while observations are taken.
+
+        A change of less than `WARMTH_STEP_K` is no news; once there is a result, it stays as it
+        is.
+
+        Parameters
+        ----------
+        now
+            The time of day.
+        sensors_c
+            Degrees Celsius, camera by camera; nothing is kept where one is not known.
+        """
+        known = tuple(value for value in sensors_c if value is not None)
+        with self._lock:
+            open_ = self._decided is None and self._outcome is None
+            if not open_ or len(known) != len(self.rig.cameras):
+                return
+            pairs = zip(known, self._sensors_c, strict=False)
+            if not self._sensors_c or any(abs(a - b) >= WARMTH_STEP_K for a, b in pairs):
+                self._append(Warmed(utc=utc_text(now), sensors_c=known))
+
     def compute(self, elsewhere: Callable[[], O] | None = None) -> None:
         """Calculate the result of the observations so far; see `procedure.Procedure.compute`.
 
@@ -266,6 +292,8 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._undo(event.step)
             elif isinstance(event, Forced):
                 self._forced = True
+            elif isinstance(event, Warmed):
+                self._sensors_c = event.sensors_c
             else:
                 self._observe(event)
             self._version += 1

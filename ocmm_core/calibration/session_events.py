@@ -73,6 +73,12 @@ class Forced(SessionEvent, frozen=True, kw_only=True):
     reason: str
 
 
+class Warmed(SessionEvent, frozen=True, kw_only=True):
+    """The cameras told how warm their sensors are, degrees Celsius, camera by camera."""
+
+    sensors_c: tuple[float, ...]
+
+
 class Decided(SessionEvent, frozen=True, kw_only=True):
     """The procedure ended."""
 
@@ -80,7 +86,7 @@ class Decided(SessionEvent, frozen=True, kw_only=True):
     reason: str
 
 
-CommonEvent: TypeAlias = Entered | Dropped | Forced | Decided
+CommonEvent: TypeAlias = Entered | Dropped | Forced | Warmed | Decided
 
 E = TypeVar("E", bound=SessionEvent)
 """Union of the events that only one procedure has: its first line and its observations."""

@@ -59,6 +59,7 @@ from ocmm_core.cli.options import (
     SourceOption,
     SpeedOption,
 )
+from ocmm_core.cli.write_cameras import write_accepted
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibrating import Scene
@@ -192,6 +193,7 @@ def cameras(
     if outcome is not None:
         print_calibration(console, outcome)
     _finish(procedure, site, decision, "calibrated from known points", console)
+    _store_in_cameras(site, source, rig, force, console)
 
 
 @calibrate_app.command()
@@ -267,6 +269,7 @@ def relocate(
     if outcome is not None:
         print_calibration(console, outcome)
     _finish(procedure, site, decision, "relocated", console)
+    _store_in_cameras(site, source, rig, force, console)
 
 
 @calibrate_app.command()
@@ -396,7 +399,17 @@ def _finish(
 ) -> None:
     code = _decide(procedure, decision, reason, console)
     print_standing(console, site.store, _now())
-    raise typer.Exit(code)
+    if code:
+        raise typer.Exit(code)
+
+
+def _store_in_cameras(
+    site: Site, source: str, rig: Path, force: bool, console: Console
+) -> None:
+    """Write what was accepted into real cameras; virtual ones forget it when they end."""
+    record = site.store.active()
+    if record is not None and source.startswith("ethercat:") and source not in VIRTUAL_SOURCES:
+        write_accepted(record, source, rig, console, force=force)
 
 
 def _now() -> datetime:

@@ -33,6 +33,7 @@ from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.compose import Feed, StationRequest, identities, make_feed
 from ocmm_core.cli.options import DEMO_PLAN
 from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.calibrating import CalibratingScript
 from ocmm_core.simulation.calibrating_source import CalibratingSource
@@ -42,6 +43,7 @@ from ocmm_core.simulation.virtual_bus import VirtualBus
 _BATCH = 80
 _IDLE_S = 0.002
 _STOP_S = 3.0
+_WARMTH_S = 2.0
 SESSIONS = "sessions"
 
 P = TypeVar("P", bound=Procedure)
@@ -167,6 +169,7 @@ def collect(procedure: Procedure, feed: Feed, frames: int | None, console: Conso
     )
     last = len(procedure.base.steps) - 1
     seen = 0
+    warmth_at = 0.0
     try:
         with Progress(*columns, console=console, transient=True) as progress:
             task = progress.add_task("", total=None)
@@ -174,6 +177,9 @@ def collect(procedure: Procedure, feed: Feed, frames: int | None, console: Conso
             while pass_open_gates(procedure) < last:
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
                 block = feed.ring.read(_BATCH)
+                if time.monotonic() >= warmth_at:
+                    warmth_at = time.monotonic() + _WARMTH_S
+                    _note_warmth(procedure, feed)
                 if block is not None:
                     procedure.watch(block)
                     seen += len(block)
@@ -202,6 +208,12 @@ def collect(procedure: Procedure, feed: Feed, frames: int | None, console: Conso
             f"{view.step.title}: the source ended. {why}",
             "Start the command again: it continues this session.",
         )
+
+
+def _note_warmth(procedure: Procedure, feed: Feed) -> None:
+    report = decode_report(feed.ring.report())
+    if report is not None:
+        procedure.note_warmth(_now(), [camera.temperature_c for camera in report.cameras])
 
 
 def pass_open_gates(procedure: Procedure) -> int:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from ocmm_core.calibration.camera_memory import compare_with_cameras, write_to_cameras
 from ocmm_core.calibration.in_use import default_folder, open_calibration, require_record
@@ -13,6 +15,7 @@ from ocmm_core.cli.bus_options import BusOption
 from ocmm_core.cli.bus_session import open_bus
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import RECOMMENDED_RIG, CalibrationsOption, ForceOption, RigOption
+from ocmm_core.errors import OcmmError
 
 
 def write_cameras(
@@ -38,8 +41,31 @@ def write_cameras(
     if obstacle is not None:
         console.print(str(obstacle), highlight=False)
         raise typer.Exit(1)
-    console.print(f"{_names(record)} store calibration {record_hash(record)}.", highlight=False)
+    _print_stored(record, console)
 
 
-def _names(record: CameraRecord) -> str:
-    return ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
+def write_accepted(
+    record: CameraRecord, source: str, rig: Path, console: Console, *, force: bool
+) -> None:
+    """Store the intrinsics of a calibration that was just accepted; say so where that fails.
+
+    It is in force all the same; the cameras are not measured with until they store it.
+    """
+    try:
+        with open_bus(source, rig, force=force) as bus:
+            write_to_cameras(record, bus.objects)
+    except OcmmError as error:
+        console.print(
+            f"The cameras could not store its intrinsics: {error.what} {error.remedy} Then: "
+            f"ocmm calibrate write-cameras --source {source}",
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
+    else:
+        _print_stored(record, console)
+
+
+def _print_stored(record: CameraRecord, console: Console) -> None:
+    names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
+    console.print(f"{names} store calibration {record_hash(record)}.", highlight=False)
