@@ -1,0 +1,124 @@
+"""Cameras on a named interface, as real ones: nothing is measured until all is as it must be."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.errors import BusError
+from ocmm_core.simulation.virtual_bus import namespace_command
+
+# Two processes must answer each other within a millisecond: not beside other tests.
+pytestmark = [pytest.mark.timing, pytest.mark.slow, pytest.mark.timeout(240)]
+
+_ROOT = Path(__file__).resolve().parents[2]
+
+_PROGRAM = """
+import json, subprocess, sys, time
+from datetime import UTC, datetime
+from pathlib import Path
+import msgspec
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.in_use import default_folder, store_folder
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.compose import StationRequest, build_station, segment_of
+from ocmm_core.documents import resource
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.view import StatusWord
+from ocmm_core.simulation.named_rig import rig_down, rig_up
+from tests.core.calibration.made_records import make_verification
+from tests.core.station.test_station_calibration import fresh_record
+
+PLAN = resource("plans", "quick.toml")
+REQUEST = StationRequest(plan=PLAN, out=Path("out"), source="ethercat:ocmm0")
+CAMERAS = ("--source", "ethercat:ocmm0")
+
+def ocmm(*arguments):
+    command = [sys.executable, "-m", "ocmm_core.cli", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    return [done.returncode, " ".join((done.stdout + done.stderr).split())]
+
+def measure():
+    return ocmm("measure", "--plan", str(PLAN), "--out", "out", *CAMERAS)
+
+def ready():
+    station = build_station(REQUEST).station
+    try:
+        station.start()
+        until = time.monotonic() + 40.0
+        while time.monotonic() < until:
+            live = station.live()
+            if live.status in (StatusWord.READY, StatusWord.MEASURING):
+                return station.calibration().label.split()[0]
+            time.sleep(0.05)
+        return live.reason
+    finally:
+        station.close()
+
+rig_up(segment_of(REQUEST, load_plan(PLAN), load_rig(REQUEST.rig)))
+seen = {}
+try:
+    seen["never"] = measure()
+    store = CalibrationStore(store_folder(default_folder(), "recommended"))
+    record = fresh_record()
+    store.accept(record, "technician", "new", datetime.now(UTC))
+    store.verify(make_verification(record), datetime.now(UTC))
+    seen["nothing stored"] = measure()
+    seen["write"] = ocmm("calibrate", "write-cameras", *CAMERAS)
+    seen["check"] = ocmm("calibrate", "write-cameras", "--check", *CAMERAS)
+    seen["ready"] = ready()
+    other = fresh_record(points=17, data_sha256="c" * 64, cameras=tuple(
+        msgspec.structs.replace(camera, focal=camera.focal + 1e-6) for camera in record.cameras
+    ))
+    store.accept(other, "technician", "new", datetime.now(UTC))
+    store.verify(make_verification(other), datetime.now(UTC))
+    seen["others stored"] = ocmm("calibrate", "write-cameras", "--check", *CAMERAS)
+finally:
+    rig_down()
+print(json.dumps(seen))
+"""
+
+
+def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
+    tmp_path: Path,
+) -> None:
+    try:
+        prefix = namespace_command()
+    except BusError as error:
+        pytest.skip(str(error))
+    done = subprocess.run(
+        [*prefix, sys.executable, "-c", _PROGRAM],
+        capture_output=True,
+        text=True,
+        timeout=230,
+        check=False,
+        cwd=tmp_path,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(_ROOT),
+            "XDG_STATE_HOME": str(tmp_path / "state"),
+            "XDG_DATA_HOME": str(tmp_path / "data"),
+        },
+    )
+    assert done.returncode == 0, done.stderr
+    seen = json.loads(done.stdout)
+    code, words = seen["never"]
+    assert code == 2
+    assert "NONE: The cameras of rig 'recommended' were never calibrated." in words
+    code, words = seen["nothing stored"]
+    assert code == 2
+    assert "UNUSABLE: Camera 'left' stores no intrinsics" in words
+    assert "ocmm calibrate write-cameras" in words
+    code, words = seen["write"]
+    assert code == 0
+    assert "'left' (20600001), 'right' (20600002) store calibration" in words
+    assert seen["check"][0] == 0
+    assert seen["ready"] == "VALID"
+    code, words = seen["others stored"]
+    assert code == 1
+    assert "Camera 'left' stores other intrinsics" in words
