@@ -539,6 +539,8 @@ class Starts(msgspec.Struct, kw_only=True):
         More than before the first start.
     works
         The last one was left alone, and gave out frames.
+    messages
+        What those said that ended otherwise than by being asked to.
     """
 
     count: int = 0
@@ -550,6 +552,7 @@ class Starts(msgspec.Struct, kw_only=True):
     descriptors: int = 0
     threads: int = 0
     works: bool = False
+    messages: list[str] = msgspec.field(default_factory=list)
 
 
 def play_starts(count: int, out: Path) -> None:
@@ -584,7 +587,10 @@ def _start_once(result: Starts, seconds: float, *, last: bool) -> None:
         worker.request_stop()
         in_time = worker.join(GIVE_UP_S)
         watch.look(seen)
-        requested = read_status(ring).stop_reason is StopReason.REQUESTED
+        status = read_status(ring)
+        requested = status.stop_reason is StopReason.REQUESTED
+        if not requested:
+            result.messages.append(status.message)
         result.ended += 0 if last else int(in_time and requested)
         result.works |= last and seen.frames > 0
         result.slowest_stop_s = max(result.slowest_stop_s, time.monotonic() - asked)

@@ -98,7 +98,8 @@ def main() -> int:
         f"rapid starts: {done.count}, {done.ended} ended when asked "
         f"(slowest {done.slowest_stop_s:.2f} s), "
         f"{done.measured} gave frames ({done.frames}, {done.wrong} wrong), "
-        f"left over: {done.descriptors} descriptors, {done.threads} threads"
+        f"left over: {done.descriptors} descriptors, {done.threads} threads",
+        *done.messages,
     )
     left_over = done.descriptors + done.threads
     failed += done.ended != starts or done.wrong > 0 or not done.works or bool(left_over)

@@ -39,6 +39,10 @@ from ocmm_core.fieldbus.supervisor import Next, Supervisor
 from ocmm_core.fieldbus.thermometer import Thermometer
 
 _VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
+_PASSING = frozenset(
+    {"bus.no_answer", "bus.map", "bus.clock", "bus.state", "bus.duplicate_address"}
+)
+"""May come from a computer that stood still for a moment; the first start tries again."""
 _ANSWER_SHARE = 0.7
 """Part of a cycle that is spent waiting for the answer."""
 _PHASE_NS = 100_000
@@ -117,17 +121,21 @@ class EthercatSource:
 
     def open(self) -> None:
         """Bring the cameras to operation; raise BusError with the remedy if that fails."""
-        try:
-            for phase in self._bus.open_steps():
-                self._supervisor.stepping(phase)
+        for last in (False, False, True):
+            try:
+                for phase in self._bus.open_steps():
+                    self._supervisor.stepping(phase)
+                    self._tell()
+                break
+            except BusError as error:
+                if error.code in _PASSING and not last:
+                    continue
+                now_ns = time.monotonic_ns()
+                self._supervisor.failed(error, now_ns)
+                self._supervisor.phase = BusPhase.FAILED
+                self._note(self._supervisor.alarm, error.what, now_ns, remedy=error.remedy)
                 self._tell()
-        except BusError as error:
-            now_ns = time.monotonic_ns()
-            self._supervisor.failed(error, now_ns)
-            self._supervisor.phase = BusPhase.FAILED
-            self._note(self._supervisor.alarm, error.what, now_ns, remedy=error.remedy)
-            self._tell()
-            raise
+                raise
         self._begin_session()
         self._pacer = CyclePacer(self._settings.cycle_period_ns, time.monotonic_ns())
 
