@@ -82,7 +82,9 @@ class Bench:
         rng = np.random.default_rng(2)
         true = points.positions_world + points.sigma * rng.standard_normal((len(points.names), 3))
         cameras = self.virtual().world.cameras
-        uv = np.stack([project(camera, true + [shift_mm, 0.0, 0.0]) for camera in cameras])
+        uv = np.stack(
+            [project(camera, true + np.array([shift_mm, 0.0, 0.0])) for camera in cameras]
+        )
         uv += 0.0105 * rng.standard_normal(uv.shape)
         return SpotTable(tuple(camera.serial for camera in cameras), uv, 0.0105)
 

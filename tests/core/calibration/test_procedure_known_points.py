@@ -37,7 +37,7 @@ def test_a_target_shown_at_every_point_is_taken_once_at_each(tmp_path: Path) -> 
     procedure.advance(bench.now())
     rig = bench.virtual(target(points))
     assert show(procedure, rig, bench.now) == 40
-    table = procedure._table()
+    table = procedure.table()
     truth = np.stack([project(camera, points.positions_world) for camera in rig.world.cameras])
     off = table.uv - truth
     # White noise of 0.030 px over 100 frames and a pattern of 0.010 px: 0.0104 px; of 160 numbers
