@@ -1,0 +1,183 @@
+"""Calibrating, relocating and verifying on the command line, with a kill in the middle."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.reference_points import (
+    ReferencePoints,
+    write_reference_points,
+    write_spots,
+)
+from ocmm_core.calibration.session_events import sessions
+from ocmm_core.calibration.shot_table import Shot, write_shots
+from ocmm_core.camera.model import on_sensor, project
+from ocmm_core.geometry import Float, rotation_from_vector
+from tests.core.calibration.procedure_site import Bench
+from tests.core.cli.conftest import Ocmm
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+
+CONTROL = ReferencePoints(
+    ("N1", "N2", "N3", "N4"),
+    np.array([[-150.0, -60, -150], [150, -60, -150], [150, 60, -120], [-150, 60, 50]]),
+    0.002,
+    "nests",
+)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Path:
+    """Return the folder of calibrations, with lists of points beside it."""
+    points = Bench.at(tmp_path).points(120)
+    (tmp_path / "points.csv").write_bytes(write_reference_points(points))
+    (tmp_path / "control.csv").write_bytes(write_reference_points(CONTROL))
+    return tmp_path / "cal"
+
+
+def killed(arguments: list[str], folder: Path, session: Path, kind: Kind, lines: int) -> int:
+    """Start a command, kill it when its session has some lines, and return how many it has."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "ocmm_core.cli", *arguments],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    ) as program:
+        try:
+            end = time.monotonic() + 120.0
+            while time.monotonic() < end and program.poll() is None:
+                found = sessions(session, kind)
+                if found and found[0].read_bytes().count(b"\n") > lines:
+                    break
+                time.sleep(0.002)
+            rings = _rings(program.pid)
+        finally:
+            program.kill()
+        assert program.stdout is not None
+        said = program.stdout.read().decode()
+    for ring in rings:
+        ring.unlink(missing_ok=True)
+    assert program.returncode == -signal.SIGKILL, said
+    return sessions(session, kind)[0].read_bytes().count(b"\n")
+
+
+def _rings(pid: int) -> set[Path]:
+    """Return the rings of a process, which it will not remove any more."""
+    maps = Path(f"/proc/{pid}/maps").read_text(encoding="ascii").splitlines()
+    return {Path(line.split()[-1]) for line in maps if "ocmm-ring-" in line}
+
+
+def test_known_points_survive_a_kill_and_become_valid(
+    ocmm: Ocmm, tmp_path: Path, store: Path
+) -> None:
+    command = ["calibrate", "cameras", "--points", "points.csv", "--calibrations", "cal"]
+    folder = store / "recommended" / "sessions"
+    lines = killed([*command, "--speed", "1"], tmp_path, folder, Kind.KNOWN_POINTS, 20)
+    assert lines < 120
+    waiting = ocmm(*command)
+    assert waiting.returncode == 1, waiting.stderr
+    assert "Continue" in waiting.stdout
+    assert "waits for --accept or --keep" in waiting.stdout
+    assert len(sessions(folder, Kind.KNOWN_POINTS)) == 1
+    done = ocmm(*command, "--accept")
+    assert done.returncode == 0, done.stderr
+    assert "State    SUSPECT" in done.stdout
+    status = ocmm("calibrate", "status", "--calibrations", "cal")
+    assert status.returncode == 1
+    verified = ocmm("calibrate", "verify", "--calibrations", "cal", "--accept")
+    assert verified.returncode == 0, verified.stdout + verified.stderr
+    assert "State    VALID" in verified.stdout
+    status = ocmm("calibrate", "status", "--calibrations", "cal")
+    assert (status.returncode, status.stdout.split()[1]) == (0, "VALID")
+    history = ocmm("calibrate", "history", "--calibrations", "cal").stdout
+    assert history.index("accepted") < history.index("verification passed")
+
+
+def test_a_relocation_survives_a_kill_and_becomes_valid(
+    ocmm: Ocmm, tmp_path: Path, store: Path
+) -> None:
+    bench = Bench.at(tmp_path)
+    points = bench.points(120)
+    (tmp_path / "spots.csv").write_bytes(write_spots(bench.spots(points), points.names))
+    first = ocmm(
+        "calibrate", "cameras", "--points", "points.csv", "--spots", "spots.csv",
+        "--calibrations", "cal", "--accept",
+    )  # fmt: skip
+    assert first.returncode == 0, first.stderr
+    command = [
+        "calibrate", "relocate", "--calibrations", "cal", "--move", "7", "--world", "points",
+        "--control", "control.csv", "--poses", "120",
+    ]  # fmt: skip
+    folder = store / "recommended" / "sessions"
+    killed(command, tmp_path, folder, Kind.RELOCATION, 40)
+    done = ocmm(*command, "--accept")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Continue" in done.stdout
+    assert "the frame moved by" in done.stdout
+    killed(
+        ["calibrate", "verify", "--calibrations", "cal", "--move", "7"],
+        tmp_path, folder, Kind.VERIFICATION, 15,
+    )  # fmt: skip
+    verified = ocmm("calibrate", "verify", "--calibrations", "cal", "--move", "7", "--accept")
+    assert verified.returncode == 0, verified.stdout + verified.stderr
+    assert "Continue" in verified.stdout
+    assert "State    VALID" in verified.stdout
+
+
+def test_a_relocation_from_recorded_shots_and_one_that_lacks_some(
+    ocmm: Ocmm, tmp_path: Path, store: Path
+) -> None:
+    bench = Bench.at(tmp_path)
+    shots = recorded(bench, poses=260, bars=10)
+    (tmp_path / "shots.csv").write_bytes(write_shots(shots, bench.rig))
+    (tmp_path / "few.csv").write_bytes(write_shots(shots[:50], bench.rig))
+    command = ["calibrate", "relocate", "--calibrations", "cal", "--poses", "200", "--accept"]
+    few = ocmm(*command, "--shots", "few.csv")
+    assert few.returncode == 2
+    assert "not shown enough" in few.stderr
+    done = ocmm(*command, "--shots", "shots.csv")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "State    SUSPECT" in done.stdout
+    strange = [Shot("nest", "", shots[0].uv, 0.01)]
+    (tmp_path / "nests.csv").write_bytes(write_shots(strange, bench.rig))
+    wrong = ocmm(*command, "--shots", "nests.csv")
+    assert wrong.returncode == 2
+    assert "kind 'nest'" in wrong.stderr
+
+
+def recorded(bench: Bench, poses: int, bars: int) -> list[Shot]:
+    """Return shots of the true cameras of the virtual rig, with noise."""
+    rng = np.random.default_rng(21)
+    rig = bench.virtual()
+    cameras, leds = rig.world.cameras, rig.world.leds_probe - rig.world.tip_probe
+    low, high = bench.rig.volume_world
+
+    def see(at: Float) -> Float:
+        uv = np.stack([project(camera, at) for camera in cameras])
+        for camera, spots in zip(cameras, uv, strict=True):
+            spots[~on_sensor(camera, spots)] = np.nan
+        return uv + 0.0105 * rng.standard_normal(uv.shape)
+
+    shots = []
+    for number in range(poses):
+        # Cells of the volume in turn, so that all of it is covered.
+        cell = np.array(np.unravel_index(number % 27, (3, 3, 3)))
+        tip = low + (cell + rng.random(3)) / 3.0 * (high - low)
+        turn = rng.uniform(-0.6, 0.6, 3)
+        shots.append(Shot("pose", "", see(tip + leds @ rotation_from_vector(turn).T), 0.0105))
+    while len(shots) < poses + bars:
+        centre = rng.uniform(low, high)
+        arm = rng.standard_normal(3)
+        arm *= 200.0 / np.linalg.norm(arm)
+        ends = np.stack([centre - arm, centre + arm])
+        if (ends > low - 30.0).all() and (ends < high + 30.0).all():
+            shots.append(Shot("bar", "", see(ends), 0.0105))
+    return shots
