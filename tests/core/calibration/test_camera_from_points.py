@@ -198,6 +198,7 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
 
 
 @pytest.mark.statistics
+@pytest.mark.timeout(300)
 @pytest.mark.parametrize("depth", [15.0, 200.0])
 def test_chance_alone_makes_extra_terms_look_needed_as_often_as_stated(depth: float) -> None:
     rng = np.random.default_rng(15)
