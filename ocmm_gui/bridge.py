@@ -13,6 +13,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.in_use import CalibrationView
 from ocmm_core.calibration.overview import CalibrationOverview
 from ocmm_core.errors import OcmmError
@@ -173,6 +174,10 @@ class StationBridge(QObject):
             self.bus_text_saved.emit(path)
 
         self._command(write)
+
+    def show_frames_to(self, watcher: Callable[[FrameBlock], None] | None) -> None:
+        """Show all frames to a calibration procedure from now on, or to nobody."""
+        self._station.show_frames_to(watcher)
 
     def calibration(self) -> CalibrationView:
         """Return what is to be said about the calibration now."""

@@ -11,11 +11,12 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
+from ocmm_core.calibration.procedure import Kind
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import FeatureState, JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.tolerances.result import Verdict
-from ocmm_gui.actions import Mode, make_actions, show_mode
+from ocmm_gui.actions import ACTIONS, Mode, make_actions, show_mode
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
 from ocmm_gui.maintain.bus_page import BusPage
@@ -27,7 +28,12 @@ from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.operator.trust_bar import Place, TrustBar
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
+from ocmm_gui.wizards.site import site_of
+from ocmm_gui.wizards.wizard import Wizard
 from ocmm_gui.words import next_step
+
+_IN_WIZARDS = ("theme", "log")
+"""Actions of the window that a wizard leaves as they are."""
 
 _TWICE_S = 8.0
 """What cannot be taken back wants its key twice within this time."""
@@ -96,8 +102,9 @@ class MainWindow(QMainWindow):
         self.export_panel = PathPanel("report", "folder")
         self.bus_panel = PathPanel("report of the bus", "file")
         self._inspect: QWidget = self.desk
+        self.wizard = Wizard(site_of(bridge))
         self._stack = QStackedWidget()
-        for view in (self.desk, self.far, self.maintain):
+        for view in (self.desk, self.far, self.maintain, self.wizard):
             self._stack.addWidget(view)
         central = QWidget()
         layout = QVBoxLayout(central)
@@ -119,6 +126,9 @@ class MainWindow(QMainWindow):
         bridge.cameras_written.connect(
             lambda: notices.inform("The cameras store the intrinsics of the calibration.")
         )
+        self.wizard.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.wizard.taken.connect(lambda: self._play(Sound.TAKEN))
+        self.wizard.failed.connect(self._on_wizard_failed)
         bridge.live_changed.connect(self._on_live)
         bridge.job_changed.connect(self._on_job)
         bridge.point_taken.connect(self._on_taken)
@@ -141,9 +151,18 @@ class MainWindow(QMainWindow):
             self._on_live(self._live)
         self.maintain.list.setFocus()
 
+    def open_wizard(self, kind: Kind) -> None:
+        """Show the first page of a wizard; its keys are its own until it is left."""
+        for info in ACTIONS:
+            if info.key not in _IN_WIZARDS:
+                self.actions_by_key[info.key].setEnabled(False)
+        self._stack.setCurrentWidget(self.wizard)
+        self.wizard.open(kind)
+
     def mode(self) -> Mode:
         """Return what the window is for at the moment."""
-        return Mode.MAINTAIN if self._stack.currentWidget() is self.maintain else Mode.INSPECT
+        inspects = self._stack.currentWidget() in (self.desk, self.far)
+        return Mode.INSPECT if inspects else Mode.MAINTAIN
 
     def show_far(self, far: bool) -> None:
         """Show the far view or the desk view."""
@@ -179,6 +198,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop the station before the window goes; every point is stored already."""
         begun = time.monotonic()
+        self.wizard.close_runner()
         self._bridge.close()
         if self._sounds is not None:
             self._sounds.close()
@@ -202,9 +222,9 @@ class MainWindow(QMainWindow):
             "export": self._export,
             "log": self._save_log,
             "bus_text": self._save_bus_text,
-            "calibrate": lambda: self._begin("cameras"),
-            "relocate": lambda: self._begin("relocate"),
-            "verify": lambda: self._begin("verify"),
+            "calibrate": lambda: self.open_wizard(Kind.KNOWN_POINTS),
+            "relocate": lambda: self.open_wizard(Kind.RELOCATION),
+            "verify": lambda: self.open_wizard(Kind.VERIFICATION),
             "write_cameras": self._write_cameras,
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
@@ -268,8 +288,9 @@ class MainWindow(QMainWindow):
         folder = paths[0].parent if paths else ""
         self._notices.inform(f"Written to {folder}: {names}")
 
-    def _begin(self, procedure: str) -> None:
-        self._notices.inform(f"On a terminal: ocmm calibrate {procedure} --help")
+    def _on_wizard_failed(self, error: OcmmError) -> None:
+        self._play(Sound.REFUSED)
+        self._notices.error(error)
 
     def _write_cameras(self) -> None:
         now = time.monotonic()

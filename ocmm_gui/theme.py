@@ -180,12 +180,12 @@ def make_style_sheet(theme: Theme) -> str:
     QPushButton:focus {{ border: 2px solid {theme.accent}; }}
     QPushButton:pressed {{ background: {theme.border}; }}
     QPushButton:checked {{ background: {theme.accent}; color: {theme.on_accent}; }}
-    QPushButton:disabled {{ color: {theme.muted}; }}
+    QPushButton:disabled {{ color: {theme.muted}; border-style: dashed; }}
     QPushButton[role="tool"] {{ padding: 4px 7px; }}
     QPushButton[role="primary"] {{ background: {theme.accent}; color: {theme.on_accent};
         border-color: {theme.accent}; font-weight: bold; }}
     QPushButton[role="primary"]:disabled {{ background: {theme.panel}; color: {theme.muted};
-        border: {line}; }}
+        border: {theme.border_px}px dashed {theme.border}; }}
     QPushButton[role="primary"]:focus {{ border: 2px solid {theme.text}; }}
     QListWidget {{ background: {theme.panel}; border: {line}; border-radius: 6px; }}
     QListWidget:focus {{ border: 2px solid {theme.accent}; }}

@@ -128,6 +128,11 @@ class CalibrationStore:
         self._chain = ChainFile(folder / "events.jsonl", Event)
 
     @property
+    def folder(self) -> Path:
+        """Return where the calibrations are."""
+        return self._folder
+
+    @property
     def events(self) -> tuple[Event, ...]:
         """Return what happened, oldest first."""
         return self._chain.items

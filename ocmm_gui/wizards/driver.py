@@ -10,7 +10,7 @@ import logging
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -25,7 +25,15 @@ from ocmm_core.calibration.procedure_views import (
     RelocationView,
     VerificationView,
 )
-from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.errors import OcmmError
+
+LOOK_S = 0.02
+"""Between two looks at whether something is ready to be taken by itself."""
+WARMTH_S = 5.0
+"""Between two looks at the temperature of the sensors."""
+
+NOT_READY = "session.not_ready"
+"""Code of the error when there is nothing to take."""
 
 PULL_MS = 50
 """Between two snapshots: pictures and scores of a wizard need not be faster."""
@@ -40,6 +48,8 @@ AnyView: TypeAlias = KnownPointsView | RelocationView | VerificationView
 Watcher: TypeAlias = Callable[[FrameBlock], None]
 Tap: TypeAlias = Callable[[Watcher | None], None]
 """Sends every block of frames to a watcher from now on, or to nobody."""
+Warmth: TypeAlias = Callable[[], Sequence[float | None]]
+"""Returns how warm the sensors of the cameras are, degrees Celsius; empty where nobody knows."""
 
 _log = logging.getLogger(__name__)
 
@@ -54,6 +64,10 @@ class ShownProcedure(Procedure, Protocol):
 
     def compute(self, elsewhere: Callable[[], Any] | None = None) -> None:
         """Calculate the result, here or elsewhere; which one it is, is the procedure's matter."""
+        ...
+
+    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+        """Keep how warm the sensors are while observations are taken."""
         ...
 
 
@@ -101,6 +115,8 @@ class WizardDriver(QObject):
         How its result is calculated.
     predict
         Works out how good the result would be by now; None where nothing does.
+    warmth
+        Of the sensors.
     clock
         The time of day, with its zone.
     """
@@ -121,6 +137,7 @@ class WizardDriver(QObject):
         tap: Tap,
         calculation: Calculation,
         predict: Callable[[], None] | None = None,
+        warmth: Warmth = tuple,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
         parent: QObject | None = None,
     ) -> None:
@@ -129,6 +146,8 @@ class WizardDriver(QObject):
         self._tap = tap
         self._calculation = calculation
         self._predict = predict
+        self._warmth = warmth
+        self._warmth_at = -float("inf")
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
@@ -152,7 +171,7 @@ class WizardDriver(QObject):
 
     def start(self) -> None:
         """Let the procedure watch, and begin to send snapshots."""
-        self._tap(self._procedure.watch)
+        self._tap(self._watch)
         self._thread.start()
         if self._predict is not None:
             self._predictor.start()
@@ -233,7 +252,7 @@ class WizardDriver(QObject):
         while True:
             command: Callable[[], None] | None = self._look
             with suppress(queue.Empty):
-                command = self._commands.get(timeout=PULL_MS / 1e3)
+                command = self._commands.get(timeout=LOOK_S)
             if command is None:
                 return
             try:
@@ -252,13 +271,28 @@ class WizardDriver(QObject):
                 known = count
                 self._predict()
 
+    def _watch(self, block: FrameBlock) -> None:
+        # On the thread that reads the frames: it must not end over what one of them holds.
+        try:
+            self._procedure.watch(block)
+        except OcmmError as error:
+            self._failed_elsewhere.emit(error)
+
     def _look(self) -> None:
-        """Take what is ready, where nobody has to press a key."""
+        """Note the warmth, and take what is ready where nobody has to press a key."""
         base = self._procedure.base
+        now = time.monotonic()
+        if now - self._warmth_at >= WARMTH_S and base.decision is Decision.OPEN:
+            self._warmth_at = now
+            self._procedure.note_warmth(self._clock(), self._warmth())
         if self._automatic and base.live.ready and base.decision is Decision.OPEN:
-            # Between the look and the taking the target may have moved: that is no error.
-            with suppress(CalibrationError):
+            try:
                 self._take()
+            except OcmmError as error:
+                # Between the look and the taking the target may have moved: that is no error.
+                if error.code != NOT_READY:
+                    self._automatic = False
+                    raise
 
     def _take(self) -> None:
         self._procedure.take(self._clock())
@@ -268,6 +302,8 @@ class WizardDriver(QObject):
         # What went wrong is in the snapshot, and stays there.
         with suppress(OcmmError):
             self._calculation.run()
+        # Whoever sees that the calculation is over must see what it gave.
+        self._view = self._procedure.view
 
     def _pull(self) -> None:
         self.seen.emit(self.now)

@@ -183,7 +183,7 @@ class LivePanel(QFrame):
         self._hint.setWordWrap(True)
         self._hint.setFont(text_font(17))
         self._hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-        self._hint.setMinimumHeight(66)
+        self._hint.setMinimumHeight(46)
         self.cameras = tuple(MiniCamera(camera) for camera in rig.cameras)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(12, 6, 12, 8)

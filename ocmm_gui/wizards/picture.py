@@ -19,7 +19,7 @@ from ocmm_gui.views.point_view import upright
 from ocmm_gui.views.scene import Dots, Face, Item, Lines, Orbit, Tag, paint_scene
 
 _ASIDE, _ABOVE = np.radians(28.0), np.radians(24.0)
-_CAMERA_REACH = 0.2
+_CAMERA_REACH = 0.3
 """Length of the arrow to the cameras, in sides of the volume."""
 
 Contents = Callable[[Theme], Sequence[Item]]
@@ -189,7 +189,7 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
         for index, place in enumerate(places):
             done = place.done >= place.nests
             if index != current:
-                colour = theme.good if done else theme.border
+                colour = theme.good if done else theme.muted
                 items.append(Lines(place.ends_world[None], colour, 3.0 if done else 1.6))
                 if done:
                     items.append(Dots(place.ends_world, theme.good, 8.0, theme.panel))

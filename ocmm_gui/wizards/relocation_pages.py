@@ -20,8 +20,8 @@ from ocmm_gui.wizards.live_panel import Score
 from ocmm_gui.wizards.pages import CollectPage
 from ocmm_gui.wizards.picture import BarPlace, bars, volume_coverage
 
-_TILT_PX = 84
-_LEAN = {"left": -32.0, "right": 32.0}
+_TILT_PX = 86
+_LEAN = {"leaning left": -32.0, "leaning right": 32.0}
 _EXAMPLES = (
     ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
     ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
@@ -77,23 +77,23 @@ class TiltRow(QWidget):
             share.setWidth(share.width() * min(tilt.poses / tilt.wanted, 1.0))
             painter.fillRect(share, QColor(theme.good if done else theme.accent))
             colour = theme.good if done else theme.text
-            self._paint_probe(painter, QPointF(box.left() + 30.0, box.top() + 60.0), tilt.name)
-            words = box.adjusted(60.0, 6.0, -6.0, -12.0)
-            painter.setFont(fitted(text_font(14, bold=True), tilt.name, words.width(), 24.0, 15))
+            self._paint_probe(painter, QPointF(box.left() + 34.0, box.bottom() - 17.0), tilt.name)
+            name = QRectF(box.left() + 8.0, box.top() + 4.0, box.width() - 16.0, 22.0)
+            painter.setFont(fitted(text_font(14, bold=True), tilt.name, name.width(), 22.0, 15))
             painter.setPen(QColor(colour))
-            top = QRectF(words.left(), words.top(), words.width(), 0.5 * words.height())
             left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(top, left, tilt.name)
-            painter.setFont(text_font(15))
-            text = "complete" if done else f"{tilt.wanted - tilt.poses} more"
-            painter.drawText(top.translated(0.0, 0.5 * words.height()), left, text)
+            painter.drawText(name, left, tilt.name)
+            text = "done" if done else f"{tilt.wanted - tilt.poses} more"
+            number = QRectF(box.left() + 66.0, name.bottom() + 8.0, box.width() - 70.0, 24.0)
+            painter.setFont(fitted(text_font(15), text, number.width(), 24.0, 16))
+            painter.drawText(number, left, text)
 
     def _paint_probe(self, painter: QPainter, tip: QPointF, name: str) -> None:
         """Paint a probe with its ball at a place, leaning as its name says."""
         theme = self._theme
-        angle = next((lean for word, lean in _LEAN.items() if word in name), 0.0)
+        angle = _LEAN.get(name, 0.0)
         # Towards and away from the cameras a probe looks shorter; its ball says which way.
-        length = 34.0 if "forward" in name or "back" in name else 48.0
+        length = 24.0 if "forward" in name or "back" in name else 34.0
         end = QPointF(
             tip.x() + length * sin(radians(angle)), tip.y() - length * cos(radians(angle))
         )
@@ -101,7 +101,7 @@ class TiltRow(QWidget):
         painter.drawLine(tip, end)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(theme.bad))
-        side = QPointF(0.3 * (end.y() - tip.y()), -0.3 * (end.x() - tip.x()))
+        side = QPointF(10.0 * cos(radians(angle)), 10.0 * sin(radians(angle)))
         for point in (end, end + side, end - side):
             near = 5.5 if "forward" in name else 3.0 if "back" in name else 4.0
             painter.drawEllipse(point, near, near)
@@ -119,7 +119,7 @@ class WavePage(CollectPage):
         self.length = Score("A length would be known to")
         self.scores.addWidget(self.length)
         self.side.setStretch(0, 5)
-        self.side.setStretch(1, 6)
+        self.side.setStretch(1, 4)
         self.tilts = TiltRow()
         column = QVBoxLayout()
         column.setSpacing(8)
@@ -157,7 +157,7 @@ class BarPage(CollectPage):
         self.length = Score("A length would be known to")
         self.scores.addWidget(self.length)
         self.side.setStretch(0, 5)
-        self.side.setStretch(1, 6)
+        self.side.setStretch(1, 4)
         self._shown: object = None
 
     def show_seen(self, seen: Seen) -> None:
@@ -171,6 +171,7 @@ class BarPage(CollectPage):
             self._shown = view.bar_placements
             places = example_places(self._volume, view.bars_wanted, view.bar_placements)
             current = view.bar_placements if view.bar_placements < view.bars_wanted else None
+            places = places[: view.bar_placements + 1]
             words = "One way to show the bar next" if current is not None else "All are taken"
             self.picture.show_contents(bars(places, current), words)
 

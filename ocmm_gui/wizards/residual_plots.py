@@ -20,6 +20,9 @@ _HEAD_PX, _LEGEND_PX = 24.0, 24.0
 _ARROW_SHARE = 0.07
 """An arrow of the RMS is so long, as a part of the picture's shorter side."""
 _BARB = 0.3
+_MOST_ARROWS, _CELLS = 300, 18
+"""More arrows hide each other: then one stands for each cell of a side of so many."""
+
 _BINS = 41
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -100,6 +103,8 @@ class SensorArrows(Plot):
         super().__init__(f"Camera {camera.name}")
         self._size = (float(camera.width), float(camera.height))
         self._residuals: CameraResiduals | None = None
+        self._places: Float = np.empty((0, 2))
+        self._arrows: Float = np.empty((0, 2))
 
     def show_residuals(self, residuals: CameraResiduals) -> None:
         """Show the residuals of this camera."""
@@ -107,7 +112,13 @@ class SensorArrows(Plot):
         used = residuals.residuals_px[residuals.used]
         left_out = int(np.count_nonzero(~residuals.used))
         rms = _rms(used)
-        self._say(f"RMS {rms:.4f} px, {len(used)} spots, {left_out or 'none'} left out")
+        self._places, self._arrows = residuals.uv[residuals.used], used
+        kind = ""
+        if len(used) > _MOST_ARROWS:
+            self._places, self._arrows = _cell_means(self._places, used, self._size)
+            kind = "; arrows: means"
+        spots = f"{len(used)} spots, {left_out or 'none'} left out"
+        self._say(f"RMS {rms:.4f} px, {spots}{kind}")
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint sensor, arrows and their scale."""
@@ -127,18 +138,17 @@ class SensorArrows(Plot):
         if shown is None or not len(shown.uv):
             return
         origin = np.array([sensor.left(), sensor.top()])
-        places = origin + scale * shown.uv
-        rms = _rms(shown.residuals_px[shown.used])
+        rms = _rms(self._arrows)
         nice, pixels = _legend(rms, _ARROW_SHARE * min(sensor.width(), sensor.height()))
         if not nice:
             return
-        arrows = shown.residuals_px * (pixels / nice)
+        arrows = self._arrows * (pixels / nice)
         painter.setClipRect(sensor)
         painter.setPen(QPen(QColor(theme.accent), 1.2))
-        painter.drawLines(_arrow_lines(places[shown.used], arrows[shown.used]))
+        painter.drawLines(_arrow_lines(origin + scale * self._places, arrows))
         painter.setPen(QPen(QColor(theme.bad), 2.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        for x, y in places[~shown.used].tolist():
+        for x, y in (origin + scale * shown.uv[~shown.used]).tolist():
             painter.drawLine(QPointF(x - 4.0, y - 4.0), QPointF(x + 4.0, y + 4.0))
             painter.drawLine(QPointF(x - 4.0, y + 4.0), QPointF(x + 4.0, y - 4.0))
         painter.setClipping(False)
@@ -337,6 +347,18 @@ def _depth_axis(rig: Rig, up: int) -> int:
     views = np.mean([camera.T_camera_from_world.rotation[2] for camera in rig.cameras], axis=0)
     views[up] = 0.0
     return int(np.argmax(np.abs(views)))
+
+
+def _cell_means(uv: Float, residuals: Float, size: tuple[float, float]) -> tuple[Float, Float]:
+    """Return mean places and residuals of the cells of a sensor, px; empty cells are left out."""
+    cell = np.clip((uv / np.array(size) * _CELLS).astype(np.int64), 0, _CELLS - 1)
+    _, index = np.unique(cell @ np.array([1, _CELLS]), return_inverse=True)
+    count = np.bincount(index)[:, None]
+    means = [
+        np.stack([np.bincount(index, values[:, axis]) for axis in range(2)], axis=1) / count
+        for values in (uv, residuals)
+    ]
+    return means[0], means[1]
 
 
 def _rms(values: Float) -> float:

@@ -30,7 +30,7 @@ from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.pages import StepPage
 from ocmm_gui.wizards.residual_plots import AllSensors, Histogram, SpaceArrows
 
-_SIDE_PX = 380
+_SIDE_PX = 360
 _CHANGES = (
     ("Camera", "which camera"),
     ("Shift mm", "distance of its centres, after the common motion was taken out"),
@@ -147,7 +147,8 @@ class ResultPage(StepPage):
         for number, (title, view) in enumerate(zip(self.plots, views, strict=True), start=1):
             button = QPushButton(f"{title}  [{number}]")
             button.setAccessibleName(title)
-            button.setFont(text_font(15, bold=True))
+            button.setFont(text_font(14, bold=True))
+            button.setProperty("role", "tool")
             button.setMinimumHeight(40)
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -271,7 +272,7 @@ class ResultPage(StepPage):
         ]
         if len(outcome.errors_world):
             rms = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
-            facts.append(("Errors", "{:.1f}, {:.1f}, {:.1f} µm RMS in X, Y, Z".format(*rms)))
+            facts.append(("Errors RMS", "X {:.1f}, Y {:.1f}, Z {:.1f} µm".format(*rms)))
         if comparison is not None:
             before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
             facts.append(("Length", f"{_um(before)} before, {_um(after)} after (k = 1)"))

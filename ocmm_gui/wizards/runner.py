@@ -249,6 +249,7 @@ class Runner(QWidget):
         button.setProperty("role", "primary" if action.objectName() in _PRIMARY else "tool")
         button.hide()
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.setEnabled(action.isEnabled())
         action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
         button.clicked.connect(action.trigger)
         return button

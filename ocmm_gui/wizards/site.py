@@ -24,8 +24,9 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.tracking.body import ProbeBody
+from ocmm_gui.bridge import StationBridge
 from ocmm_gui.wizards.calculation import ProcessCalculation
-from ocmm_gui.wizards.driver import Calculation, ShownProcedure, Tap
+from ocmm_gui.wizards.driver import Calculation, ShownProcedure, Tap, Warmth
 
 C = TypeVar("C", bound=str)
 
@@ -49,6 +50,10 @@ class WizardSite:
         Name that is proposed.
     tap
         The frames.
+    warmth
+        How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows.
+    obstacle
+        Why no calibrations are kept, and what to do; empty where they are.
     """
 
     rig: Rig
@@ -56,6 +61,34 @@ class WizardSite:
     store: Path | None
     who: str
     tap: Tap
+    warmth: Warmth = tuple
+    obstacle: tuple[str, str] = ("", "")
+
+
+def site_of(bridge: StationBridge) -> WizardSite:
+    """Return the site of a running inspection."""
+    station = bridge.station
+    in_use = station.calibration_in_use
+    obstacle = (
+        "The cameras are taken to be as the rig document says: no calibrations are kept.",
+        "Start the program with --calibrations FOLDER, or with real cameras.",
+    )
+    if in_use.fault is not None:
+        obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
+
+    def warmth() -> tuple[float | None, ...]:
+        report = station.bus_report()
+        return () if report is None else tuple(one.temperature_c for one in report.cameras)
+
+    return WizardSite(
+        rig=station.rig,
+        body=station.body,
+        store=None if in_use.store is None else in_use.store.folder,
+        who=bridge.job().operator,
+        tap=bridge.show_frames_to,
+        warmth=warmth,
+        obstacle=obstacle,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,12 +341,7 @@ def offers(site: WizardSite, kind: Kind) -> tuple[Offer, ...]:
 def store_folder_of(site: WizardSite) -> Path:
     """Return where the calibrations are kept; raise CalibrationError where they are not."""
     if site.store is None:
-        raise CalibrationError(
-            "wizard.no_store",
-            "The cameras are taken to be as the rig document says, so that no calibrations are "
-            "kept.",
-            "Start the program with --calibrations FOLDER, or with real cameras.",
-        )
+        raise CalibrationError("wizard.no_store", *site.obstacle)
     return site.store
 
 

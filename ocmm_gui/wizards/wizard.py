@@ -115,8 +115,9 @@ class Wizard(QStackedWidget):
             self.start.show_trouble(f"{error.what} {error.remedy}")
             return
         driver = WizardDriver(
-            opened.procedure, self._site.tap, opened.calculation, opened.predict, self._clock
-        )
+            opened.procedure, self._site.tap, opened.calculation, opened.predict,
+            self._site.warmth, self._clock,
+        )  # fmt: skip
         runner = Runner(driver, TITLES[self._kind], _pages(opened), _extra(opened, driver))
         runner.left.connect(self.leave)
         driver.taken.connect(self.taken)
