@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.pivot_kernel import add_moments, average_turned
+from ocmm_core.calibration.pivot_shape_kernel import add_moments, average_turned
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 
@@ -101,7 +101,7 @@ def group_average(targets: Float, centre: Float) -> Points3:
             "Turn the LEDs towards the cameras while the probe is swept.",
         )
     targets = np.ascontiguousarray(targets)
-    body = targets[whole[0]] - centre
+    body: Points3 = targets[whole[0]] - centre
     last = np.inf
     for _ in range(_MOST_ROUNDS):
         average = np.empty_like(body)

@@ -70,6 +70,8 @@ class PivotLimits:
         Part of the frames that may be left out.
     shape_mm
         RMS distance of the LEDs from those of the probe's document.
+    tip_change_mm
+        How far the tip may be from that of the document unless a person says why.
     tip_sigma_mm
         Standard uncertainty of the tip (root of the sum over its axes).
     """
@@ -82,6 +84,7 @@ class PivotLimits:
     moved_mm: float = 0.02
     left_out: float = 0.1
     shape_mm: float = 0.5
+    tip_change_mm: float = 0.5
     tip_sigma_mm: float = 0.02
 
 
@@ -161,6 +164,8 @@ class PivotCalibration:
         bootstrap and the uncertainty of the cameras.
     noise_covariance, formal_covariance
         Likewise: bootstrap alone, and what independent frames of the stated sigma would give.
+    by_cameras
+        (3 L + 3, 14 C): what a change of the cameras does to LEDs and tip.
     centre_world
         (3,), mm: where the ball rested.
     rotations
@@ -196,6 +201,7 @@ class PivotCalibration:
     covariance: Float
     noise_covariance: Float
     formal_covariance: Float
+    by_cameras: Float
     centre_world: Float
     rotations: Float
     used: NDArray[np.bool_]

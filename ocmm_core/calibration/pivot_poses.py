@@ -16,10 +16,10 @@ from ocmm_core.calibration.camera_model_fit import OUTLIER_PROBABILITY
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 
-SAMPLES = 1000
-"""Triples: with a third of wrong poses all of them hold one with probability 0.7^1000."""
+SAMPLES = 300
+"""Triples: with half of the poses wrong, all of them hold one with probability (7/8)^300."""
 
-_JUDGED = 600
+_JUDGED = 500
 """Poses, evenly spread, over which the median is taken."""
 
 _ROUNDS = 50

@@ -1,8 +1,8 @@
 """Where the adjustment of a swept probe starts, from nothing but the spots and the cameras.
 
 Targets are triangulated, their mean shape is laid onto every pose, and the poses that agree on one
-resting tip are found (`pivot_poses`). The common centre of their paths (`pivot_centre`) and the mean
-shape about it are the start.
+resting tip are found (`pivot_poses`). The common centre of their paths (`pivot_centre`) and the
+mean shape about it are the start.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ocmm_core.calibration.pivot_bundle import PivotState
 from ocmm_core.calibration.pivot_centre import common_centre, moments_of
 from ocmm_core.calibration.pivot_data import PivotSweep
-from ocmm_core.calibration.pivot_kernel import fit_turns
 from ocmm_core.calibration.pivot_poses import pivot_of_poses
+from ocmm_core.calibration.pivot_shape_kernel import fit_turns
 from ocmm_core.camera.model import ideal_from_pixels
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
@@ -57,7 +57,7 @@ def locate_targets(rig: Rig, uv: Pixels) -> Float:
     matrices, rights = np.zeros((n, n_leds, 3, 3)), np.zeros((n, n_leds, 3))
     views = np.zeros((n, n_leds), dtype=np.int64)
     for c, camera in enumerate(rig.cameras):
-        seen = np.isfinite(uv[:, c]).all(axis=2)
+        seen = np.isfinite(uv[:, c, :, 0])
         ideal = ideal_from_pixels(camera, np.where(seen[..., None], uv[:, c], 0.0))
         pose = camera.T_camera_from_world
         for axis in range(2):
@@ -92,7 +92,7 @@ def mean_shape(targets: Float, poses: int = _SHAPES) -> Points3:
     some = np.ascontiguousarray(targets[whole[:: max(1, len(whole) // poses)]])
     distances = np.linalg.norm(some[:, :, None] - some[:, None], axis=3)
     odd = np.abs(distances - np.median(distances, axis=0)).max(axis=(1, 2))
-    shape = some[int(np.argmin(odd))]
+    shape: Points3 = some[int(np.argmin(odd))]
     shape = shape - shape.mean(axis=0)
     for _ in range(_ROUNDS):
         rotations, origins, misses = lay(shape, some)
@@ -106,7 +106,7 @@ def mean_shape(targets: Float, poses: int = _SHAPES) -> Points3:
 
 
 def lay(shape: Points3, targets: Float) -> tuple[Float, Points3, Float]:
-    """Return rotations, origins and rigid residuals of all poses; see `pivot_kernel.fit_turns`."""
+    """Return rotations, origins and rigid residuals of all poses (`fit_turns`)."""
     n = len(targets)
     rotations, origins, left = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n)
     fit_turns(np.ascontiguousarray(shape), targets, rotations, origins, left)

@@ -1,0 +1,146 @@
+"""The geometry of a probe from a sweep about its ball.
+
+The ball rests in a cone and the probe is swept around it. One adjustment on the spots of all
+cameras finds where the ball is and where the LEDs stand about it (thesis 3.2, and what replaces
+its mean of four spheres). Everything here is a pure function of the frames.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.calibration.guards import let_pass
+from ocmm_core.calibration.pivot_bundle import misses
+from ocmm_core.calibration.pivot_centre import thesis_pivot
+from ocmm_core.calibration.pivot_covariance import geometry_in, pivot_uncertainty
+from ocmm_core.calibration.pivot_coverage import coverage_of
+from ocmm_core.calibration.pivot_data import PivotCalibration, PivotOptions, PivotSweep
+from ocmm_core.calibration.pivot_guards import (
+    find_jump,
+    judge_coverage,
+    judge_jump,
+    judge_left_out,
+    judge_shape,
+    judge_uncertainty,
+)
+from ocmm_core.calibration.pivot_robust import adjust_pivot_robustly
+from ocmm_core.calibration.pivot_start import start_pivot
+from ocmm_core.calibration.relocation_guards import judge_residuals
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.body import ProbeBody, rigid_fit
+
+LEAST_FRAMES = 30
+
+
+def calibrate_probe(
+    rig: Rig,
+    body: ProbeBody,
+    sweep: PivotSweep,
+    options: PivotOptions | None = None,
+    force: bool = False,
+) -> PivotCalibration:
+    """Return LEDs and tip of the probe as the sweep shows them.
+
+    Parameters
+    ----------
+    rig
+        The calibrated cameras; their `parameter_covariance` becomes part of the uncertainty.
+    body
+        The probe by its document: what its LEDs are compared with, and whose frame is kept.
+        Its numbers are not used for the result.
+    sweep
+        The frames.
+    options
+        Slack of the ball, and limits of the guards.
+    force
+        Overrule the guards that question the design of the calibration.
+
+    Raises
+    ------
+    CalibrationError
+        The sweep leaves the probe open, or a guard refuses.
+    """
+    options = options or PivotOptions()
+    limits = options.limits
+    _check(body, sweep)
+    start = start_pivot(rig, sweep, options.seed)
+    robust = adjust_pivot_robustly(rig, sweep, start, options.slack_mm)
+    state, used = robust.minimum.state, robust.used
+    geometry = geometry_in(body.leds_probe, state.arms)
+    of_probe = geometry.T_probe_from_body.rotation
+    rotations = np.full((len(used), 3, 3), np.nan)
+    rotations[used] = state.rotations @ of_probe.T
+    middle = (geometry.leds_probe - geometry.tip_probe).mean(axis=0)
+    coverage = coverage_of(rotations[used], middle)
+    turned = judge_coverage(coverage, limits)
+    # Without enough motion the rest cannot be computed, or says nothing.
+    let_pass(turned, force)
+    kept = sweep.only(used)
+    uncertainty = pivot_uncertainty(
+        rig, kept, state, geometry, options.slack_mm, options.resamples, options.seed
+    )
+    total = uncertainty.total
+    tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
+    spots = int(np.count_nonzero(kept.weights))
+    # With slack each pose has three unknowns and three conditions more.
+    dof = max(2 * spots - 3 * len(kept.uv) - state.columns + 3, 1)
+    findings = [
+        *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
+        *judge_residuals(robust.minimum.cost, dof),
+        *turned,
+        *judge_left_out(robust.left_out, len(used), limits),
+        *judge_jump(find_jump(robust.free, used, state.centre), limits),
+        *judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
+    ]
+    warnings = let_pass(findings, force)
+    residuals = np.full(sweep.uv.shape, np.nan)
+    residuals[used] = -misses(rig, kept, state)
+    thesis = thesis_pivot(start.targets[used])
+    return PivotCalibration(
+        leds_probe=geometry.leds_probe,
+        tip_probe=geometry.tip_probe,
+        covariance=total,
+        noise_covariance=uncertainty.noise,
+        formal_covariance=uncertainty.formal,
+        by_cameras=uncertainty.by_cameras,
+        centre_world=state.centre,
+        rotations=rotations,
+        used=used,
+        left_out=robust.left_out,
+        residuals_px=residuals,
+        rms_px=float(np.sqrt(np.nanmean(residuals**2))),
+        chi2=robust.minimum.cost,
+        dof=dof,
+        tips_world=robust.free.tips,
+        block=uncertainty.block,
+        coverage=coverage,
+        thesis=thesis,
+        thesis_tip_probe=tip_of_arms(thesis.arms, body),
+        warnings=warnings,
+        iterations=robust.iterations,
+        forced=force and any(one.refuses for one in findings),
+    )
+
+
+def tip_of_arms(arms: Float, body: ProbeBody) -> Float:
+    """Return the tip (3,), mm, in the frame of the document into which the arms are laid."""
+    return rigid_fit(arms, body.leds_probe)[1]
+
+
+def _check(body: ProbeBody, sweep: PivotSweep) -> None:
+    if sweep.uv.ndim != 4 or sweep.uv.shape[2] != body.n_leds:
+        raise CalibrationError(
+            "pivot.leds",
+            f"The sweep shows spots of {sweep.uv.shape[2] if sweep.uv.ndim == 4 else 0} LEDs, and "
+            f"probe '{body.name}' has {body.n_leds}.",
+            "Choose the document of the probe that was swept.",
+        )
+    if len(sweep.uv) < LEAST_FRAMES:
+        raise CalibrationError(
+            "pivot.few_frames",
+            f"The sweep has {len(sweep.uv)} frames only; {LEAST_FRAMES} are the least, and some "
+            f"thousands are good.",
+            "Sweep the probe for half a minute.",
+        )

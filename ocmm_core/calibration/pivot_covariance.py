@@ -1,0 +1,192 @@
+"""How far LEDs and tip of a swept probe can be wrong.
+
+Frames of a sweep are correlated: the hand moves on slowly over the pattern of the sensors, and the
+ball creeps. The formal covariance takes them as independent and flatters (ten times on recorded
+data). Whole blocks of consecutive frames, as long as the frames' influences on the tip resemble
+each other, are drawn with replacement instead (block bootstrap; Kuensch 1989), each draw solved by
+one Gauss-Newton step from the sums of its blocks. What the cameras' own uncertainty does to the
+result is common to all frames and added to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.calibration.pivot_bundle import (
+    PivotState,
+    inverse_pinned,
+    normals_at,
+    solve_pinned,
+)
+from ocmm_core.calibration.pivot_data import PivotSweep
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3, RigidTransform, skew
+from ocmm_core.tracking.body import rigid_fit
+
+MOST_BLOCKS = 200
+LEAST_BLOCKS = 8
+_CORRELATIONS_PER_BLOCK = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class Geometry:
+    """LEDs and tip in the frame of a probe's document.
+
+    Attributes
+    ----------
+    leds_probe, tip_probe
+        (L, 3) and (3,), mm.
+    T_probe_from_body
+        From the frame of the adjustment, whose origin is the tip.
+    by_arms
+        (3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment. The LEDs stay
+        laid onto those of the document.
+    """
+
+    leds_probe: Points3
+    tip_probe: Float
+    T_probe_from_body: RigidTransform
+    by_arms: Float
+
+
+@dataclass(frozen=True, slots=True)
+class PivotUncertainty:
+    """Covariances (3 L + 3, 3 L + 3), mm^2, of LEDs and tip in the probe's frame.
+
+    Attributes
+    ----------
+    noise
+        Of the sweep, by block bootstrap.
+    formal
+        Of independent frames with the stated sigma.
+    by_cameras
+        (3 L + 3, 14 C): derivative of LEDs and tip by the parameters of the cameras.
+    cameras
+        What the uncertainty of the cameras adds.
+    block
+        Frames in a block.
+    """
+
+    noise: Float
+    formal: Float
+    by_cameras: Float
+    cameras: Float
+    block: int
+
+    @property
+    def total(self) -> Float:
+        """Return all of it; never below the formal one."""
+        tip = slice(-3, None)
+        # A bootstrap of few blocks can by chance be smaller than what noise alone allows.
+        growth = max(1.0, float(np.trace(self.formal[tip, tip]) / np.trace(self.noise[tip, tip])))
+        return growth * self.noise + self.cameras
+
+
+def geometry_in(leds_document: Points3, arms: Points3) -> Geometry:
+    """Return LEDs and tip, laid onto the LEDs (L, 3), mm, of the probe's document."""
+    rotation, tip = rigid_fit(arms, leds_document)
+    leds = arms @ rotation.T + tip
+    n_leds = len(leds)
+    # Motions of the whole probe: turns about the origin, then shifts.
+    motions = np.vstack([np.hstack([-skew(point), np.eye(3)]) for point in (*leds, tip)])
+    held = np.linalg.pinv(motions[: 3 * n_leds])
+    by_leds = np.vstack([np.eye(3 * n_leds), np.zeros((3, 3 * n_leds))]) - motions @ held
+    return Geometry(
+        leds, tip, RigidTransform(rotation, tip), by_leds @ np.kron(np.eye(n_leds), rotation)
+    )
+
+
+def pivot_uncertainty(
+    rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
+    resamples: int, seed: int,
+) -> PivotUncertainty:  # fmt: skip
+    """Return how far a minimum can be wrong.
+
+    Parameters
+    ----------
+    sweep, state
+        The frames that took part, and the minimum.
+    resamples, seed
+        Draws of the bootstrap, and their seed.
+
+    Raises
+    ------
+    CalibrationError
+        The sweep leaves the probe open.
+    """
+    here = normals_at(rig, sweep, state, slack_mm, with_cameras=True)
+    turns = state.turns()
+    inverse = inverse_pinned(here.normals[0], turns)
+    if inverse is None:
+        raise CalibrationError(
+            "pivot.open",
+            "The sweep leaves the geometry of the probe open.",
+            "Sweep the probe by 20 degrees to all sides, and turn it about its handle too.",
+        )
+    by_common = np.hstack([np.zeros((len(geometry.by_arms), 3)), geometry.by_arms])
+    influences = here.scores @ inverse @ by_common[-3:].T
+    block = block_length(influences)
+    blocks = np.arange(len(sweep.uv), dtype=np.int64) // block
+    split = normals_at(rig, sweep, state, slack_mm, blocks=blocks)
+    noise = _bootstrap(split.normals, split.gradients, turns, resamples, seed)
+    by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed)
+    return PivotUncertainty(
+        noise=by_common @ noise @ by_common.T,
+        formal=by_common @ inverse @ by_common.T,
+        by_cameras=by_cameras,
+        cameras=by_cameras @ rig.parameter_covariance @ by_cameras.T,
+        block=block,
+    )
+
+
+def block_length(influences: Float) -> int:
+    """Return how many consecutive frames are to be taken as one, from their influences (n, 3).
+
+    Six times the integrated autocorrelation time of the slowest axis (Sokal's window), so that
+    blocks hardly know of each other; never so long that fewer than eight remain.
+    """
+    n = len(influences)
+    times = max(_correlation_time(column) for column in influences.T)
+    shortest = -(-n // MOST_BLOCKS)
+    longest = max(n // LEAST_BLOCKS, 1)
+    return int(np.clip(np.ceil(_CORRELATIONS_PER_BLOCK * times), shortest, longest))
+
+
+def _correlation_time(series: Float) -> float:
+    """Return half of one plus twice the sum of the autocorrelations: 0.5 for white noise."""
+    centred = series - series.mean()
+    n = len(centred)
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
+    correlation = np.fft.irfft(spectrum, size)[:n]
+    if not correlation[0] > 0.0:
+        return 0.5
+    sums = 0.5 + np.cumsum(correlation[1:] / correlation[0])
+    windows = np.arange(1, n)
+    enough = np.flatnonzero(windows >= 6.0 * sums)
+    return max(float(sums[enough[0]] if len(enough) else sums.max(initial=0.5)), 0.5)
+
+
+def _bootstrap(
+    normals: Float, gradients: Float, turns: Float, resamples: int, seed: int
+) -> Float:
+    """Return the covariance of the common unknowns over draws of blocks."""
+    rng = np.random.default_rng(seed)
+    count = len(normals)
+    draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
+    steps = np.array(
+        [
+            -solve_pinned(normal, turns, gradient)
+            for normal, gradient in zip(
+                np.tensordot(draws, normals, 1), draws @ gradients, strict=True
+            )
+        ]
+    )
+    steps -= steps.mean(axis=0)
+    # Draws from B blocks vary by (B - 1) / B of what B independent blocks do.
+    covariance: Float = steps.T @ steps / (resamples - 1) * (count / max(count - 1, 1))
+    return covariance
+
