@@ -90,12 +90,13 @@ def relocate(
     free = found.minimum.state
     motion = motion_to_world(options.world, observed.seats, free, start.cameras)
     state = free.in_world(motion)
-    covariance = max(1.0, chi2 / dof) * _covariance(problem, found, state, start, options)
     anchors = anchors_of(options.world, observed.seats, state, start.cameras)
+    covariance = max(1.0, chi2 / dof) * covariance_in_world(
+        _covariance(problem, found, state, start, options), state, anchors
+    )
     misplaced: list[Finding] = []
     if isinstance(options.world, KeptByPoints):
         misplaced = judge_anchors(tuple(options.world.positions_world), anchors, covariance)
-    covariance = covariance_in_world(covariance, state, anchors)
 
     back = np.argsort(problem.order)
     used, seen = found.used[back], np.isfinite(found.distances[back])
@@ -113,13 +114,13 @@ def relocate(
         replace(observed, frames=kept),
         found.placements_used,
     )
-    frames, placements = int(np.isfinite(tips[:, 0]).sum()), sum(bar.used for bar in bars)
+    frames = int(np.isfinite(tips[:, 0]).sum())
     findings = [
         *residuals,
         *judge_knowledge(observed, options, problem.prior, state),
         *misplaced,
         *judge_spots(wrong, int(seen.sum()), state.cameras),
-        *judge_design(observed, options, targets, frames, placements),
+        *judge_design(observed, bars, targets, frames),
         *judge_focal(state.cameras, covariance),
     ]
     return Relocation(

@@ -19,13 +19,22 @@ from ocmm_core.calibration.guards import (
     RMS_REFUSED,
     Finding,
 )
-from ocmm_core.calibration.relocation_data import Observations, RelocationOptions, WrongSpot
+from ocmm_core.calibration.relocation_data import (
+    BarResidual,
+    Observations,
+    RelocationOptions,
+    WrongSpot,
+)
 from ocmm_core.calibration.relocation_frame import Anchors
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS, CameraModel
 from ocmm_core.geometry import Float, Int, Points3
 
 FEW_FRAMES = 100
 FEW_PLACEMENTS = 5
+PLACEMENTS_REFUSED = 0.3
+BAR_SIGMAS = 5.0
+"""Of the mean of all placements; that the probe has a say too makes it smaller, never larger."""
+
 ANCHOR_SIGMAS = 5.0
 CONTRADICTION = 1e-5
 """Probability below which chance does not explain how far something known was moved."""
@@ -93,16 +102,17 @@ def judge_spots(
 
 
 def judge_design(
-    observed: Observations, options: RelocationOptions, targets: Points3, frames: int,
-    placements: int,
-) -> list[Finding]:  # fmt: skip
+    observed: Observations, bars: Sequence[BarResidual], targets: Points3, frames: int
+) -> list[Finding]:
     """Return what the choice of frames and bars says.
 
     Parameters
     ----------
+    bars
+        All placements.
     targets
         (n, 3), mm, world: all LEDs that were seen by two cameras.
-    frames, placements
+    frames
         How many took part.
     """
     found = []
@@ -124,15 +134,8 @@ def judge_design(
                 refuses=False,
             )
         )
-    elif placements < FEW_PLACEMENTS:
-        found.append(
-            Finding(
-                "relocation.few_placements",
-                f"A length bar was used in {placements} placement(s) only.",
-                "Show it in ten placements all over the volume and in all directions.",
-                refuses=options.geometry == "unknown" and placements == 0,
-            )
-        )
+    else:
+        found += _placements(bars)
     flat = cloud_of(targets).flatness
     if flat < FLAT_WARNED:
         found.append(
@@ -143,6 +146,51 @@ def judge_design(
                 "Wave the probe through the whole volume, also to and from the cameras.",
                 refuses=flat < FLAT_REFUSED,
                 forcible=True,
+            )
+        )
+    return found
+
+
+def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
+    used = sum(bar.used for bar in bars)
+    found = []
+    if used < len(bars):
+        wrong = [bar for bar in bars if not bar.used]
+        listed = ", ".join(
+            f"{bar.placement + 1} ({1e3 * bar.error_mm:+.0f} um)" for bar in wrong[:10]
+        )
+        found.append(
+            Finding(
+                "relocation.bar_left_out",
+                f"{len(wrong)} of {len(bars)} placements of the bar do not fit and were left out: "
+                f"{listed}.",
+                "Show these placements again; if most of them do not fit, check the length on the "
+                "certificate and the geometry of the probe.",
+                refuses=len(wrong) > PLACEMENTS_REFUSED * len(bars),
+                forcible=True,
+            )
+        )
+    weights = np.array([bar.sigma_mm**-2 for bar in bars if bar.used])
+    errors = np.array([bar.error_mm for bar in bars if bar.used])
+    if used and abs(weights @ errors) > BAR_SIGMAS * np.sqrt(weights.sum()):
+        found.append(
+            Finding(
+                "relocation.bar_contradicts",
+                f"The bar and the LEDs of the probe contradict each other: the placements show the "
+                f"bar {1e3 * (weights @ errors) / weights.sum():+.1f} um off its certified length.",
+                "Check the length on the certificate, the temperature, and the geometry of the "
+                "probe.",
+                refuses=True,
+                forcible=True,
+            )
+        )
+    if used < FEW_PLACEMENTS:
+        found.append(
+            Finding(
+                "relocation.few_placements",
+                f"A length bar was used in {used} placement(s) only.",
+                "Show it in ten placements all over the volume and in all directions.",
+                refuses=False,
             )
         )
     return found

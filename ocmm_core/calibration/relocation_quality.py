@@ -115,9 +115,12 @@ def _seat_alone(
     """Return mean (3,), mm, and covariance (3, 3) of the tips in one seat."""
     mine = observed.frames.seats == seat
     sigmas = observed.frames.sigma_px[mine]
-    batch = solve(observed.frames.uv[mine], rig, body, 1.0)
+    # Each frame has its own sigma; the unit of the solution is the smallest of them.
+    unit_px = float(sigmas.min())
+    batch = solve(observed.frames.uv[mine], rig, body, unit_px)
     solved = batch.status == 0
-    spread = batch.tip_covariance * sigmas[:, None, None] ** 2 + observed.seat_sigma**2 * np.eye(3)
+    growth = (sigmas / unit_px)[:, None, None] ** 2
+    spread = growth * batch.tip_covariance + observed.seat_sigma**2 * np.eye(3)
     count = int(solved.sum())
     if not count:
         return np.full(3, np.nan), np.full((3, 3), np.nan)

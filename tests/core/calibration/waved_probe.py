@@ -83,11 +83,15 @@ class World:
     length: float
     rng: np.random.Generator
 
-    def waved(self, n: int) -> ProbeFrames:
-        """Return frames of the probe anywhere in the volume, its LEDs' mean in it."""
-        turns = self.rng.uniform(-1.0, 1.0, (n, 3)) * TILTS
+    def waved(self, n: int, depth: float = 300.0, tilt: float = 1.0) -> ProbeFrames:
+        """Return frames of the probe anywhere in the volume, its LEDs' mean in it.
+
+        The volume may be made less deep, mm, and the tilts smaller.
+        """
+        turns = self.rng.uniform(-tilt, tilt, (n, 3)) * TILTS
         rotations = np.stack([rotation_xyz(*turn) for turn in turns])
         centres = VOLUME[0] + self.rng.random((n, 3)) * (VOLUME[1] - VOLUME[0])
+        centres[:, 1] *= depth / 300.0
         origins = centres - rotations @ self.leds.mean(axis=0)
         return ProbeFrames.waved(self._spots(rotations, origins), SIGMA_PX)
 
