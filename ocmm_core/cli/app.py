@@ -35,6 +35,7 @@ from ocmm_core.cli.options import (
     UncalibratedOption,
 )
 from ocmm_core.cli.rig import rig_app
+from ocmm_core.cli.study import study_app
 from ocmm_core.cli.truth import true_values
 from ocmm_core.cli.write_cameras import write_cameras
 
@@ -53,6 +54,7 @@ app = typer.Typer(
 app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
 app.add_typer(calibrate_app, name="calibrate")
+app.add_typer(study_app, name="study")
 calibrate_app.command()(write_cameras)
 
 
