@@ -61,6 +61,7 @@ class CalibrationMonitor:
         self._sparse: deque[Look] = deque(maxlen=self._options.looks)
         self._count = 0
         self._good_ns: dict[str, int] = {}
+        self._unnamed = 0
         self._unfit = _UnfitFrames(self._options.unfit_ns)
 
     def feed(self, track: TrackBlock) -> list[Examination]:
@@ -105,6 +106,10 @@ class CalibrationMonitor:
 
     def _examined(self, kind: str, looks: deque[Look]) -> Examination:
         result = examine(looks, self._rig, self._body, self._belief, self._options)
+        # Where only some looks are from after a change, nothing explains them for a while.
+        self._unnamed = self._unnamed + 1 if result.cause is Cause.UNKNOWN else 0
+        if 0 < self._unnamed <= self._options.looks // self._options.every:
+            result = replace(result, cause=Cause.NOTHING, what="")
         # What happens in the middle of some looks may not show yet: all was well at their begin.
         if result.good:
             self._good_ns[kind] = looks[0].first_ns

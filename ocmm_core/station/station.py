@@ -27,7 +27,7 @@ from ocmm_core.acquisition.worker import (
     AcquisitionStatus,
     read_status,
 )
-from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView
+from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle
 from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
@@ -40,10 +40,12 @@ from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
 from ocmm_core.station.calibration_watch import CalibrationWatch
+from ocmm_core.station.change_watch import ChangeWatch
 from ocmm_core.station.live import LiveState
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
+from ocmm_core.tracking.result import TrackBlock
 
 _log = logging.getLogger(__name__)
 
@@ -141,6 +143,8 @@ class MeasuringStation:
         if isinstance(acquisition, ChildProcess):
             objects = partial(RemoteObjects, acquisition)
         self._calibration = CalibrationWatch(calibration, self._bus, objects)
+        self._changes = ChangeWatch(calibration, body, self._session)
+        self._watcher: Callable[[FrameBlock], None] | None = None
         self._take = threading.Event()
         self._stop = threading.Event()
         self._drained = threading.Event()
@@ -197,7 +201,8 @@ class MeasuringStation:
 
     def live(self) -> LiveView:
         """Return what the machine sees now."""
-        return self._live.view(self.acquisition_status(), self._obstacle())
+        obstacle = self._obstacle()
+        return self._live.view(self.acquisition_status(), str(obstacle or ""))
 
     def calibration(self) -> CalibrationView:
         """Return what is to be said about the calibration, at most 0.2 s old."""
@@ -225,6 +230,14 @@ class MeasuringStation:
             A camera does not take them.
         """
         self._calibration.write_to_cameras()
+
+    def show_frames_to(self, watcher: Callable[[FrameBlock], None] | None) -> None:
+        """Show all frames to a calibration procedure from now on, or to nobody.
+
+        It is called on the reconstruction thread. As long as it watches, no points are taken:
+        whoever waves the probe through the volume does not measure the part.
+        """
+        self._watcher = watcher
 
     def job(self) -> JobView:
         """Return the job as it stands."""
@@ -305,9 +318,21 @@ class MeasuringStation:
             T_part_from_world=self._session.T_part_from_world,
         )
 
-    def _obstacle(self) -> str:
-        obstacle = self._calibration.view().hindrance
-        return "" if obstacle is None else str(obstacle)
+    def _obstacle(self) -> Obstacle | None:
+        """Return why no points may be taken because of the calibration, or None."""
+        view = self._calibration.view()
+        return view.hindrance or (None if view.uncalibrated else self._changes.doubt)
+
+    def _watch_changes(self, track: TrackBlock) -> None:
+        """Let the monitor see the frames; what it holds back is told as a change of the job."""
+        try:
+            turned = self._changes.feed(track, self._calibration.view())
+        except OcmmError as error:
+            self.failed.emit(error)
+            turned = True
+        if turned:
+            self._calibration.forget()
+            self.changed.emit()
 
     def _refuse(self, refusal: Refusal) -> None:
         self._session.refuse(refusal)
@@ -350,7 +375,12 @@ class MeasuringStation:
             collector.arm()
         touches = collector.feed(track)
         self._live.feed(block, track, pipeline, collecting=collector.collecting)
-        obstacle = self._calibration.view().hindrance if touches else None
+        watcher = self._watcher
+        if watcher is not None:
+            watcher(block)
+            return
+        self._watch_changes(track)
+        obstacle = self._obstacle() if touches else None
         for touch in touches:
             if obstacle is not None:
                 self._refuse(

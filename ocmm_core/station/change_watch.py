@@ -1,0 +1,131 @@
+"""The monitor at work: it puts the calibration in doubt, says who has moved, holds points back.
+
+Where the calibration comes from a store, the doubt is written there and lasts until a verification
+has passed; then the points count again. A rig that is measured with its document has nobody who
+could verify it: there the doubt lasts as long as the job runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+
+from ocmm_core.calibration.baseline_file import load_baseline
+from ocmm_core.calibration.change_verdict import Cause, Examination
+from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle, Word
+from ocmm_core.calibration.monitor import CalibrationMonitor
+from ocmm_core.calibration.records import record_hash
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.result import TrackBlock
+
+WHO = "monitor"
+"""Who put the calibration in doubt, in its history."""
+
+_USABLE = (Word.VALID, Word.DUE)
+_REMEDIES = {
+    Cause.PROBE: "Check the probe and calibrate it, then begin a new job.",
+    Cause.COMMON: "Align the part anew.",
+}
+_REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibrate again."
+
+
+class ChangeWatch:
+    """Feed the monitor and act on what it finds; `feed` belongs to the reconstruction thread.
+
+    Parameters
+    ----------
+    in_use
+        What is measured with.
+    body
+        The probe.
+    session
+        Holds the points.
+    clock
+        The time of day, with its zone.
+
+    Raises
+    ------
+    CalibrationError
+        The baseline that was learnt for this calibration is damaged.
+    """
+
+    def __init__(
+        self,
+        in_use: CalibrationInUse,
+        body: ProbeBody,
+        session: InspectionSession,
+        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        self._in_use = in_use
+        self._body = body
+        self._session = session
+        self._clock = clock
+        self._baseline = None
+        if in_use.record is not None and in_use.store is not None:
+            self._baseline = load_baseline(
+                in_use.store.folder, record_hash(in_use.record), body.identity
+            )
+        self._monitor = self._new_monitor()
+        self._doubt: Obstacle | None = None
+        self._stored = False
+        self._began_ns: int | None = None
+
+    @property
+    def doubt(self) -> Obstacle | None:
+        """Return what has changed and what to do about it, or None (any thread)."""
+        return self._doubt
+
+    def feed(self, track: TrackBlock, view: CalibrationView) -> bool:
+        """Take in tracked frames and say whether the doubt came or went.
+
+        Parameters
+        ----------
+        track
+            Consecutive frames.
+        view
+            What is said about the calibration now.
+
+        Raises
+        ------
+        OcmmError
+            The doubt could not be made durable; it holds all the same until the program ends.
+        """
+        if self._began_ns is None:
+            self._began_ns = int(track.time_ns[0])
+        if self._doubt is not None:
+            return self._cleared(view)
+        alarm = next((item for item in self._monitor.feed(track) if item.alarm), None)
+        if alarm is None:
+            return False
+        self._raise(alarm, int(track.time_ns[-1]), view)
+        return True
+
+    def _raise(self, alarm: Examination, now_ns: int, view: CalibrationView) -> None:
+        self._doubt = Obstacle(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
+        since_s = None if alarm.since_ns is None else alarm.since_ns * 1e-9
+        try:
+            self._session.hold_back(since_s, alarm.what)
+        finally:
+            store = self._in_use.store
+            of_cameras = alarm.cause in (Cause.CAMERA, Cause.UNKNOWN)
+            if store is not None and of_cameras and view.word in _USABLE:
+                now = self._clock()
+                since_ns = alarm.since_ns if alarm.since_ns is not None else self._began_ns
+                ago_ns = now_ns - (since_ns if since_ns is not None else now_ns)
+                store.suspect(WHO, alarm.what, now - timedelta(seconds=ago_ns * 1e-9), now)
+                self._stored = True
+
+    def _cleared(self, view: CalibrationView) -> bool:
+        """Let the points count again once a verification has lifted the stored doubt."""
+        if not self._stored or view.word not in _USABLE:
+            return False
+        self._session.release("The calibration was verified since.")
+        self._doubt, self._stored = None, False
+        self._monitor = self._new_monitor()
+        return True
+
+    def _new_monitor(self) -> CalibrationMonitor:
+        record = self._in_use.record
+        maps = record.residual_maps if record is not None else ()
+        return CalibrationMonitor(self._in_use.rig, self._body, maps, self._baseline)
