@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.calibration.artefacts import load_bar, load_sphere
 from ocmm_core.calibration.procedure import Decision, Kind, Procedure
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
@@ -134,6 +135,10 @@ BarOption = Annotated[Path, typer.Option("--bar", help="Document of the length b
 ShotsOption = Annotated[
     Path | None, typer.Option("--shots", help="Recorded averaged spots instead of a source.")
 ]
+RecordOption = Annotated[
+    Path | None,
+    typer.Option("--record", help="Keep all raw frames in this file; --source replay:FILE."),
+]
 
 VIRTUAL_BAR = resource("artefacts", "bar.toml")
 
@@ -160,6 +165,7 @@ def cameras(
     seed: SeedOption = DEFAULT_SEED,
     move: MoveOption = None,
     speed: SpeedOption = 0.0,
+    record: RecordOption = None,
     force: ForceOption = False,
 ) -> None:
     """Calibrate all cameras from known points: a target is brought to every position of a list.
@@ -187,7 +193,7 @@ def cameras(
     elif _is_lacking(procedure):
         virtual = VirtualSite(rig, STANDARD_PROBE, seed, move)
         scenes = scenes_of_known_points(virtual, procedure.view, listed)
-        _collect(procedure, site, rig, source, virtual, scenes, speed, force, console)
+        _collect(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
     _compute(procedure, overrule)
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -236,6 +242,7 @@ def relocate(
     seed: SeedOption = DEFAULT_SEED,
     move: MoveOption = None,
     speed: SpeedOption = 0.0,
+    record: RecordOption = None,
     force: ForceOption = False,
 ) -> None:
     """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar."""
@@ -263,7 +270,7 @@ def relocate(
     elif _is_lacking(procedure):
         virtual = VirtualSite(rig, probe, seed, move)
         scenes = scenes_of_relocation(virtual, site.design, procedure.view, artefact, known)
-        _collect(procedure, site, rig, source, virtual, scenes, speed, force, console)
+        _collect(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
     _compute(procedure, overrule)
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -304,6 +311,7 @@ def verify(
     seed: SeedOption = DEFAULT_SEED,
     move: MoveOption = None,
     speed: SpeedOption = 0.0,
+    record: RecordOption = None,
     force: ForceOption = False,
 ) -> None:
     """Verify the calibration in force with a bar along seven lines, and with spheres."""
@@ -330,7 +338,7 @@ def verify(
     elif _is_lacking(procedure):
         virtual = VirtualSite(rig, probe, seed, move)
         scenes = scenes_of_verification(virtual, site.rig, procedure.view, artefact, spheres)
-        _collect(procedure, site, rig, source, virtual, scenes, speed, force, console)
+        _collect(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -372,15 +380,25 @@ def _collect(
     virtual: VirtualSite,
     scenes: tuple[Scene, ...],
     speed: float,
+    record: Path | None,
     force: bool,
     console: Console,
 ) -> None:
+    frames = None
     if source in VIRTUAL_SOURCES:
         script = virtual.script(scenes)
         frames = script.build().n_frames
-        collect(procedure, virtual_feed(script, source, speed), frames, console)
+        feed = virtual_feed(script, source, speed)
     else:
-        collect(procedure, real_feed(rig, site.design, source, force=force), None, console)
+        feed = real_feed(rig, site.design, source, force=force)
+    recorder = None
+    if record is not None:
+        try:
+            recorder = FrameRecorder(record, feed.description, site.design)
+        except BaseException:
+            feed.ring.close()
+            raise
+    collect(procedure, feed, frames, console, recorder)
 
 
 def _compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str) -> None:
@@ -403,9 +421,7 @@ def _finish(
         raise typer.Exit(code)
 
 
-def _store_in_cameras(
-    site: Site, source: str, rig: Path, force: bool, console: Console
-) -> None:
+def _store_in_cameras(site: Site, source: str, rig: Path, force: bool, console: Console) -> None:
     """Write what was accepted into real cameras; virtual ones forget it when they end."""
     record = site.store.active()
     if record is not None and source.startswith("ethercat:") and source not in VIRTUAL_SOURCES:

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import (
@@ -147,13 +148,21 @@ def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
     return make_feed(request, load_plan(DEMO_PLAN), design)
 
 
-def collect(procedure: Procedure, feed: Feed, frames: int | None, console: Console) -> None:
+def collect(
+    procedure: Procedure,
+    feed: Feed,
+    frames: int | None,
+    console: Console,
+    recorder: FrameRecorder | None = None,
+) -> None:
     """Take whatever is ready, and enter the next step as soon as its gate opens.
 
     Parameters
     ----------
     frames
         Of the script; None where the source does not end by itself.
+    recorder
+        Takes all frames as well; closed at the end.
 
     Raises
     ------
@@ -181,6 +190,8 @@ def collect(procedure: Procedure, feed: Feed, frames: int | None, console: Conso
                     warmth_at = time.monotonic() + _WARMTH_S
                     _note_warmth(procedure, feed)
                 if block is not None:
+                    if recorder is not None:
+                        recorder.append(block)
                     procedure.watch(block)
                     seen += len(block)
                     if procedure.base.live.ready:
@@ -198,6 +209,8 @@ def collect(procedure: Procedure, feed: Feed, frames: int | None, console: Conso
         feed.acquisition.join(_STOP_S)
         status = read_status(feed.ring)
         feed.ring.close()
+        if recorder is not None:
+            recorder.close()
     if procedure.base.current < last:
         view = procedure.base
         why = view.step.gate.reason
