@@ -104,7 +104,9 @@ class CalibrationWatch:
             self._view = None
 
     def write_to_cameras(self) -> None:
-        """Store the intrinsics of the calibration in the cameras; takes up to some seconds.
+        """Store the intrinsics of the calibration in force in the cameras; takes some seconds.
+
+        That is the one that was accepted last, also where this job was begun with another one.
 
         Raises
         ------
@@ -113,7 +115,10 @@ class CalibrationWatch:
         BusError
             A camera does not take them.
         """
-        record, objects = require_record(self.in_use), self._objects
+        store, objects = self.in_use.store, self._objects
+        record = store.active() if store is not None else None
+        if record is None:
+            record = require_record(self.in_use)
         if objects is None:
             raise CalibrationError(
                 "calibration.no_cameras",

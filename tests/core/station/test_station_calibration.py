@@ -8,10 +8,12 @@ from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import msgspec
 import pytest
 
+from ocmm_core.calibration.camera_memory import compare_with_cameras
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import Word, store_folder
+from ocmm_core.calibration.in_use import Word, open_calibration, store_folder
 from ocmm_core.calibration.records import CameraRecord
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
@@ -20,9 +22,14 @@ from ocmm_core.inspection.session import InspectionSession, SessionOptions
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.simulation.virtual_bus import namespace_command
+from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tolerances.result import Verdict
 from tests.core.calibration.made_records import make_record, make_verification
+from tests.core.fieldbus.direct_camera import DirectCamera
+
+# Whole jobs through the whole station.
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(150)]
 
 Build = Callable[..., BuiltStation]
 
@@ -76,7 +83,7 @@ def test_a_job_is_measured_with_the_record_and_says_so(build: Build, tmp_path: P
     station = built.station
     assert station.rig.identity == store.active_hash
     station.start()
-    assert station.wait_finished(40.0)
+    assert station.wait_finished(120.0)
     view = station.job()
     assert view.complete
     assert view.unproven == ""
@@ -116,7 +123,7 @@ def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_p
     built = build(frame_rate_hz=500, uncalibrated=True)
     station = built.station
     station.start()
-    assert station.wait_finished(40.0)
+    assert station.wait_finished(120.0)
     view = station.job()
     assert view.complete
     assert "never calibrated" in view.unproven
@@ -167,8 +174,24 @@ def test_without_cameras_there_is_nothing_to_write_to(build: Build, tmp_path: Pa
         build(frame_rate_hz=500).station.write_to_cameras()
 
 
+def test_what_is_written_is_the_calibration_in_force(tmp_path: Path) -> None:
+    record = fresh_record()
+    store = calibrate(tmp_path, record)
+    cameras = {entry.name: DirectCamera(serial=entry.serial) for entry in record.cameras}
+    in_use = open_calibration(resource("rigs", "recommended.toml"), tmp_path)
+    watch = CalibrationWatch(in_use, None, cameras.__getitem__)
+    left, right = record.cameras
+    later = fresh_record(cameras=(msgspec.structs.replace(left, k1=1.1 * left.k1), right))
+    store.accept(later, "technician", "new", datetime.now(UTC))
+    # A wizard of the same window has just accepted it.
+    assert in_use.store is not None
+    in_use.store.refresh()
+    watch.write_to_cameras()
+    assert compare_with_cameras(later, cameras.__getitem__) is None
+    assert compare_with_cameras(record, cameras.__getitem__) is not None
+
+
 @pytest.mark.timing
-@pytest.mark.slow
 def test_cameras_that_store_nothing_are_not_measured_with_until_they_do(
     build: Build, tmp_path: Path
 ) -> None:
