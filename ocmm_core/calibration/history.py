@@ -207,7 +207,8 @@ class CalibrationStore:
             )
         save(self._folder, record)
         kind = EventKind.PASSED if record.passed else EventKind.FAILED
-        reason = f"{len(record.checks)} checks by the rule: {record.rule}"
+        count = len(record.checks)
+        reason = f"{count} check{'s' if count != 1 else ''} by the rule: {record.rule}"
         self._append(
             kind, record.calibration, record.made_by, reason, now, evidence=record_hash(record)
         )
