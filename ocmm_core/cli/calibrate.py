@@ -48,6 +48,7 @@ from ocmm_core.cli.calibrate_scenes import (
     scenes_of_relocation,
     scenes_of_verification,
 )
+from ocmm_core.cli.calibrate_sensors import WAVE_S, learn, require_usable, wave
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import (
     DEFAULT_SEED,
@@ -63,7 +64,7 @@ from ocmm_core.cli.options import (
 from ocmm_core.cli.write_cameras import write_accepted
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibrating import Scene
+from ocmm_core.simulation.calibrating import WAY_S, Scene, Wave
 from ocmm_core.tracking.body import load_probe
 
 calibrate_app = typer.Typer(
@@ -347,6 +348,36 @@ def verify(
     print_standing(console, site.store, _now())
     failed = outcome is None or not outcome.record.passed
     raise typer.Exit(1 if failed else code)
+
+
+@calibrate_app.command()
+def sensors(
+    *,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=10.0, help="How long the probe is waved.")
+    ] = WAVE_S,
+    source: SourceOption = "simulated",
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: FolderOption = None,
+    seed: SeedOption = DEFAULT_SEED,
+    move: MoveOption = None,
+    speed: SpeedOption = 0.0,
+    force: ForceOption = False,
+) -> None:
+    """Learn the pattern of the sensors, so that a pushed camera is noticed sooner.
+
+    Wave the probe through the whole volume right after a verification has passed. Without this,
+    only larger pushes are noticed within seconds.
+    """
+    console, site, body = make_console(), open_site(rig, calibrations), load_probe(probe)
+    calibration = require_usable(site, _now())
+    if source in VIRTUAL_SOURCES:
+        scenes = (Wave(ways=round(seconds / WAY_S), seed=seed),)
+        feed = virtual_feed(VirtualSite(rig, probe, seed, move).script(scenes), source, speed)
+    else:
+        feed = real_feed(rig, site.design, source, force=force)
+    learn(site, body, wave(site, body, feed, seconds, console), calibration, console)
 
 
 @calibrate_app.command()

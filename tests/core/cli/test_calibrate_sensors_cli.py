@@ -1,0 +1,47 @@
+"""Learning the sensors on the command line: beside the calibration in force, or not at all."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.calibration.baseline_file import load_baseline
+from ocmm_core.documents import resource
+from ocmm_core.tracking.body import load_probe
+from tests.core.cli.conftest import Ocmm
+from tests.core.station.test_station_calibration import calibrate, fresh_record
+
+COMMAND = ("calibrate", "sensors", "--calibrations", "cal")
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(240)
+def test_sensors_are_learnt_for_the_calibration_in_force(tmp_path: Path) -> None:
+    store = calibrate(tmp_path / "cal", fresh_record())
+    # Forty seconds of 8000 frames each, and the learning: longer than the fixture waits.
+    said = subprocess.run(
+        [sys.executable, "-m", "ocmm_core.cli", *COMMAND, "--seconds", "40"],
+        cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=200,
+        check=False,
+    )  # fmt: skip
+    assert said.returncode == 0, said.stdout + said.stderr
+    assert "px of their pattern" in said.stdout
+    probe = load_probe(resource("probes", "standard.toml"))
+    assert store.active_hash is not None
+    baseline = load_baseline(store.folder, store.active_hash, probe.identity)
+    assert baseline is not None
+    assert baseline.left_px < 0.004
+
+
+def test_nothing_is_learnt_with_a_calibration_in_doubt(ocmm: Ocmm, tmp_path: Path) -> None:
+    store = calibrate(tmp_path / "cal", fresh_record())
+    now = datetime.now(UTC)
+    store.suspect("monitor", "Camera left has changed.", now, now)
+    said = ocmm(*COMMAND)
+    assert said.returncode == 2
+    assert "Camera left has changed." in said.stderr
+    assert list(store.folder.glob("baseline-*")) == []
