@@ -9,28 +9,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
 from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.camera_model_fit import MINIMUM_POINTS
-from ocmm_core.calibration.camera_network import RigCalibration, calibrate_rig
 from ocmm_core.calibration.collecting import Average, RestingSpots
-from ocmm_core.calibration.conclusion import Circumstances, Findings, conclude, hash_of
-from ocmm_core.calibration.evaluation import axis_errors, split, subset
+from ocmm_core.calibration.conclusion import Circumstances, conclude, hash_of
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.outcome import CalibrationOutcome, CameraResiduals
+from ocmm_core.calibration.known_points_session import (
+    KnownPointsBegun,
+    KnownPointsEvent,
+    PointTaken,
+    found_by,
+    views_of,
+)
+from ocmm_core.calibration.outcome import CalibrationOutcome
 from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
 from ocmm_core.calibration.procedure_views import KnownPoint, KnownPointsView
 from ocmm_core.calibration.records import ArtefactUse, rig_from_record
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
 from ocmm_core.calibration.session import GuidedProcedure
 from ocmm_core.calibration.session_events import (
-    Begun,
     Decided,
-    SessionEvent,
     SessionLine,
     Spots,
     first_line,
@@ -47,52 +49,6 @@ EVALUATION_FROM = 80
 """A list of so many points gives a part of them for evaluation."""
 
 PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
-
-
-class KnownPointsBegun(Begun, frozen=True, kw_only=True):
-    """First line.
-
-    Attributes
-    ----------
-    names, positions, reference_sigma, frame, length_sigma
-        The list, as in `ReferencePoints`; mm.
-    evaluation
-        How many of the points are kept for evaluation.
-    valid_days
-        For how long the calibration may be used.
-    artefacts
-        The CMM that positioned the points, with its certificate.
-    """
-
-    names: tuple[str, ...]
-    positions: tuple[tuple[float, float, float], ...]
-    reference_sigma: float
-    frame: str
-    length_sigma: float
-    evaluation: int
-    valid_days: int
-    artefacts: tuple[ArtefactUse, ...]
-
-
-class PointTaken(SessionEvent, frozen=True, kw_only=True):
-    """The spots at one reference point; taken again, it replaces the one before.
-
-    Attributes
-    ----------
-    point
-        Name.
-    uv
-        (C, 1), px; nothing but None where the point was skipped.
-    sigma_px
-        Standard deviation of a spot.
-    """
-
-    point: str
-    uv: Spots
-    sigma_px: float
-
-
-KnownPointsEvent: TypeAlias = KnownPointsBegun | PointTaken
 
 
 class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]):
@@ -204,7 +160,7 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
     def view(self) -> KnownPointsView:
         """Return the snapshot."""
         with self._lock:
-            views = {one.point: _views(one) for one in self._taken}
+            views = {one.point: views_of(one) for one in self._taken}
             points = tuple(
                 KnownPoint(name, position, views.get(name))
                 for name, position in zip(
@@ -277,7 +233,7 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
         uv = np.full((len(self.rig.cameras), len(self._points.names), 2), np.nan)
         sigmas = []
         for index, name in enumerate(self._points.names):
-            if name in taken and _views(taken[name]):
+            if name in taken and views_of(taken[name]):
                 uv[:, index] = from_spots(taken[name].uv)[:, 0]
                 sigmas.append(taken[name].sigma_px)
         sigma = float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else 1.0
@@ -370,7 +326,7 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
         before = None if running is None else rig_from_record(running)
 
         def calculate() -> CalibrationOutcome:
-            found = _found(rig, points, table, begun.evaluation, force)
+            found = found_by(rig, points, table, begun.evaluation, force)
             how = Circumstances(
                 method="known points",
                 made=datetime.fromisoformat(made),
@@ -396,52 +352,5 @@ def _chain(path: Path) -> ChainFile[SessionLine[KnownPointsEvent]]:
     return ChainFile(path, SessionLine[KnownPointsEvent])
 
 
-def _views(taken: PointTaken) -> int:
-    return sum(camera[0] is not None for camera in taken.uv)
-
-
 def _listed(serials: tuple[int, ...]) -> str:
     return ", ".join(map(str, serials))
-
-
-def _found(
-    rig: Rig, points: ReferencePoints, table: SpotTable, evaluation: int, force: bool
-) -> Findings:
-    """Return what the points say; ``evaluation`` of them, always the same ones, are held back."""
-    used, held = (points, table), None
-    if evaluation:
-        chosen, rest = split(points, len(points.names) - evaluation, np.random.default_rng(0))
-        used, held = subset(points, table, chosen), subset(points, table, rest)
-    calibration = calibrate_rig(rig, *used, force)
-    at, errors = np.empty((0, 3)), np.empty((0, 3))
-    if held is not None:
-        located = axis_errors(calibration.applied_to(rig, rig.identity), *held).errors_world
-        seen = np.isfinite(located).all(axis=1)
-        at, errors = held[0].positions_world[seen], located[seen]
-    squares = [(one.chi2, one.dof) for one in calibration.cameras]
-    residuals = np.concatenate([one.residuals_px[one.used] for one in calibration.cameras])
-    return Findings(
-        cameras=tuple(one.model for one in calibration.cameras),
-        covariance=calibration.covariance,
-        volume_world=calibration.volume_world,
-        hull_world=calibration.hull_world,
-        residuals=tuple(
-            CameraResiduals(one.model.name, one.uv, one.residuals_px, one.used)
-            for one in calibration.cameras
-        ),
-        rms_px=float(np.sqrt(np.mean(residuals**2))),
-        chi2_per_dof=sum(chi2 for chi2, _ in squares) / sum(dof for _, dof in squares),
-        points=_points_used(calibration),
-        outliers=tuple(
-            f"{one.name} in {camera.model.name}"
-            for camera in calibration.cameras
-            for one in camera.outliers
-        ),
-        errors_at_world=at,
-        errors_world=errors,
-        warnings=calibration.warnings,
-    )
-
-
-def _points_used(calibration: RigCalibration) -> int:
-    return len({int(i) for one in calibration.cameras for i in one.indices[one.used]})

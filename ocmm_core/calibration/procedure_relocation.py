@@ -26,7 +26,7 @@ from ocmm_core.calibration.conclusion import Circumstances, conclude, hash_of
 from ocmm_core.calibration.guards import let_pass
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.outcome import CalibrationOutcome
-from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
+from ocmm_core.calibration.procedure import Kind, Live, Step
 from ocmm_core.calibration.procedure_views import RelocationView
 from ocmm_core.calibration.records import rig_from_record
 from ocmm_core.calibration.reference_points import ReferencePoints
@@ -43,6 +43,7 @@ from ocmm_core.calibration.relocation_state import (
     SeatTaken,
     World,
 )
+from ocmm_core.calibration.relocation_steps import BAR, PREPARE, RESULT, WAVE, WORLD, steps_of
 from ocmm_core.calibration.session import GuidedProcedure
 from ocmm_core.calibration.session_events import (
     Decided,
@@ -59,13 +60,8 @@ from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
 
-PREPARE, WAVE, BAR, WORLD, RESULT = "prepare", "wave", "bar", "world", "result"
-
 POSES_WANTED, BARS_WANTED = 300, 10
 LENGTH_LIMIT_MM = 0.005
-COVERED = 0.95
-"""Of what is wanted: a corner that a moved frame no longer sees must not hold everything up."""
-
 _POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
 _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9
@@ -330,93 +326,12 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
             self._taken(step).pop()
 
     def _steps(self) -> tuple[Step, ...]:
-        state, begun, use = self._state, self._begun, self._begun.bar.artefact.use
-        missing = state.coverage().missing
-        where = f" Missing: {', '.join(missing[:3])}." if missing else ""
-        seat = state.next_seat
-        show = (
-            "Put it on its stand in the volume, both LEDs towards the cameras, and change place "
-            "and direction each time, also in depth."
-            if state.shown
-            else "Lay it down somewhere in the volume, touch its first and its last nest, and "
-            "change place and direction each time, also in depth."
-        )
-        return (
-            Step(
-                PREPARE,
-                "Prepare",
-                f"Take the probe and bar '{use.name}' (serial {use.serial}). Nothing may touch the "
-                f"cameras from now on.",
-                OPEN,
-            ),
-            Step(
-                WAVE,
-                "Wave the probe",
-                f"Wave it slowly through the whole volume, turning it all the time.{where}",
-                self._wave_gate(),
-                len(state.poses),
-                begun.poses_wanted,
-            ),
-            Step(BAR, "Show the bar", show, self._bar_gate(), state.placements, begun.bars_wanted),
-            Step(
-                WORLD,
-                "World frame",
-                "Nothing to be done: the world stays with the cameras."
-                if not state.wanted_seats
-                else "All points are touched."
-                if seat is None
-                else f"Put the ball into control point '{seat}'.",
-                self._world_gate(),
-                len(state.seats),
-                len(state.wanted_seats),
-            ),
-            Step(
-                RESULT,
-                "Result",
-                "Look at the residuals and at what changes, then accept the new calibration or "
-                "keep the old one.",
-                Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
-            ),
-        )
-
-    def _wave_gate(self) -> Gate:
-        poses, wanted = len(self._state.poses), self._begun.poses_wanted
-        covered = self._state.coverage()
-        missing = covered.missing
-        if covered.fraction < COVERED:
-            more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
-            return Gate(
-                False,
-                f"The probe was not shown enough: {', '.join(missing[:3])}{more}.",
-                "Wave it there and hold it so.",
-            )
-        if poses < wanted:
-            return Gate(False, f"{wanted - poses} poses are missing.", "Wave the probe on.")
-        return OPEN
-
-    def _bar_gate(self) -> Gate:
-        missing = self._begun.bars_wanted - self._state.placements
-        if missing > 0:
-            return Gate(False, f"{missing} placements of the bar are missing.", "Show it on.")
-        sigma, limit = self._length_sigma, self._begun.length_limit_mm
-        if sigma is not None and sigma > limit:
-            return Gate(
-                False,
-                f"A length of {self._begun.length_mm:.0f} mm would be known to "
-                f"{1e3 * sigma:.1f} um only, and {1e3 * limit:.1f} um is good enough.",
-                "Go back and wave the probe longer, or show the bar in more places.",
-            )
-        return OPEN
-
-    def _world_gate(self) -> Gate:
-        seat = self._state.next_seat
-        if seat is not None:
-            return Gate(False, f"Control point '{seat}' was not touched.", "Touch it.")
-        return OPEN
+        return steps_of(self._state, self._length_sigma)
 
     def _calculation(self) -> Callable[[], CalibrationOutcome]:
         state, begun, rig, force = self._state, self._begun, self.rig, self._forced
-        for gate in (self._wave_gate(), self._bar_gate(), self._world_gate()):
+        for step in self._steps()[:-1]:
+            gate = step.gate
             if not gate.open and not force:
                 raise CalibrationError("relocation.incomplete", gate.reason, gate.remedy)
         observed, options, body = state.observations(), state.options(), state.body

@@ -26,8 +26,9 @@ from ocmm_core.acquisition.worker import (
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.in_use import default_folder, open_calibration, store_folder
 from ocmm_core.calibration.procedure import Decision, Kind, Procedure, ProcedureView
-from ocmm_core.calibration.procedure_relocation import BAR, RelocationProcedure
+from ocmm_core.calibration.procedure_relocation import RelocationProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.calibration.relocation_steps import BAR
 from ocmm_core.calibration.session_events import sessions
 from ocmm_core.calibration.shot_table import Shot
 from ocmm_core.camera.rig import Rig, load_rig
