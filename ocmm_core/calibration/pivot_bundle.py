@@ -167,7 +167,7 @@ def adjust_pivot(
 
 def solve_pinned(normal: Float, turns: Float, right: Float, damping: float = 0.0) -> Float:
     """Return the solution of the normal equations that turns the body's frame least."""
-    scaled, scale, _ = _pinned(normal, turns)
+    scaled, scale, _ = pinned_normal(normal, turns)
     scaled.flat[:: len(scaled) + 1] += damping
     shape = (-1,) + (1,) * (right.ndim - 1)
     solved: Float = np.linalg.solve(scaled, right / scale.reshape(shape)) / scale.reshape(shape)
@@ -176,7 +176,7 @@ def solve_pinned(normal: Float, turns: Float, right: Float, damping: float = 0.0
 
 def inverse_pinned(normal: Float, turns: Float) -> Float | None:
     """Return the covariance (k, k) of the common unknowns; None where they are not determined."""
-    scaled, scale, pinned = _pinned(normal, turns)
+    scaled, scale, pinned = pinned_normal(normal, turns)
     if not np.linalg.cond(scaled) < LARGEST_CONDITION:
         return None
     inverse: Float = (np.linalg.inv(scaled) - pinned) / scale / scale[:, None]
@@ -189,7 +189,8 @@ def misses(rig: Rig, sweep: PivotSweep, state: PivotState) -> Float:
     return np.stack([project(camera, points) for camera in rig.cameras], axis=1) - sweep.uv
 
 
-def _pinned(normal: Float, turns: Float) -> tuple[Float, Float, Float]:
+def pinned_normal(normal: Float, turns: Float) -> tuple[Float, Float, Float]:
+    """Return the normal matrix in scaled unknowns with its gauge pinned, the scale and the pin."""
     scale = np.sqrt(np.maximum(normal.diagonal(), 0.0))
     scale[scale == 0.0] = 1.0
     basis = np.linalg.qr(scale[:, None] * turns)[0]

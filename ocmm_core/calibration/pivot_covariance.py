@@ -4,8 +4,10 @@ Frames of a sweep are correlated: the hand moves on slowly over the pattern of t
 ball creeps. The formal covariance takes them as independent and flatters (ten times on recorded
 data). Whole blocks of consecutive frames, as long as the frames' influences on the tip resemble
 each other, are drawn with replacement instead (block bootstrap; Kuensch 1989), each draw solved by
-one Gauss-Newton step from the sums of its blocks. What the cameras' own uncertainty does to the
-result is common to all frames and added to it.
+one Gauss-Newton step from the sums of its blocks. A hand also comes back to the same attitudes, and
+with them to the same errors of the sensors: blocks of neighbouring attitudes are drawn likewise,
+and the larger of both is what counts. What the cameras' own uncertainty does to the result is
+common to all frames and added to it.
 """
 
 from __future__ import annotations
@@ -15,20 +17,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.calibration.pivot_bundle import (
+    PivotNormals,
     PivotState,
     inverse_pinned,
     normals_at,
+    pinned_normal,
     solve_pinned,
 )
 from ocmm_core.calibration.pivot_data import PivotSweep
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Points3, RigidTransform, skew
+from ocmm_core.geometry import Float, Int, Points3, RigidTransform, skew
 from ocmm_core.tracking.body import rigid_fit
 
 MOST_BLOCKS = 200
 LEAST_BLOCKS = 8
 _CORRELATIONS_PER_BLOCK = 6.0
+_CELLS_ACROSS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +136,13 @@ def pivot_uncertainty(
     block = block_length(influences)
     blocks = np.arange(len(sweep.uv), dtype=np.int64) // block
     split = normals_at(rig, sweep, state, slack_mm, blocks=blocks)
-    noise = _bootstrap(split.normals, split.gradients, turns, resamples, seed)
+    noise = _bootstrap(split, turns, resamples, seed)
+    cells = attitude_blocks(state.rotations @ state.arms.mean(axis=0))
+    if cells.max() + 1 >= LEAST_BLOCKS:
+        split = normals_at(rig, sweep, state, slack_mm, blocks=cells)
+        by_attitude = _bootstrap(split, turns, resamples, seed)
+        if _tip_variance(by_attitude, by_common) > _tip_variance(noise, by_common):
+            noise = by_attitude
     by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed)
     return PivotUncertainty(
         noise=by_common @ noise @ by_common.T,
@@ -170,21 +181,33 @@ def _correlation_time(series: Float) -> float:
     return max(float(sums[enough[0]] if len(enough) else sums.max(initial=0.5)), 0.5)
 
 
-def _bootstrap(
-    normals: Float, gradients: Float, turns: Float, resamples: int, seed: int
-) -> Float:
+def attitude_blocks(directions: Points3) -> Int:
+    """Return to which cell of neighbouring directions every frame belongs, (n,), from 0.
+
+    Eight cells across each of the two widest directions; empty ones have no number.
+    """
+    centred = directions - directions.mean(axis=0)
+    across = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
+    low, width = across.min(axis=0), np.maximum(np.ptp(across, axis=0), 1e-12)
+    cells = np.minimum((_CELLS_ACROSS * (across - low) / width).astype(np.int64), _CELLS_ACROSS - 1)
+    numbers: Int = np.unique(cells @ [_CELLS_ACROSS, 1], return_inverse=True)[1]
+    return numbers
+
+
+def _tip_variance(noise: Float, by_common: Float) -> float:
+    return float(np.trace(by_common[-3:] @ noise @ by_common[-3:].T))
+
+
+def _bootstrap(split: PivotNormals, turns: Float, resamples: int, seed: int) -> Float:
     """Return the covariance of the common unknowns over draws of blocks."""
     rng = np.random.default_rng(seed)
+    normals, gradients = split.normals, split.gradients
     count = len(normals)
     draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
-    steps = np.array(
-        [
-            -solve_pinned(normal, turns, gradient)
-            for normal, gradient in zip(
-                np.tensordot(draws, normals, 1), draws @ gradients, strict=True
-            )
-        ]
-    )
+    # One scale and one gauge serve all draws: their sums differ by some per cent only.
+    _, scale, pinned = pinned_normal(normals.sum(axis=0), turns)
+    drawn = np.tensordot(draws, normals, 1) / scale / scale[:, None] + pinned
+    steps = -np.linalg.solve(drawn, (draws @ gradients / scale)[..., None])[..., 0] / scale
     steps -= steps.mean(axis=0)
     # Draws from B blocks vary by (B - 1) / B of what B independent blocks do.
     covariance: Float = steps.T @ steps / (resamples - 1) * (count / max(count - 1, 1))

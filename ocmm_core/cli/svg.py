@@ -80,7 +80,7 @@ def points_in_space(
         parts.append(_text(x, y + 16, words, 12, "middle"))
     for number, (group, name) in enumerate(zip(groups, names, strict=True)):
         colour = _COLOURS[number % len(_COLOURS)]
-        dots = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in place(group))
+        dots = "".join(f"M{x:.1f} {y:.1f}h.1" for x, y in place(group))
         parts.append(
             f'<path d="{dots}" stroke="{colour}" stroke-width="2" stroke-linecap="round"/>'
         )
