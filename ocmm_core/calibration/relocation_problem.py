@@ -207,6 +207,21 @@ def _check(
             f"have {expected[0]} and {expected[1]}.",
             "Choose the rig and the probe that the frames were taken with.",
         )
+    for shown in observed.shown_bars:
+        if shown.uv.shape[1:3] != (expected[0], 2):
+            raise CalibrationError(
+                "relocation.shape",
+                f"The spots of bar '{shown.bar.name}' show {shown.uv.shape[1]} cameras and "
+                f"{shown.uv.shape[2]} ends, but the rig has {expected[0]} cameras.",
+                "Choose the rig that the bar was shown to.",
+            )
+    if observed.frames.seats.max(initial=-1) >= len(observed.seats):
+        raise CalibrationError(
+            "relocation.unknown_seat",
+            f"A frame belongs to seat {observed.frames.seats.max()}, but {len(observed.seats)} "
+            f"seats are named.",
+            "Name every seat in which the ball rested.",
+        )
     if options.geometry == "unknown" and not observed.bars:
         raise CalibrationError(
             "relocation.no_scale",

@@ -13,14 +13,15 @@ from ocmm_core.calibration.relocation_data import GeometryMode, Observations, Re
 from ocmm_core.calibration.relocation_problem import RelocationProblem, build
 from ocmm_core.camera.model import project
 from ocmm_core.geometry import Float
-from tests.core.calibration.waved_probe import as_known_before, disturbed, rig, world
+from tests.core.calibration.waved_probe import as_known_before, disturbed, probe, rig, world
 
 NEST = np.array([[120.0, 40.0, -150.0]])
 
 
 def small_problem(geometry: GeometryMode = "uncertain") -> RelocationProblem:
     """Return a problem with everything in it: waved, seated, a shown bar, a touched bar, hidden."""
-    true = world(3)
+    # A tip that is not the origin of the probe's frame.
+    true = world(3, body=replace(probe(), tip_probe=np.array([5.0, 20.0, -30.0])))
     waved = true.waved(22)
     waved.uv[4, 0, 1] = waved.uv[7, 1, 3] = np.nan
     touched, seated, names = true.touched(2, 2, 0.001)

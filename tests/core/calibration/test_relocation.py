@@ -316,6 +316,8 @@ def test_a_camera_that_sees_too_little_is_refused_by_name() -> None:
     [
         ("few", "relocation.too_few_frames"),
         ("shape", "relocation.shape"),
+        ("bar of three cameras", "relocation.shape"),
+        ("nameless seat", "relocation.unknown_seat"),
         ("unknown seat", "relocation.unknown_seat"),
         ("two points", "relocation.few_seats"),
         ("noise", "calibration.rms"),
@@ -330,6 +332,11 @@ def test_what_cannot_work_is_refused_with_the_reason(spoil: str, code: str) -> N
         frames = ProbeFrames(frames.uv[:15], frames.sigma_px[:15], frames.seats[:15])
     elif spoil == "shape":
         frames = replace(frames, uv=frames.uv[:, :, :3])
+    elif spoil == "bar of three cameras":
+        bar = observed.shown_bars[0]
+        observed = replace(observed, shown_bars=(replace(bar, uv=bar.uv[:, [0, 1, 1]]),))
+    elif spoil == "nameless seat":
+        frames = replace(frames, seats=np.zeros(60, dtype=np.int64))
     elif spoil == "unknown seat":
         options = RelocationOptions(lens="free", world=SetByPoints("a", "b", "c"))
     elif spoil == "two points":
