@@ -8,6 +8,7 @@ the verdict only where its placement was wrong, and repeated once where it faile
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -30,7 +31,13 @@ from ocmm_core.calibration.session_events import (
     to_spots,
     utc_text,
 )
-from ocmm_core.calibration.verification import SPHERE_POINTS, Limits, plan_lines, worst
+from ocmm_core.calibration.verification import (
+    SPHERE_POINTS,
+    Limits,
+    judge_nest,
+    plan_lines,
+    worst,
+)
 from ocmm_core.calibration.verification_state import (
     LineRepeated,
     NestTaken,
@@ -44,6 +51,7 @@ from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.pose import solve
 
 PREPARE, LINES, SPHERES, RESULT = "prepare", "lines", "spheres", "result"
 _APART_MM = 5.0
@@ -225,7 +233,17 @@ class VerificationProcedure(GuidedProcedure[VerificationEvent, VerificationOutco
             self._append(LineRepeated(utc=utc_text(now), line=line, failed=failed))
 
     def _seen(self) -> Live:
-        return self._probe.live()
+        live = self._probe.live()
+        line = self._state.current_line() if self._step == LINES else None
+        if not live.ready or line is None:
+            return live
+        average = self._probe.average()
+        pose = solve(average.uv[None], self._state.rig, self._state.body, average.sigma_px)
+        state = self._state
+        hint = judge_nest(
+            state.plans[line], pose.tip_world[0], state.line_tips(line), self._begun.bar
+        )
+        return replace(live, ready=False, hint=hint) if hint else live
 
     def _wants(self) -> bool:
         if self._step == LINES:

@@ -29,6 +29,8 @@ MIN_OF_DIAGONAL = 2.0 / 3.0
 """Longest test length over the space diagonal of the volume."""
 
 _OFF_PLAN_MM = 75.0
+_OFF_NEST_MM = 10.0
+"""More than any calibration is wrong that is worth a verdict; less than the step of a bar."""
 _INSIDE = 0.95
 _SPHERE_STEPS = 20
 
@@ -161,6 +163,40 @@ def judge_placement(
     low, high = volume_world
     if np.any(ends_world < low) or np.any(ends_world > high):
         return "The bar reaches out of the calibrated volume: place it inside."
+    return ""
+
+
+def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: LengthBar) -> str:
+    """Return why a resting ball is not in the next nest of a line; empty where it may be.
+
+    A nest that was left out must not be taken for the next one: on a bar of equal steps nothing but
+    the end of the line would tell.
+
+    Parameters
+    ----------
+    plan
+        Where the bar should lie.
+    tip_world
+        (3,), mm: the ball.
+    taken_world
+        (n, 3), mm: the nests of the line that were taken before.
+    """
+    nest = len(taken_world)
+    if not nest:
+        off = float(np.linalg.norm(tip_world - plan.ends_world, axis=1).min())
+        if off > _OFF_PLAN_MM:
+            return (
+                f"The ball is {off:.0f} mm from both ends of the planned line ({plan.name}): begin "
+                "with the first nest there."
+            )
+        return ""
+    wanted = bar.nests[nest] - bar.nests[0]
+    seen = float(np.linalg.norm(tip_world - taken_world[0]))
+    if abs(seen - wanted) > _OFF_NEST_MM:
+        return (
+            f"The ball is {seen:.0f} mm from nest 1, but nest {nest + 1} is {wanted:.0f} mm from "
+            f"it: put the ball into nest {nest + 1}."
+        )
     return ""
 
 

@@ -23,12 +23,14 @@ from ocmm_core.calibration.verification import (
     MIN_ANGLE,
     Limits,
     fit_sphere,
+    judge_nest,
     judge_placement,
     plan_lines,
 )
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import RigidTransform
+from ocmm_core.simulation.calibrating import TouchSeats
 from tests.core.calibration.procedure_site import Bench, show
 
 VOLUME = np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])
@@ -133,6 +135,27 @@ def test_a_verification_goes_on_nest_by_nest(tmp_path: Path) -> None:
     assert [line.taken for line in resumed.view.lines][:2] == [6, 0]
     with pytest.raises(CalibrationError, match="did not fail"):
         resumed.repeat_line(0, bench.now())
+
+
+def test_a_nest_that_was_left_out_is_not_taken_for_the_next_one(tmp_path: Path) -> None:
+    bench = Bench.at(tmp_path)
+    procedure = begin(bench, bench.calibrated())
+    seats = bench.verified_scenes(procedure, (bench.sphere,))[0]
+    assert isinstance(seats, TouchSeats)
+    tips = seats.tips[:2] + seats.tips[3:6]
+    skipped = msgspec.structs.replace(seats, tips=tips)
+    show(procedure, bench.virtual(skipped), bench.now)
+    # The fourth nest, 240 mm from the first, must not become the third.
+    assert procedure.view.lines[0].taken == 2
+    assert not procedure.base.live.ready
+    assert "but nest 3 is 160 mm" in procedure.base.live.hint
+    # A line is begun at one of its ends, whichever.
+    plan = procedure.view.lines[0]
+    lone = np.empty((0, 3))
+    planned = plan_lines(bench.rig.volume_world, 400.0)[0]
+    assert judge_nest(planned, plan.ends_world[1], lone, bench.bar) == ""
+    middle = plan.ends_world.mean(axis=0)
+    assert "begin with the first nest" in judge_nest(planned, middle, lone, bench.bar)
 
 
 def test_only_the_calibration_in_force_is_verified_and_not_with_old_artefacts(
