@@ -13,10 +13,7 @@ from ocmm_core.calibration.in_use import (
     open_calibration,
     open_design,
 )
-
-VIRTUAL_WIRE = "EtherCAT, virtual wire"
-_VIRTUAL_SOURCES = ("simulated", VIRTUAL_WIRE)
-"""How the names of sources begin for which a rig document is the truth."""
+from ocmm_core.cli.source_names import VIRTUAL_BUSES, VIRTUAL_NAMES
 
 
 def choose_calibration(
@@ -41,8 +38,7 @@ def choose_calibration(
     InputError
         The rig document cannot be used.
     """
-    kind, _, name = source.partition(":")
-    if folder is None and kind == "ethercat" and name != "virtual":
+    if folder is None and source.startswith("ethercat:") and source not in VIRTUAL_BUSES:
         folder = default_folder()
     if folder is None:
         return open_design(rig, uncalibrated=uncalibrated)
@@ -60,7 +56,7 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
         Name of the source that was recorded; empty where nothing is replayed.
     """
     is_design = calibration.record is None and calibration.fault is None
-    if not recorded or not is_design or recorded.startswith(_VIRTUAL_SOURCES):
+    if not recorded or not is_design or recorded.startswith(VIRTUAL_NAMES):
         return calibration
     why = Obstacle(
         f"The recording is of real cameras ({recorded}), and a rig document is no calibration.",

@@ -8,11 +8,13 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import pytest
+
 from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.in_use import store_folder
 from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.compose import StationRequest, script_of
+from ocmm_core.cli.compose import StationRequest, calibration_of, script_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.source import SimulatedSource
@@ -31,6 +33,19 @@ def calibrate(folder: Path, *, until_days: float = 365.0) -> str:
     store.verify(make_verification(record), now)
     assert store.active_hash is not None
     return store.active_hash
+
+
+@pytest.mark.parametrize(
+    ("source", "real"),
+    [
+        ("simulated", False), ("ethercat:virtual", False), ("ethercat:pixels", False),
+        ("replay:run.rec", False), ("ethercat:enp3s0", True), ("ethercat:enp3s0+enp4s0", True),
+        ("ethercat:service", True),
+    ],
+)  # fmt: skip
+def test_which_sources_need_a_calibration(source: str, real: bool, tmp_path: Path) -> None:
+    in_use = calibration_of(StationRequest(plan=QUICK, out=tmp_path, source=source))
+    assert (in_use.fault is not None) is real
 
 
 def test_a_valid_calibration_is_measured_with_and_named(ocmm: Ocmm, tmp_path: Path) -> None:

@@ -1,0 +1,270 @@
+"""Where frames come from: a request in names and numbers, and the source made ready.
+
+This is the one place where the product meets the virtual rig.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.bus_config import BusConfig
+from ocmm_core.acquisition.client import Acquisition, BusProcess
+from ocmm_core.acquisition.recorder import ReplaySource
+from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.service_client import ServiceBus
+from ocmm_core.acquisition.source import SourceDescription
+from ocmm_core.acquisition.worker import AcquisitionWorker
+from ocmm_core.camera.rig import Rig
+from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.source_names import PIXEL_BUS, VIRTUAL_BUSES, VIRTUAL_WIRE
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.simulation.camera_process import SegmentConfig
+from ocmm_core.simulation.pixel_frames import PixelScript
+from ocmm_core.simulation.rig import RigScript, VirtualRig
+from ocmm_core.simulation.sensor import SensorOptions
+from ocmm_core.simulation.source import SimulatedSource
+from ocmm_core.simulation.virtual_bus import VirtualBus
+from ocmm_core.simulation.world import WorldOptions
+from ocmm_core.tracking.pose import Method
+
+_AHEAD_S = 0.2
+"""A source that waits for its reader runs at most this far ahead of it, so that an operator who
+asks what is missing hears of his last touch."""
+
+_PIXEL_RATE_HZ = 1000
+"""Two cores compute so many pictures in real time with something to spare."""
+
+
+@dataclass(frozen=True, slots=True)
+class StationRequest:
+    """What to measure, with what, from where and to where.
+
+    Attributes
+    ----------
+    plan, rig, probe, part
+        Documents; the part is only for virtual rigs.
+    source
+        ``"simulated"``, ``"ethercat:virtual"``, ``"ethercat:pixels"``, ``"ethercat:IFACE"``,
+        ``"ethercat:service"`` or ``"replay:FILE"``; two interfaces joined by ``+`` are the ends
+        of a ring.
+    out
+        Folder of the job file; made if it does not exist.
+    seed, speed, world, frame_rate_hz
+        Of the virtual rig; a speed of zero is as fast as possible, a rate of zero the rig's own.
+    stay
+        At the end of the script the operator stays and goes on touching what is missing.
+    operator, serial
+        Names for the job.
+    record
+        File that takes all raw frames, or None.
+    force
+        Use a network interface although the computer needs it itself.
+    method
+        How poses are computed.
+    control
+        Socket over which faults can be made to the cameras of a virtual wire; empty: none.
+    calibrations
+        Folder of calibrations; None is that of this user for real cameras, and the rig document
+        itself for virtual ones and replays.
+    uncalibrated
+        Take points whatever is the matter with the calibration; they prove nothing.
+    """
+
+    plan: Path
+    out: Path
+    rig: Path = RECOMMENDED_RIG
+    probe: Path = STANDARD_PROBE
+    part: Path = DEMO_PART
+    source: str = "simulated"
+    seed: int = DEFAULT_SEED
+    speed: float = 0.0
+    world: WorldOptions = field(default_factory=WorldOptions)
+    frame_rate_hz: int = 0
+    stay: bool = False
+    operator: str = "demo"
+    serial: str = "1"
+    record: Path | None = None
+    force: bool = False
+    method: Method = "gauss-newton"
+    control: str = ""
+    calibrations: Path | None = None
+    uncalibrated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Feed:
+    """A source of frames made ready.
+
+    Attributes
+    ----------
+    acquisition, ring
+        Not started; whoever takes the feed stops the one and closes the other.
+    description
+        What the source says about itself.
+    live
+        Frames come by themselves.
+    virtual
+        The virtual rig whose script is played, None for anything else.
+    simulated
+        The source itself, where it is the virtual rig of this process.
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
+    """
+
+    acquisition: Acquisition
+    ring: FrameRing
+    description: SourceDescription
+    live: bool
+    virtual: VirtualRig | None = None
+    simulated: SimulatedSource | None = None
+    recorded: str = ""
+
+    @property
+    def script_frames(self) -> int | None:
+        """Return after how many frames the script is over; None where there is none."""
+        return self.virtual.n_frames if self.virtual is not None else None
+
+
+def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
+    """Return the source that the request names, ready to start."""
+    kind, _, name = request.source.partition(":")
+    if request.source == "simulated":
+        return _simulated(request, plan)
+    if request.source in VIRTUAL_BUSES:
+        return _virtual_bus(request, plan, rig)
+    if request.source == "ethercat:service":
+        return _service(request, rig)
+    if kind == "ethercat" and name:
+        return _bus(request, rig, name)
+    if kind == "replay" and name:
+        return _replay(request, rig, Path(name))
+    raise InputError(
+        "source.unknown",
+        f"--source is {request.source!r}, which is no source of frames.",
+        "Give simulated, ethercat:virtual, ethercat:pixels, ethercat:IFACE, ethercat:service or "
+        "replay:FILE.",
+    )
+
+
+def script_of(request: StationRequest, plan: Plan) -> RigScript:
+    """Return the virtual rig of the request in words."""
+    return RigScript(
+        rig=str(request.rig.resolve()),
+        probe=str(request.probe.resolve()),
+        part=str(request.part.resolve()),
+        touches=tuple((feature.name, feature.points) for feature in plan.features),
+        seed=request.seed,
+        options=request.world,
+        frame_rate_hz=request.frame_rate_hz,
+    )
+
+
+def _simulated(request: StationRequest, plan: Plan) -> Feed:
+    virtual = script_of(request, plan).build()
+    source = SimulatedSource(virtual, request.speed, hover=request.stay)
+    description = source.description
+    per_read = max(1, round(description.cycle_period_ns / description.frame_period_ns))
+    ahead = round(_AHEAD_S * 1e9 / description.frame_period_ns)
+    ring = FrameRing.create(len(description.camera_serials), max(ahead, 2 * per_read))
+    return Feed(
+        AcquisitionWorker(source, ring), ring, description,
+        live=False, virtual=virtual, simulated=source,
+    )  # fmt: skip
+
+
+def _replay(request: StationRequest, rig: Rig, path: Path) -> Feed:
+    source = ReplaySource(path, request.speed)
+    try:
+        source.check_rig(rig)
+    except BaseException:
+        source.close()
+        raise
+    ring = FrameRing.create(len(rig.cameras))
+    return Feed(
+        AcquisitionWorker(source, ring), ring, source.description,
+        live=False, recorded=source.recording.head.source,
+    )  # fmt: skip
+
+
+def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
+    """Return the software cameras that play the request's script; the interface is left open."""
+    script = script_of(_at_own_rate(request), plan)
+    words = (
+        PixelScript(pixels=SensorOptions(), script=script).to_json()
+        if request.source == PIXEL_BUS
+        else script.to_json()
+    )
+    return SegmentConfig(
+        interface="",
+        cameras=identities(rig),
+        provider=msgspec.Raw(words.encode("utf-8")),
+        control=request.control,
+    )
+
+
+def _at_own_rate(request: StationRequest) -> StationRequest:
+    """Return the request with the rate of cameras that are computed pixel by pixel."""
+    if request.source == PIXEL_BUS and not request.frame_rate_hz:
+        return replace(request, frame_rate_hz=_PIXEL_RATE_HZ)
+    return request
+
+
+def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
+    virtual = script_of(_at_own_rate(request), plan).build()
+    ring = FrameRing.create(len(rig.cameras))
+    bus = _bus_config(rig, ring, "", virtual.frame_period_ns, force=False)
+    acquisition = VirtualBus(bus, segment_of(request, plan, rig), ring)
+    name = f"{VIRTUAL_WIRE} ({rig.name}, seed {request.seed})"
+    return Feed(acquisition, ring, _bus_description(name, rig, bus), live=True, virtual=virtual)
+
+
+def _bus(request: StationRequest, rig: Rig, interface: str) -> Feed:
+    ring = FrameRing.create(len(rig.cameras))
+    period_ns = round(1e9 / rig.frame_rate_hz)
+    first, _, second = interface.partition("+")
+    bus = _bus_config(rig, ring, first, period_ns, force=request.force)
+    bus = msgspec.structs.replace(bus, redundant_interface=second)
+    description = _bus_description(f"EtherCAT on {interface}", rig, bus)
+    return Feed(BusProcess(bus, ring), ring, description, live=True)
+
+
+def _service(request: StationRequest, rig: Rig) -> Feed:
+    ring = FrameRing.create(len(rig.cameras))
+    bus = _bus_config(rig, ring, "", round(1e9 / rig.frame_rate_hz), force=False)
+    description = _bus_description("EtherCAT, service of this computer", rig, bus)
+    return Feed(ServiceBus(bus, ring), ring, description, live=True)
+
+
+def _bus_config(
+    rig: Rig, ring: FrameRing, interface: str, frame_period_ns: int, *, force: bool
+) -> BusConfig:
+    return BusConfig(
+        interface=interface,
+        ring_path=str(ring.path),
+        cameras=identities(rig),
+        frame_period_ns=frame_period_ns,
+        force=force,
+    )
+
+
+def _bus_description(name: str, rig: Rig, bus: BusConfig) -> SourceDescription:
+    return SourceDescription(
+        name=name,
+        camera_serials=tuple(camera.serial for camera in rig.cameras),
+        frame_period_ns=bus.frame_period_ns,
+        cycle_period_ns=bus.cycle_period_ns,
+        live=True,
+    )
+
+
+def identities(rig: Rig) -> tuple[CameraIdentity, ...]:
+    """Return how the cameras of a rig are known on the bus."""
+    return tuple(
+        CameraIdentity(camera.name, camera.serial, alias)
+        for camera, alias in zip(rig.cameras, rig.aliases, strict=True)
+    )
