@@ -2,7 +2,7 @@
 
 The tilt ranges reach from upright to steep: thesis probe, tip anywhere in
 400 x 200 x 400 mm, white spot noise of 0.0105 px. The bound is computed here from the projection's
-derivatives at the true pose, with nothing of the tracking. Run: ``python benchmarks/accuracy.py``.
+derivatives at the true pose, with nothing of the tracking. Run: ``python -m benchmarks.accuracy``.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Each row: windows at random places of a virtual sensor, each with an LED at a ra
 the pixels. The bound is computed here from the likelihood of the pixels (photons of LED and ambient
 light, read noise of frame and black image, converter, spread of the response), with nothing of the
 measurement. The bias is that of the place between the pixels, without noise.
-Run: ``python benchmarks/centroids.py``.
+Run: ``python -m benchmarks.centroids``.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How often value ± U (k = 2) holds the truth, over seeded virtual rigs.
 
-    python benchmarks/coverage.py [RUNS]
+    python -m benchmarks.coverage [RUNS]
 
 Every run draws its own true cameras, probe and ball from the covariance of the documents, its own
 sensor pattern and spot noise, and measures the whole demonstration part. The frames come at 500 Hz

@@ -3,7 +3,7 @@
 Prints a table - what was reported, after how many cycles, how long until operation again, frames
 lost and frames that must not have been given out - then lost answers against the log of the
 cable, rapid starts and stops, and what other masters say of the cameras. Ends with 1 where a limit
-is broken. Run: ``python benchmarks/faults.py [STARTS]``.
+is broken. Run: ``python -m benchmarks.faults [STARTS]``.
 """
 
 from __future__ import annotations

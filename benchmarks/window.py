@@ -3,7 +3,7 @@
 The whole chain runs in one process as in the demo: virtual rig, tracking, session and window. A
 thread posts an event to the window every 5 ms; the latency is the time until it is handled.
 
-Run ``python benchmarks/window.py [SECONDS]``; the exit code is 1 if a limit is missed.
+Run ``python -m benchmarks.window [SECONDS]``; the exit code is 1 if a limit is missed.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Prints cycles kept, how late they began and frames lost against the limits, and ends with 1 where
 one is broken. What it cannot show is the wire itself: a virtual cable has no transmission errors
-and no interrupt coalescing. Run: ``python benchmarks/wire.py [SECONDS]``.
+and no interrupt coalescing. Run: ``python -m benchmarks.wire [SECONDS]``.
 """
 
 from __future__ import annotations
