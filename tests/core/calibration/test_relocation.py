@@ -83,6 +83,10 @@ def test_uncertain_lenses_stay_in_the_covariance(lens: LensMode) -> None:
         found = relocate(start, true.body, observed, RelocationOptions(lens=lens), force=True)
         normalised.append(normalised_square(true, found))
         focal.append(found.covariance[6, 6])
+        scale = np.sqrt(found.covariance.diagonal())
+        # Six motions of the world have no variance; less than none would be nonsense.
+        correlation = found.covariance / np.outer(scale, scale)
+        assert np.linalg.eigvalsh(correlation).min() > -1e-9
     # 8 x 22 squares: 11 %. The lenses that are kept misfit by a few per cent of chi-square.
     assert np.mean(normalised) == pytest.approx(1.0, abs=0.4)
     before = known.parameter_covariance[6, 6]
