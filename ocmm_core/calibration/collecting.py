@@ -29,6 +29,9 @@ _SAME_PX = 1.0
 _SETTLED_PX = 0.02
 _SETTLED_MM = 0.02
 _SIGMAS = 6.0
+_REST_S = 0.1
+"""A hand that turns back stands still for less."""
+
 _MOST_TIP_SIGMA_MM = 0.06
 """Standard deviation of a resting ball; more of the probe must be seen for it to be less."""
 
@@ -205,8 +208,8 @@ class ProbeSpots:
     frames
         Of one average.
     resting
-        The ball must rest, also for as many frames before the average, and must have moved
-        ``distance_mm`` since the last one that was taken.
+        The ball must have rested for `_REST_S`, and must have moved ``distance_mm`` since the last
+        one that was taken.
     distance_mm, turn_rad
         For a waved probe: it moved or turned at least so far.
     inside
@@ -229,7 +232,9 @@ class ProbeSpots:
     ) -> None:
         self._rig, self._body = rig, body
         self._frames = frames
-        self._window = _Window(2 * frames if resting else frames)
+        rest = round(_REST_S * rig.frame_rate_hz / frames) if resting else 1
+        self._parts = max(2, rest)
+        self._window = _Window(self._parts * frames if resting else frames)
         self._resting, self._inside, self._moved = resting, inside, moved
         self._distance_mm, self._turn_rad = distance_mm, turn_rad
         self._slot_of_led: Int | None = None
@@ -291,28 +296,28 @@ class ProbeSpots:
         seen = np.isfinite(spots).all(axis=(0, 3))
         if np.count_nonzero(seen.sum(axis=0) >= 2) < 3:
             return "Fewer than three LEDs are seen by two cameras: turn the probe to them.", np.nan
-        half = len(spots) // 2
-        if not half or not self._window.full:
+        if not self._window.full:
             return "Hold still: the average is being taken.", np.nan
-        means = np.stack([spots[:half].mean(axis=0), spots[half:].mean(axis=0)])
-        motion = float(np.nanmax(np.linalg.norm(means[1] - means[0], axis=2)))
+        part = len(spots) // self._parts
+        means = spots.reshape(self._parts, part, *spots.shape[1:]).mean(axis=1)
+        motion = float(np.nanmax(np.linalg.norm(means - means[-1], axis=3)))
         pose = solve(means, self._rig, self._body, self._rig.noise.white_px)
         if np.any(pose.status):
             return _TURN, motion
         if self._resting:
             share = sigma_of_mean(self._rig, self._frames) / self._rig.noise.white_px
-            variance = float(np.linalg.eigvalsh(pose.tip_covariance[1])[-1])
+            variance = float(np.linalg.eigvalsh(pose.tip_covariance[-1])[-1])
             if share * np.sqrt(variance) > _MOST_TIP_SIGMA_MM:
                 return _TURN, motion
             if self._inside and self._outside(
-                pose.rotation_world_from_probe[1], pose.origin_world[1]
+                pose.rotation_world_from_probe[-1], pose.origin_world[-1]
             ):
                 return _INSIDE, motion
-            drift = float(np.linalg.norm(pose.tip_world[1] - pose.tip_world[0]))
-            sigma = np.sqrt(np.trace(pose.tip_covariance[0]) * 2.0 / half)
+            drift = float(np.linalg.norm(pose.tip_world - pose.tip_world[-1], axis=1).max())
+            sigma = np.sqrt(np.trace(pose.tip_covariance[-1]) * 2.0 / part)
             if drift > _SETTLED_MM + _SIGMAS * sigma:
                 return f"The ball moves by {drift:.2f} mm: wait until it rests.", motion
-        return self._too_near(pose.rotation_world_from_probe[1], pose.tip_world[1]), motion
+        return self._too_near(pose.rotation_world_from_probe[-1], pose.tip_world[-1]), motion
 
     def _outside(self, rotation: Float, origin: Float) -> bool:
         leds = self._body.leds_probe @ rotation.T + origin

@@ -147,8 +147,8 @@ def conclude(
             residual_map(camera, of_camera)
             for camera, of_camera in zip(found.cameras, found.residuals, strict=True)
         ),
-        rms_px=found.rms_px,
-        chi2_per_dof=found.chi2_per_dof,
+        rms_px=float(found.rms_px),
+        chi2_per_dof=float(found.chi2_per_dof),
         points=found.points,
         outliers=found.outliers,
         data_sha256=how.data_sha256,

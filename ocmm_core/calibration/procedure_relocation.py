@@ -7,6 +7,7 @@ known with what was collected so far; both decide when it is enough.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -277,7 +278,12 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
         return self._seat if self._step in (BAR, WORLD) else self._wave
 
     def _seen(self) -> Live:
-        return self._collector().live()
+        live = self._collector().live()
+        if not live.ready or self._step != BAR or self._state.shown:
+            return live
+        average = self._seat.average()
+        hint = self._state.judge_end(average.uv, average.sigma_px)
+        return replace(live, ready=False, hint=hint) if hint else live
 
     def _wants(self) -> bool:
         if self._step == WORLD:

@@ -9,13 +9,11 @@ import numpy as np
 from ocmm_core.calibration.conclusion import Findings
 from ocmm_core.calibration.outcome import CameraResiduals
 from ocmm_core.calibration.relocation_data import KeptByPoints, Observations, Relocation
+from ocmm_core.calibration.relocation_state import LENGTH_TOLERANCE
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 from ocmm_core.tracking.pose import triangulate
-
-_LENGTH_TOLERANCE = 0.08
-"""A frame that was moved sees the bar so much too long or too short at most."""
 
 
 def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
@@ -44,7 +42,7 @@ def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
         off = abs(float(np.linalg.norm(ends[1] - ends[0])) / length - 1.0)
         if off < least:
             best, least = paired, off
-    if not least < _LENGTH_TOLERANCE:
+    if not least < LENGTH_TOLERANCE:
         raise CalibrationError(
             "relocation.bar",
             "The two points that are seen are not the ends of the bar.",

@@ -33,6 +33,9 @@ from ocmm_core.tracking.pose import solve
 World = Literal["cameras", "points", "set"]
 """What the world frame hangs on: the cameras, known control points, or three new ones."""
 
+LENGTH_TOLERANCE = 0.08
+"""A frame that was moved sees the bar so much too long or too short at most."""
+
 SET_NAMES = ("origin", "on X", "in XY")
 
 
@@ -179,6 +182,21 @@ class RelocationState:
             good = np.isfinite(tips).all(axis=1)
             self._coverage = coverage(self.rig, self.body, rotations[good], tips[good])
         return self._coverage
+
+    def judge_end(self, uv: Float, sigma_px: float) -> str:
+        """Return why the ball is not in the other end of the bar; empty where it may be."""
+        if len(self.bar_ends) % 2 == 0:
+            return ""
+        shots = np.stack([from_spots(self.bar_ends[-1].uv), uv])
+        first, second = solve(shots, self.rig, self.body, sigma_px).tip_world
+        length = self.begun.bar.nests[-1] - self.begun.bar.nests[0]
+        seen = float(np.linalg.norm(second - first))
+        if abs(seen - length) <= LENGTH_TOLERANCE * length:
+            return ""
+        return (
+            f"The ball is {seen:.0f} mm from the first end of the bar, and its other end is "
+            f"{length:.0f} mm away: put it there, or take the first end back."
+        )
 
     def observations(self) -> Observations:
         """Return what the adjustment takes."""

@@ -28,7 +28,7 @@ from ocmm_core.simulation.rig import CameraFrames
 from ocmm_core.simulation.world import World, WorldOptions, draw_world, white_noise
 from ocmm_core.tracking.body import ProbeBody, load_probe, satisfies_rules
 
-STILL_S, TRAVEL_S, WAY_S = 0.045, 0.06, 0.6
+STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
 _TREMOR = np.array([2e-3, 0.0])
 """Amplitude of a hand in attitude (rad) and place (mm): the ball is held by its seat."""
 
@@ -308,13 +308,15 @@ def move_cameras(cameras: tuple[CameraModel, ...], move: FrameMove) -> tuple[Cam
     return tuple(moved)
 
 
-def _visits(places: list[Float], attitudes: list[Float] | None = None) -> Float:
+def _visits(
+    places: list[Float], attitudes: list[Float] | None = None, still_s: float = STILL_S
+) -> Float:
     """Return segments that bring a body to each place and let it rest there."""
     turns = attitudes or [np.zeros(3)] * len(places)
     rows: list[Float] = []
     time, place, turn = 0.0, places[0], turns[0]
     for aim, aim_turn in zip(places, turns, strict=True):
-        for length, kind in ((TRAVEL_S, kernels.MOVE), (STILL_S, kernels.REST)):
+        for length, kind in ((TRAVEL_S, kernels.MOVE), (still_s, kernels.REST)):
             rows.append(_segment(time, length, kind, place, aim, turn, aim_turn))
             time, place, turn = time + length, aim, aim_turn
     return np.array(rows)
@@ -357,7 +359,7 @@ def _touches(
         normals = [unit(np.array(normal)) for normal in scene.normals]
         places = [(np.array(scene.centre) + reach * normal, normal) for normal in normals]
     turns = [_seen_best(tip, normal, world, body, volume_world, rng) for tip, normal in places]
-    return _visits([tip for tip, _ in places], turns)
+    return _visits([tip for tip, _ in places], turns, SEATED_S)
 
 
 def _seen_best(
