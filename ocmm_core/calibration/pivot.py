@@ -137,6 +137,12 @@ def _check(body: ProbeBody, sweep: PivotSweep) -> None:
             f"probe '{body.name}' has {body.n_leds}.",
             "Choose the document of the probe that was swept.",
         )
+    if len(sweep.sigma_px) != len(sweep.uv) or not np.all(sweep.sigma_px > 0.0):
+        raise CalibrationError(
+            "pivot.sigma",
+            "The sweep does not give every frame a standard deviation of its spots above zero.",
+            "Give the sigma of the spots in pixels.",
+        )
     if len(sweep.uv) < LEAST_FRAMES:
         raise CalibrationError(
             "pivot.few_frames",

@@ -6,7 +6,7 @@ data). Whole blocks of consecutive frames, as long as the frames' influences on 
 each other, are drawn with replacement instead (block bootstrap; Kuensch 1989), each draw solved by
 one Gauss-Newton step from the sums of its blocks. A hand also comes back to the same attitudes, and
 with them to the same errors of the sensors: blocks of neighbouring attitudes are drawn likewise,
-and the larger of both is what counts. What the cameras' own uncertainty does to the result is
+and count where they scatter more. What the cameras' own uncertainty does to the result is
 common to all frames and added to it.
 """
 
@@ -34,6 +34,9 @@ MOST_BLOCKS = 200
 LEAST_BLOCKS = 8
 _CORRELATIONS_PER_BLOCK = 6.0
 _CELLS_ACROSS = 8
+
+BEYOND_CHANCE = 1.4
+"""Variances from some sixty blocks differ by a fifth; always taking the larger would exaggerate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +144,8 @@ def pivot_uncertainty(
     if cells.max() + 1 >= LEAST_BLOCKS:
         split = normals_at(rig, sweep, state, slack_mm, blocks=cells)
         by_attitude = _bootstrap(split, turns, resamples, seed)
-        if _tip_variance(by_attitude, by_common) > _tip_variance(noise, by_common):
+        times = _tip_variance(by_attitude, by_common) / _tip_variance(noise, by_common)
+        if times > BEYOND_CHANCE:
             noise = by_attitude
     by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed)
     return PivotUncertainty(

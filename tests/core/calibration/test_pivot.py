@@ -35,6 +35,7 @@ from tests.core.calibration.swept_probe import (
     sweep,
     waved_attitudes,
 )
+from tests.core.calibration.waved_probe import four_cameras
 
 
 def _refused(
@@ -417,6 +418,33 @@ def test_preview_promises_what_the_calibration_then_states() -> None:
     few = preview_pivot(rig(), probe(), frames.only(np.arange(1000) < 5))
     assert few.coverage is None
     assert few.tip_sigma == np.inf
+
+
+def test_three_leds_before_four_cameras_that_do_not_see_everything() -> None:
+    """A spot that one camera alone sees counts too; nothing depends on how many there are."""
+    body = probe("standard")
+    body = replace(
+        body,
+        leds_probe=body.leds_probe[:3],
+        led_directions_probe=body.led_directions_probe[:3],
+        geometry_covariance=np.eye(12),
+    )
+    rng = np.random.default_rng(41)
+    known = four_cameras()
+    frames = PivotSweep.even(
+        spots(known, body, attitudes(800, 30.0, rng), CONE_WORLD, rng), SIGMA_PX
+    )
+    frames.uv[rng.random(frames.uv.shape[:3]) < 0.1] = np.nan
+
+    found = calibrate_probe(
+        replace(known, parameter_covariance=np.zeros((56, 56))), body, frames
+    )
+
+    assert found.chi2 / found.dof == pytest.approx(1.0, abs=0.05)
+    assert len(found.left_out) < 30
+    sigma = np.sqrt(np.diag(found.tip_covariance))
+    assert np.abs(found.tip_probe / sigma).max() < 4.0
+    assert found.tip_sigma < 0.002
 
 
 def test_result_is_a_probe_that_measures() -> None:
