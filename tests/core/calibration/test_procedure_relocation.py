@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ocmm_core.calibration.collecting import STILL_FRAMES, ProbeSpots
 from ocmm_core.calibration.coverage import coverage
 from ocmm_core.calibration.history import State
 from ocmm_core.calibration.labelling import label_roughly
@@ -15,11 +16,14 @@ from ocmm_core.calibration.procedure_relocation import RelocationProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.reference_points import ReferencePoints
 from ocmm_core.calibration.relocation_findings import bar_ends
+from ocmm_core.calibration.relocation_state import SeatTaken
+from ocmm_core.calibration.session_events import to_spots
 from ocmm_core.camera.model import on_sensor, project
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_relocation
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.simulation.calibrating import Wave
 from tests.core.calibration.procedure_site import (
     PROBE_DOCUMENT,
     RIG_DOCUMENT,
@@ -94,6 +98,62 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     assert [one.code for one in verdict.warnings] == ["verification.same_artefact"]
     check.accept(bench.now(), "verified")
     assert bench.store().standing(bench.now()).state is State.VALID
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(240)
+def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path) -> None:
+    bench = Bench.at(tmp_path)
+    bench.bar = replace(bench.bar, leds=())
+    procedure = RelocationProcedure.begin(
+        bench.sessions, bench.rig, bench.body, bench.store(), bench.bar, bench.now(),
+        who="technician", world="set", poses_wanted=120,
+    )  # fmt: skip
+    site = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
+    scenes = scenes_of_relocation(site, bench.rig, procedure.view, bench.bar, None)
+    show(procedure, bench.virtual(*scenes, move=MOVE), bench.now)
+    view = procedure.view
+    assert view.bar_placements == 10
+    assert view.world_points == ("origin", "on X", "in XY")
+    procedure.compute()
+    outcome = procedure.view.outcome
+    assert outcome is not None
+    # The baseline is known, whatever the world: 600 mm to some 0.1 mm after the frame was moved,
+    # and its length to better than 50 um by the bar.
+    true = bench.virtual(move=MOVE).world.cameras
+    baselines = [
+        np.linalg.norm(two[1].centre_world - two[0].centre_world)
+        for two in (outcome.rig.cameras, true)
+    ]
+    assert abs(baselines[0] - baselines[1]) < 0.05
+
+
+def test_the_second_end_of_a_bar_is_a_bar_away(tmp_path: Path) -> None:
+    bench = Bench.at(tmp_path)
+    bench.bar = replace(bench.bar, leds=())
+    state = begin(bench, bench.rig)._state  # noqa: SLF001 - the rule by itself
+    first, right, wrong = (
+        np.stack([project(camera, bench.body.leds_probe + place) for camera in bench.rig.cameras])
+        for place in ([-190.0, 0.0, -100.0], [210.0, 0.0, -100.0], [120.0, 0.0, -100.0])
+    )
+    assert state.judge_end(first, 0.01) == ""
+    state.add(SeatTaken(utc="", seat="", uv=to_spots(first), sigma_px=0.01))
+    assert state.judge_end(right, 0.01) == ""
+    assert "310 mm from the first end" in state.judge_end(wrong, 0.01)
+
+
+def test_a_hand_that_turns_back_is_not_taken_for_one_that_rests(tmp_path: Path) -> None:
+    bench = Bench.at(tmp_path)
+    waving = bench.virtual(Wave(ways=6, seed=2))
+    collector = ProbeSpots(bench.rig, bench.body, STILL_FRAMES, resting=True, distance_mm=5.0)
+    hints = set()
+    for first in range(0, waving.n_frames - 80, 80):
+        collector.feed(waving.frames(first, 80))
+        live = collector.live()
+        assert not live.ready
+        hints.add(live.hint.split(" ")[0])
+    # It was seen and judged, not merely overlooked.
+    assert "The" in hints
 
 
 def test_gates_say_what_is_missing_and_observations_are_taken_back(tmp_path: Path) -> None:
