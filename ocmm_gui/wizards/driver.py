@@ -108,7 +108,7 @@ class WizardDriver(QObject):
     Parameters
     ----------
     procedure
-        The procedure.
+        The procedure; also an attribute.
     tap
         Where its frames come from.
     calculation
@@ -142,7 +142,7 @@ class WizardDriver(QObject):
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._procedure = procedure
+        self.procedure = procedure
         self._tap = tap
         self._calculation = calculation
         self._predict = predict
@@ -210,23 +210,23 @@ class WizardDriver(QObject):
 
     def drop(self) -> None:
         """Take back the last observation of the step."""
-        self.do(lambda now: self._procedure.drop(now))
+        self.do(lambda now: self.procedure.drop(now))
 
     def advance(self) -> None:
         """Enter the next step."""
-        self.do(lambda now: self._procedure.advance(now))
+        self.do(lambda now: self.procedure.advance(now))
 
     def back(self) -> None:
         """Return to the step before."""
-        self.do(lambda now: self._procedure.back(now))
+        self.do(lambda now: self.procedure.back(now))
 
     def accept(self, reason: str) -> None:
         """Put the result in force, or store the verdict."""
-        self.do(lambda now: self._procedure.accept(now, reason))
+        self.do(lambda now: self.procedure.accept(now, reason))
 
     def keep(self, reason: str) -> None:
         """End and leave everything as it was."""
-        self.do(lambda now: self._procedure.keep(now, reason))
+        self.do(lambda now: self.procedure.keep(now, reason))
 
     def do(self, call: Callable[[datetime], None]) -> None:
         """Run a command of the procedure, after those that came before it."""
@@ -259,7 +259,7 @@ class WizardDriver(QObject):
                 command()
             except OcmmError as error:
                 self._failed_elsewhere.emit(error)
-            self._view = self._procedure.view
+            self._view = self.procedure.view
 
     def _run_predictions(self) -> None:
         """Predict again and again, where something was taken or dropped since the last time."""
@@ -274,17 +274,17 @@ class WizardDriver(QObject):
     def _watch(self, block: FrameBlock) -> None:
         # On the thread that reads the frames: it must not end over what one of them holds.
         try:
-            self._procedure.watch(block)
+            self.procedure.watch(block)
         except OcmmError as error:
             self._failed_elsewhere.emit(error)
 
     def _look(self) -> None:
         """Note the warmth, and take what is ready where nobody has to press a key."""
-        base = self._procedure.base
+        base = self.procedure.base
         now = time.monotonic()
         if now - self._warmth_at >= WARMTH_S and base.decision is Decision.OPEN:
             self._warmth_at = now
-            self._procedure.note_warmth(self._clock(), self._warmth())
+            self.procedure.note_warmth(self._clock(), self._warmth())
         if self._automatic and base.live.ready and base.decision is Decision.OPEN:
             try:
                 self._take()
@@ -295,7 +295,7 @@ class WizardDriver(QObject):
                     raise
 
     def _take(self) -> None:
-        self._procedure.take(self._clock())
+        self.procedure.take(self._clock())
         self._taken_elsewhere.emit()
 
     def _calculate(self) -> None:
@@ -303,7 +303,7 @@ class WizardDriver(QObject):
         with suppress(OcmmError):
             self._calculation.run()
         # Whoever sees that the calculation is over must see what it gave.
-        self._view = self._procedure.view
+        self._view = self.procedure.view
 
     def _pull(self) -> None:
         self.seen.emit(self.now)

@@ -87,7 +87,7 @@ class ScenePicture(QWidget):
             *self._contents(theme),
             Lines(shapes.box(self._rig.volume_world), theme.border, 1.4),
             Lines(_arrow(arrow[0], arrow[1], orbit), theme.muted, 2.4),
-            Tag(arrow[1], "cameras", theme.muted),
+            Tag(1.3 * arrow[1] - 0.3 * arrow[0], "cameras", theme.muted),
         )
         paint_scene(painter, items, orbit, inside, text_font(14, bold=True), theme.panel)
 

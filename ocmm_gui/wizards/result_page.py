@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QPushButton,
+    QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -127,7 +128,7 @@ class ResultPage(StepPage):
     """
 
     keys = ("back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4")
-    plots = ("Sensors", "Histogram", "Space", "Before / after")
+    plots = ("Sensors", "Histogram", "Space", "Before/after")
 
     def __init__(self, rig: Rig, errors: str) -> None:
         super().__init__()
@@ -150,6 +151,7 @@ class ResultPage(StepPage):
             button.setFont(text_font(14, bold=True))
             button.setProperty("role", "tool")
             button.setMinimumHeight(40)
+            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             self._buttons.addButton(button, number - 1)

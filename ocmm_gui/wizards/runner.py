@@ -35,6 +35,11 @@ _ORDER = (
     "next",
 )  # fmt: skip
 _PRIMARY = ("take", "accept")
+_DECISIONS = {
+    Kind.VERIFICATION: ("Store the verdict", "Discard"),
+    Kind.KNOWN_POINTS: ("Accept the new", "Keep the old"),
+    Kind.RELOCATION: ("Accept the new", "Keep the old"),
+}
 _QUESTIONS = {
     Kind.VERIFICATION: ("Store this verdict?", "End without a verdict?"),
     Kind.KNOWN_POINTS: ("Put this calibration in force?", "End, and keep the old calibration?"),
@@ -76,8 +81,9 @@ class Runner(QWidget):
     ) -> None:
         super().__init__()
         self.driver = driver
-        self._pages = dict(pages)
+        self.pages = dict(pages)
         self._seen: Seen | None = None
+        self._entered: StepPage | None = None
         self._theme = THEMES[DEFAULT_THEME]
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.actions_by_key = make_wizard_actions(self, self._calls(extra))
@@ -95,7 +101,7 @@ class Runner(QWidget):
         self.instruction = sentence_label("What to do", 18)
         self.instruction.setMinimumHeight(_INSTRUCTION_PX)
         self._stack = QStackedWidget()
-        for page in self._pages.values():
+        for page in self.pages.values():
             page.commanded.connect(driver.do)
             self._stack.addWidget(page)
         self._gate_mark = FitText("Next", limit=22)
@@ -122,8 +128,9 @@ class Runner(QWidget):
         """Show the snapshot."""
         self._seen = seen
         base = seen.view.base
-        page = self._pages[base.step.name]
-        if page is not self._stack.currentWidget() or not self.isVisible():
+        page = self.pages[base.step.name]
+        if page is not self._entered:
+            self._entered = page
             self._stack.setCurrentWidget(page)
             self._show_buttons(page)
             self.driver.set_automatic(page.hands_are_full)
@@ -208,9 +215,9 @@ class Runner(QWidget):
             action.setEnabled(mine and allowed.get(key, True))
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
-        self.buttons["automatic"].setText(
-            f"By itself {'ON' if seen.automatic else 'off'}  [Y]"
-        )
+        self.buttons["automatic"].setText(f"By itself: {'ON' if seen.automatic else 'off'}\n[Y]")
+        for key, word in zip(("accept", "keep"), _DECISIONS[base.kind], strict=True):
+            self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
     def _show_gate(self, seen: Seen) -> None:
         base, theme = seen.view.base, self._theme
@@ -239,7 +246,7 @@ class Runner(QWidget):
 
     def _button(self, action: QAction) -> QPushButton:
         key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
-        button = QPushButton(f"{action.text()}  [{key}]")
+        button = QPushButton(f"{action.text()}\n[{key}]")
         button.setObjectName(action.objectName())
         button.setAccessibleName(action.text())
         button.setAccessibleDescription(action.toolTip())

@@ -30,6 +30,10 @@ from ocmm_gui.wizards.driver import Calculation, ShownProcedure, Tap, Warmth
 
 C = TypeVar("C", bound=str)
 
+_PAST = ("session.rig", "session.empty")
+"""Codes of sessions that nobody misses: of a calibration that is no longer in force, or without
+anything in them."""
+
 SESSIONS = "sessions"
 """Folder of the sessions in that of the store."""
 
@@ -326,7 +330,8 @@ def offers(site: WizardSite, kind: Kind) -> tuple[Offer, ...]:
         try:
             base = resume(site, kind, path).procedure.base
         except OcmmError as error:
-            found.append(Offer(path, path.stem, f"{error.what} {error.remedy}"))
+            if error.code not in _PAST:
+                found.append(Offer(path, path.name, f"{error.what} {error.remedy}"))
             continue
         if base.decision is Decision.OPEN or not (base.stored or base.decision is Decision.KEPT):
             begun = datetime.fromisoformat(base.begun_utc).astimezone()

@@ -114,9 +114,10 @@ class ErrorChart(Plot):
                 box.left() + begin * pitch, box.bottom() + 2.0, (index - begin) * pitch, 20.0
             )
             painter.setPen(QColor(self._theme.muted))
-            text = painter.fontMetrics().elidedText(
-                names[begin], Qt.TextElideMode.ElideRight, round(place.width()) - 6
-            )
+            # The end of a name says more than its beginning: "space diagonal 2".
+            text = names[begin]
+            while painter.fontMetrics().horizontalAdvance(text) > place.width() and text:
+                text = text.partition(" ")[2]
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
             begin = index
 
@@ -229,12 +230,13 @@ def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[d
 
     The procedure refuses where that is not allowed; the sentence then says why.
     """
-    outcome = view.outcome
     names = [line.name for line in view.lines]
+    checks = () if view.outcome is None else view.outcome.record.checks
+    lengths = [one for one in checks if _group(one.name) in names]
     line = 0
-    if outcome is not None:
-        group = _group(outcome.record.checks[outcome.largest].name)
-        line = names.index(group) if group in names else 0
+    if lengths:
+        worst = max(lengths, key=lambda one: abs(one.error_mm) / one.limit_mm)
+        line = names.index(_group(worst.name))
 
     def command(now: datetime) -> None:
         procedure.repeat_line(line, now)

@@ -1,0 +1,161 @@
+"""A wizard on the virtual rig, whose scenes the test shows block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.records import rig_from_record
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import OcmmError
+from ocmm_core.simulation.calibrating import CalibratingRig, Scene
+from ocmm_gui.theme import THEMES, Themed
+from ocmm_gui.wizards.driver import Seen
+from ocmm_gui.wizards.runner import Runner
+from ocmm_gui.wizards.site import WizardSite
+from ocmm_gui.wizards.wizard import Wizard
+from tests.core.calibration.procedure_site import Bench
+
+PATIENCE_MS = 40_000
+_BLOCK = 40
+_LOOKS = 400
+
+
+class WizardBench:
+    """A wizard of its own, as large as the smallest window, and what it works on."""
+
+    def __init__(self, qtbot: QtBot, folder: Path) -> None:
+        self.qtbot = qtbot
+        self.bench = Bench.at(folder)
+        self.errors: list[OcmmError] = []
+        self.left: list[int] = []
+        self.watcher: Callable[[FrameBlock], None] | None = None
+        self.store = folder / "store"
+        self.wizard = self._open()
+
+    @property
+    def runner(self) -> Runner:
+        """Return the procedure that is shown."""
+        assert self.wizard.runner is not None
+        return self.wizard.runner
+
+    @property
+    def seen(self) -> Seen:
+        """Return what is shown."""
+        return self.runner.driver.now
+
+    def _open(self) -> Wizard:
+        self.site = WizardSite(
+            self.bench.rig, self.bench.body, self.store, "technician", self._tap
+        )
+        wizard = Wizard(self.site, self.bench.now)
+        wizard.resize(1024, 600)
+        wizard.failed.connect(self.errors.append)
+        wizard.left.connect(lambda: self.left.append(1))
+        with self.qtbot.waitActive(wizard):
+            wizard.show()
+            wizard.activateWindow()
+        return wizard
+
+    def _tap(self, watcher: Callable[[FrameBlock], None] | None) -> None:
+        self.watcher = watcher
+
+    def use_store_of_bench(self) -> CalibrationStore:
+        """Return the store of the wizard."""
+        return CalibrationStore(self.store)
+
+    def running(self) -> Rig:
+        """Return the rig with the calibration in force."""
+        record = self.use_store_of_bench().active()
+        return self.bench.rig if record is None else rig_from_record(record)
+
+    def begin(self, kind: Kind, **values: str) -> None:
+        """Open a wizard and begin with what is filled in."""
+        self.wizard.open(kind)
+        for key, value in values.items():
+            field = self.wizard.start.fields[key]
+            assert isinstance(field, QLineEdit)
+            field.setText(value)
+        self.key(Qt.Key.Key_Return, self.wizard.start.fields["who"])
+
+    def go_on(self, kind: Kind) -> None:
+        """Open a wizard and go on with the session that is proposed."""
+        self.wizard.open(kind)
+        self.key(Qt.Key.Key_G, self.wizard.start.list)
+        self.until(lambda: self.wizard.runner is not None)
+
+    def crash(self) -> None:
+        """Throw the wizard away as it is, and open another one."""
+        self.wizard.close_runner()
+        self.wizard.close()
+        self.wizard.deleteLater()
+        self.wizard = self._open()
+
+    def key(self, key: Qt.Key, widget: QWidget | None = None) -> None:
+        """Press a key where the keyboard is."""
+        if widget is None:
+            widget = QApplication.focusWidget()
+        QTest.keyClick(self.wizard if widget is None else widget, key)
+
+    def until(self, condition: Callable[[], bool]) -> None:
+        """Wait until something is so."""
+        self.qtbot.waitUntil(condition, timeout=PATIENCE_MS)
+
+    def step(self, name: str) -> None:
+        """Go on with Return until a step is reached."""
+        while self.seen.view.base.step.name != name:
+            following = self.seen.view.base.steps[self.seen.view.base.current + 1].name
+            self.until(lambda: self.runner.actions_by_key["next"].isEnabled())
+            # A switch that bounces gives one command only.
+            QTest.qWait(160)
+            self.key(Qt.Key.Key_Return)
+            self.enters(following)
+
+    def enters(self, name: str) -> None:
+        """Wait until a step is reached and its page is shown."""
+        self.until(
+            lambda: self.seen.view.base.step.name == name
+            and self.runner.page() is self.runner.pages[name]
+        )
+
+    def show(self, rig: Rig | None, *scenes: Scene, at_most: int = 10_000) -> int:
+        """Show scenes; whatever gets ready is waited for until it was taken by itself."""
+        virtual = self.bench.virtual(*scenes)
+        if rig is not None:
+            virtual = CalibratingRig(rig, self.bench.body, scenes, virtual.seed)
+        before = self.seen.view.base.step.done
+        for first in range(0, virtual.n_frames, _BLOCK):
+            if self.seen.view.base.step.done - before >= at_most:
+                break
+            assert self.watcher is not None
+            self.watcher(virtual.frames(first, min(_BLOCK, virtual.n_frames - first)))
+            if self.seen.automatic:
+                self._let_it_take()
+        QTest.qWait(120)
+        return self.seen.view.base.step.done - before
+
+    def _let_it_take(self) -> None:
+        for _ in range(_LOOKS):
+            if not self.runner.driver.procedure.base.live.ready:
+                return
+            QTest.qWait(2)
+
+    def dress(self, theme: str) -> None:
+        """Paint everything in a theme."""
+        for widget in (self.wizard, *self.wizard.findChildren(QWidget)):
+            if isinstance(widget, Themed):
+                widget.set_theme(THEMES[theme])
+
+    def close(self) -> None:
+        """Close everything."""
+        self.wizard.close_runner()
+        self.wizard.close()
+        self.wizard.deleteLater()
