@@ -189,6 +189,7 @@ def main() -> int:
     parser.add_argument("--per-world", type=int, default=20)
     parser.add_argument("--hours", type=float, default=8.0)
     parser.add_argument("--clean-worlds", type=int, default=8)
+    parser.add_argument("--first-world", type=int, default=0, help="to go on where a run ended")
     given = parser.parse_args()
     bench = Bench.of(given.rig)
     start = time.monotonic()
@@ -197,6 +198,7 @@ def main() -> int:
     left: list[float] = []
     for number in range(given.runs):
         seed, turn = divmod(number, given.per_world)
+        seed += given.first_world
         if turn == 0:
             baseline = bench.learnt(seed)
             left.append(baseline.left_px)
@@ -205,7 +207,7 @@ def main() -> int:
             plain.append(push_once(bench, None, seed, turn))
     alarms = examinations = 0
     for world in range(given.clean_worlds):
-        seed = 1_000_000 + world
+        seed = 1_000_000 + given.first_world + world
         seconds = given.hours * 3600.0 / given.clean_worlds
         more, count = clean_alarms(bench, bench.learnt(seed), seed, seconds)
         alarms, examinations = alarms + more, examinations + count

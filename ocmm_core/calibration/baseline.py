@@ -84,7 +84,8 @@ def learn_baseline(looks: Sequence[Look], rig: Rig, body: ProbeBody) -> Baseline
         )
     problem = PatternFit.of(looks, rig, body)
     held_out = np.arange(len(looks)) // _STRETCH % _HELD_OUT == _HELD_OUT - 1
-    left_px = problem.left_px(problem.solve(~held_out), held_out)
+    partial = problem.solve(~held_out)
+    left_px = problem.left_px(partial, held_out)
     if left_px > _MOST_LEFT * rig.noise.pattern_px:
         raise CalibrationError(
             "baseline.unclear",
@@ -92,7 +93,7 @@ def learn_baseline(looks: Sequence[Look], rig: Rig, body: ProbeBody) -> Baseline
             "Wave the probe longer and through the whole volume; if that does not help, verify the "
             "calibration.",
         )
-    solution = problem.solve(np.ones(len(looks), dtype=np.bool_))
+    solution = problem.solve(np.ones(len(looks), dtype=np.bool_), partial)
     maps = tuple(
         _map_of(camera, rig.noise, problem.grids[c], solution, spot_rows(looks, rig, body, c).uv)
         for c, camera in enumerate(rig.cameras)

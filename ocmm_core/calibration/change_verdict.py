@@ -73,7 +73,7 @@ class MonitorOptions:
 
     look_ns: int = 50_000_000
     looks: int = 40
-    every: int = 15
+    every: int = 10
     sparse: int = 30
     floor_px: float = 0.0004
     false_alarm: float = 1e-7

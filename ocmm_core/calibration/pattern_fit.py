@@ -152,8 +152,11 @@ class PatternFit:
             grids=tuple(grids),
         )
 
-    def solve(self, used: NDArray[np.bool_]) -> Float:
-        """Return the heights, then the errors, that explain the looks ``used`` (K,)."""
+    def solve(self, used: NDArray[np.bool_], start: Float | None = None) -> Float:
+        """Return the heights, then the errors, that explain the looks ``used`` (K,).
+
+        ``start`` is what explains others of the looks; it saves half of the steps.
+        """
         nodes = self.bells.shape[1]
         weights = np.where(used[:, None], self.weights, 0.0)
         back = self.bells.T.tocsr()
@@ -167,7 +170,9 @@ class PatternFit:
 
         size = nodes + self.errors.shape[1]
         operator = LinearOperator((size, size), matvec=normal, dtype=np.float64)
-        x, _ = cg(operator, gradient(self.residuals), rtol=_TOLERANCE, maxiter=_MOST_STEPS)
+        x, _ = cg(
+            operator, gradient(self.residuals), start, rtol=_TOLERANCE, maxiter=_MOST_STEPS
+        )
         return np.asarray(x, dtype=np.float64)
 
     def predicted(self, x: Float) -> Float:
