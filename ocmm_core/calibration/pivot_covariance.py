@@ -1,13 +1,13 @@
 """How far LEDs and tip of a swept probe can be wrong.
 
 Frames of a sweep are correlated: the hand moves on slowly over the pattern of the sensors, and the
-ball creeps. The formal covariance takes them as independent and flatters (ten times on recorded
-data). Whole blocks of consecutive frames, as long as the frames' influences on the tip resemble
-each other, are drawn with replacement instead (block bootstrap; Kuensch 1989), each draw solved by
-one Gauss-Newton step from the sums of its blocks. A hand also comes back to the same attitudes, and
-with them to the same errors of the sensors: blocks of neighbouring attitudes are drawn likewise,
-and count where they scatter more. What the cameras' own uncertainty does to the result is
-common to all frames and added to it.
+ball creeps. The formal covariance takes them as independent and flatters. Whole blocks of
+consecutive frames, as long as the frames' influences on the tip resemble each other, are drawn with
+replacement instead (block bootstrap; Kuensch 1989), each draw solved by one Gauss-Newton step from
+the sums of its blocks. A hand also comes back to the same attitudes, and with them to the same
+errors of the sensors: blocks of neighbouring attitudes are drawn likewise, and count where they
+scatter more. What the cameras' own uncertainty does to the result is common to all frames and added
+to it.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from ocmm_core.calibration.pivot_bundle import (
     solve_pinned,
 )
 from ocmm_core.calibration.pivot_data import PivotSweep
+from ocmm_core.calibration.pivot_poses import PosePivot
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3, RigidTransform, skew
@@ -183,6 +184,39 @@ def _correlation_time(series: Float) -> float:
     windows = np.arange(1, n)
     enough = np.flatnonzero(windows >= 6.0 * sums)
     return max(float(sums[enough[0]] if len(enough) else sums.max(initial=0.5)), 0.5)
+
+
+def pose_pivot_covariance(
+    rotations: Float, origins: Points3, found: PosePivot, resamples: int = 500, seed: int = 1
+) -> tuple[Float, Float]:
+    """Return the covariances (3, 3), mm^2, of a tip that was found from poses.
+
+    The first by bootstrap of blocks of consecutive poses; the second is the formal one of
+    independent poses, for comparison.
+
+    Parameters
+    ----------
+    rotations, origins, found
+        What `pivot_poses.pivot_of_poses` took and gave.
+    """
+    turns, places = rotations[found.used], origins[found.used]
+    n = len(turns)
+    off = turns @ found.tip + places - found.centre
+    centred = turns - turns.mean(axis=0)
+    normals = np.einsum("nki,nkj->nij", centred, centred)
+    scores = np.einsum("nki,nk->ni", centred, off)
+    inverse = np.linalg.inv(normals.sum(axis=0))
+    blocks = np.arange(n) // block_length(scores @ inverse)
+    count = int(blocks[-1]) + 1
+    block_normals, block_scores = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    np.add.at(block_normals, blocks, normals)
+    np.add.at(block_scores, blocks, scores)
+    rng = np.random.default_rng(seed)
+    draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
+    drawn = np.tensordot(draws, block_normals, 1)
+    tips = -np.linalg.solve(drawn, (draws @ block_scores)[..., None])[..., 0]
+    variance = float(np.sum(off**2)) / (3 * n - 6)
+    return np.cov(tips.T) * count / (count - 1), variance * inverse
 
 
 def attitude_blocks(directions: Points3) -> Int:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from ocmm_core.calibration.pivot_covariance import pose_pivot_covariance
 from ocmm_core.calibration.pivot_poses import pivot_of_poses
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
@@ -48,6 +49,42 @@ def test_recorded_poses_with_a_third_of_outliers(
     assert 130 <= np.count_nonzero(~found.used) <= 170
     # What was left out is far off, what was used is not.
     assert found.distances[~found.used].min() > found.distances[found.used].max()
+
+
+def test_bootstrap_is_nearer_to_what_two_recordings_differ_by(
+    reference: Path, record_property: Any
+) -> None:
+    tips, bootstrap, formal = [], np.zeros((3, 3)), np.zeros((3, 3))
+    for name in ("pivotCalibrationData.txt", "pivotCalibrationDataWithOutliers.txt"):
+        rotations, origins = _poses(reference / "pivot" / name)
+        found = pivot_of_poses(rotations, origins)
+        blocks, independent = pose_pivot_covariance(rotations, origins, found)
+        tips.append(found.tip)
+        bootstrap += blocks
+        formal += independent
+    off = tips[1] - tips[0]
+    squares = [float(off @ np.linalg.solve(c, off)) / 3.0 for c in (bootstrap, formal)]
+    sigmas = [float(np.sqrt(np.trace(c))) for c in (bootstrap, formal)]
+    record_property("sigma of the difference, mm", [round(v, 3) for v in sigmas])
+    record_property("normalised square, bootstrap and formal", [round(v, 1) for v in squares])
+
+    # One is usual. Poses taken as independent contradict each other outright; what is left over
+    # differs between the recordings and not within them, which a second sweep alone reveals.
+    assert squares[0] < 7.0
+    assert squares[1] > 2.0 * squares[0]
+
+
+def test_bootstrap_of_independent_poses_is_the_formal_one() -> None:
+    rng = np.random.default_rng(6)
+    rotations = attitudes(2000, 30.0, rng)
+    origins = np.array([0.0, 0.0, 100.0]) - rotations @ np.array([3.0, -5.0, -150.0])
+    origins += 0.1 * rng.standard_normal(origins.shape)
+
+    found = pivot_of_poses(rotations, origins)
+    blocks, formal = pose_pivot_covariance(rotations, origins, found)
+
+    # 167 blocks and 500 draws know a variance to 13 %.
+    assert np.trace(blocks) == pytest.approx(float(np.trace(formal)), rel=0.4)
 
 
 def test_named_poses_are_the_wrong_ones() -> None:
