@@ -157,6 +157,11 @@ class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]
         return cls(chain, begun, rig, store)
 
     @property
+    def points(self) -> ReferencePoints:
+        """Return the list that the session was begun with."""
+        return self._points
+
+    @property
     def view(self) -> KnownPointsView:
         """Return the snapshot."""
         with self._lock:

@@ -212,6 +212,20 @@ class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
         return cls(chain, begun, rig, body, store)
 
     @property
+    def bar(self) -> LengthBar:
+        """Return the bar that the session was begun with."""
+        return self._begun.bar
+
+    @property
+    def control(self) -> ReferencePoints | None:
+        """Return the known control points that the session was begun with; None without."""
+        begun = self._begun
+        if not begun.control_names:
+            return None
+        positions = np.array(begun.control_positions)
+        return ReferencePoints(begun.control_names, positions, begun.control_sigma, begun.rig)
+
+    @property
     def view(self) -> RelocationView:
         """Return the snapshot."""
         with self._lock:

@@ -176,6 +176,16 @@ class VerificationProcedure(GuidedProcedure[VerificationEvent, VerificationOutco
         return cls(chain, begun, rig, body, store)
 
     @property
+    def bar(self) -> LengthBar:
+        """Return the bar that the session was begun with."""
+        return self._begun.bar
+
+    @property
+    def spheres(self) -> tuple[Sphere, ...]:
+        """Return the spheres that the session was begun with."""
+        return self._begun.spheres
+
+    @property
     def view(self) -> VerificationView:
         """Return the snapshot."""
         with self._lock:

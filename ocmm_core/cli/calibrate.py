@@ -7,6 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -21,7 +22,11 @@ from ocmm_core.calibration.procedure_relocation import (
     RelocationProcedure,
 )
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
-from ocmm_core.calibration.reference_points import load_reference_points, load_spots
+from ocmm_core.calibration.reference_points import (
+    ReferencePoints,
+    load_reference_points,
+    load_spots,
+)
 from ocmm_core.calibration.shot_table import load_shots
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.cli.calibrate_report import (
@@ -93,6 +98,13 @@ class GeometryChoice(StrEnum):
     KNOWN = "known"
     UNCERTAIN = "uncertain"
     UNKNOWN = "unknown"
+
+
+class RuleChoice(StrEnum):
+    """How limits of a verification are applied."""
+
+    GUARDED = "guarded"
+    SIMPLE = "simple"
 
 
 class WorldChoice(StrEnum):
@@ -188,12 +200,13 @@ def cameras(
             site.sessions, site.design, site.store, listed, _now(),
             who=who, temperature_c=temperature, evaluation=evaluation,
         )  # fmt: skip
+    _require_same_list(procedure, listed)
     if spots is not None:
         procedure.take_table(load_spots(spots, listed), _now())
         _require_end(procedure)
     elif _is_lacking(procedure):
         virtual = VirtualSite(rig, STANDARD_PROBE, seed, move)
-        scenes = scenes_of_known_points(virtual, procedure.view, listed)
+        scenes = scenes_of_known_points(virtual, procedure.view, procedure.points)
         _collect(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
     _compute(procedure, overrule)
     outcome = procedure.view.outcome
@@ -270,7 +283,9 @@ def relocate(
         _require_end(procedure)
     elif _is_lacking(procedure):
         virtual = VirtualSite(rig, probe, seed, move)
-        scenes = scenes_of_relocation(virtual, site.design, procedure.view, artefact, known)
+        scenes = scenes_of_relocation(
+            virtual, site.design, procedure.view, procedure.bar, procedure.control
+        )
         _collect(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
     _compute(procedure, overrule)
     outcome = procedure.view.outcome
@@ -301,6 +316,10 @@ def verify(
     diameter: Annotated[
         float, typer.Option("--limit-diameter", help="Permissible error of a diameter, mm.")
     ] = Limits().diameter,
+    rule: Annotated[
+        RuleChoice,
+        typer.Option("--rule", help="Uncertainty of the artefact off the limit, or only stated."),
+    ] = RuleChoice.GUARDED,
     source: SourceOption = "simulated",
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
@@ -331,14 +350,16 @@ def verify(
         procedure = VerificationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, _now(),
             who=who, temperature_c=temperature, spheres=spheres,
-            limits=Limits(constant, per_length, largest, diameter),
+            limits=Limits(constant, per_length, largest, diameter, rule.value),
         )  # fmt: skip
     if shots is not None:
         take_verification_shots(procedure, load_shots(shots, site.rig, body.n_leds))
         _require_end(procedure)
     elif _is_lacking(procedure):
         virtual = VirtualSite(rig, probe, seed, move)
-        scenes = scenes_of_verification(virtual, site.rig, procedure.view, artefact, spheres)
+        scenes = scenes_of_verification(
+            virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
+        )
         _collect(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
     procedure.compute()
     outcome = procedure.view.outcome
@@ -391,6 +412,20 @@ def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = Non
 def history(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
     """List what happened to the calibrations of a rig."""
     print_history(make_console(), open_site(rig, calibrations).store)
+
+
+def _require_same_list(procedure: KnownPointsProcedure, listed: ReferencePoints) -> None:
+    """Refuse to go on with a session that was begun with another list."""
+    begun = procedure.points
+    same = begun.names == listed.names and np.array_equal(
+        begun.positions_world, listed.positions_world
+    )
+    if not same:
+        raise CalibrationError(
+            "calibrate.points",
+            f"The session {procedure.base.session} was begun with another list of points.",
+            "Give that list, or begin a new session with --new.",
+        )
 
 
 def _is_lacking(procedure: Procedure) -> bool:
