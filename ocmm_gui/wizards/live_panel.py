@@ -64,7 +64,7 @@ class Score(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the size below which it cannot be read from the bar."""
-        return QSize(120, 84)
+        return QSize(120, 70)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint name, number, words and bar."""
@@ -130,7 +130,7 @@ class MiniCamera(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the size below which spots cannot be told apart."""
-        return QSize(80, 80)
+        return QSize(60, 56)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the sensor, its spots and how many there are."""

@@ -69,7 +69,7 @@ class ScenePicture(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the size below which nothing can be told apart."""
-        return QSize(240, 180)
+        return QSize(200, 130)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the volume and what is in it."""

@@ -131,8 +131,7 @@ class Runner(QWidget):
         page = self.pages[base.step.name]
         if page is not self._entered:
             self._entered = page
-            self._stack.setCurrentWidget(page)
-            self._show_buttons(page)
+            self.show_page(page)
             self.driver.set_automatic(page.hands_are_full)
             self.decision.hide()
             self.setFocus()
@@ -145,6 +144,11 @@ class Runner(QWidget):
         self._show_gate(seen)
         if "calculate" in page.keys and self._has_to_be_calculated(seen):
             self.driver.calculate()
+
+    def show_page(self, page: StepPage) -> None:
+        """Show a page and the buttons that belong to it."""
+        self._stack.setCurrentWidget(page)
+        self._show_buttons(page)
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""

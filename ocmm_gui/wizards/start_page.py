@@ -134,6 +134,9 @@ class StartPage(QWidget):
             row = len(self.fields)
             self._form.addWidget(label, row, 0)
             self._form.addWidget(field, row, 1)
+            # Only what is seen can have the keyboard.
+            label.show()
+            field.show()
             self.fields[one.key] = field
 
     def _line(self, one: Field) -> QLineEdit:

@@ -1,0 +1,150 @@
+"""The wizard that verifies a calibration, on the virtual rig."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.calibration.history import EventKind, State
+from ocmm_core.calibration.outcome import VerificationOutcome
+from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.calibration.procedure_views import VerificationView
+from ocmm_core.simulation.calibrating import TouchSeats
+from ocmm_gui.wizards.pages import LinesPage
+from ocmm_gui.wizards.sphere_page import SpheresPage
+from ocmm_gui.wizards.verdict_page import VerdictPage
+from tests.core.calibration.procedure_site import show
+from tests.gui.wizard_bench import WizardBench
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WizardBench]:
+    made = WizardBench(qtbot, tmp_path)
+    made.bench.calibrated()
+    yield made
+    made.close()
+
+
+def _measured(bench: WizardBench) -> None:
+    """Leave a session behind in which everything was taken."""
+    site, store = bench.bench, bench.use_store_of_bench()
+    rig = bench.running()
+    procedure = VerificationProcedure.begin(
+        bench.store / "sessions", rig, site.body, store, site.bar, site.now(), who="technician",
+        spheres=(site.sphere,),
+    )  # fmt: skip
+    scenes = site.verified_scenes(procedure, (site.sphere,))
+    show(procedure, site.virtual(*scenes), site.now)
+
+
+def _shrink(bench: WizardBench) -> None:
+    """Put a calibration in force whose cameras stand 0.3 % nearer together than they do."""
+    store, site = bench.use_store_of_bench(), bench.bench
+    record = store.active()
+    assert record is not None
+    entries = tuple(
+        msgspec.structs.replace(
+            one, centre=(0.997 * one.centre[0], 0.997 * one.centre[1], 0.997 * one.centre[2])
+        )
+        for one in record.cameras
+    )
+    store.accept(msgspec.structs.replace(record, cameras=entries), "technician", "bad", site.now())
+
+
+def _verdict(bench: WizardBench) -> VerdictPage:
+    bench.go_on(Kind.VERIFICATION)
+    bench.step("result")
+    page = bench.runner.page()
+    assert isinstance(page, VerdictPage)
+    bench.until(lambda: page.word() in ("PASSED", "FAILED", "NO VERDICT"))
+    return page
+
+
+def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -> None:
+    bench.begin(Kind.VERIFICATION)
+    assert bench.wizard.runner is not None, bench.wizard.start.trouble.text()
+    bench.step("lines")
+    page = bench.runner.page()
+    assert isinstance(page, LinesPage)
+    assert "7 of 7 lines are missing" in bench.runner.gate.text()
+    assert page.picture.accessibleDescription() == "space diagonal 1"
+    view = bench.seen.view
+    assert isinstance(view, VerificationView)
+    begin, end = view.lines[0].ends_world
+    tips = tuple(tuple((begin + k / 5.0 * (end - begin)).tolist()) for k in range(6))
+    bench.key(Qt.Key.Key_Y)
+    bench.until(lambda: bench.seen.automatic)
+    assert bench.show(None, TouchSeats(tips=tips, seed=1)) == 6
+    bench.until(lambda: page.score.number() == "6 / 42")
+    bench.until(lambda: page.picture.accessibleDescription() == "space diagonal 2")
+    # A complete line counts: it cannot be taken back, and it did not fail.
+    bench.key(Qt.Key.Key_Backspace)
+    bench.key(Qt.Key.Key_N)
+    bench.until(lambda: len(bench.errors) == 1)
+    assert "may not be taken again" in bench.errors[0].what
+    assert page.score.number() == "6 / 42"
+
+
+@pytest.mark.slow
+def test_a_passed_verification_makes_the_calibration_valid(bench: WizardBench) -> None:
+    _measured(bench)
+    store = bench.use_store_of_bench()
+    assert store.standing(bench.bench.now()).state is State.SUSPECT
+    page = _verdict(bench)
+    assert page.word() == "PASSED"
+    outcome = bench.seen.view.outcome
+    assert isinstance(outcome, VerificationOutcome)
+    worst = outcome.record.checks[outcome.largest]
+    assert page.facts.value("Checks") == "36"
+    assert page.facts.value("Nearest") == worst.name
+    assert f"{1e3 * worst.error_mm:+.1f}" in page.chart.word()
+    spheres = bench.runner.pages["spheres"]
+    assert isinstance(spheres, SpheresPage)
+    bench.key(Qt.Key.Key_A)
+    assert bench.runner.decision.question() == "Store this verdict?"
+    bench.key(Qt.Key.Key_Return)
+    bench.until(lambda: bench.seen.view.base.stored)
+    assert bench.use_store_of_bench().standing(bench.bench.now()).state is State.VALID
+
+
+@pytest.mark.slow
+def test_a_failed_verification_says_so_and_keeps_the_calibration_suspect(
+    bench: WizardBench,
+) -> None:
+    _shrink(bench)
+    _measured(bench)
+    page = _verdict(bench)
+    assert page.word() == "FAILED"
+    assert "Take the line that failed again" in page.sentence.text()
+    # The line that failed may be taken once more: back to the lines, where it is missing.
+    bench.key(Qt.Key.Key_N)
+    bench.enters("lines")
+    bench.until(lambda: "1 of 7 lines are missing" in bench.runner.gate.text())
+    # Leaving in the middle changes nothing: no verdict is stored, the session is offered.
+    bench.crash()
+    store = bench.use_store_of_bench()
+    assert store.events[-1].kind is EventKind.ACCEPTED
+    bench.wizard.open(Kind.VERIFICATION)
+    assert "36 of 42" in bench.wizard.start.list.item(0).text()
+
+
+@pytest.fixture
+def fresh(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WizardBench]:
+    made = WizardBench(qtbot, tmp_path)
+    yield made
+    made.close()
+
+
+def test_without_a_calibration_there_is_nothing_to_verify(fresh: WizardBench) -> None:
+    fresh.begin(Kind.VERIFICATION)
+    assert fresh.wizard.runner is None
+    assert "Calibrate the cameras first" in fresh.wizard.start.trouble.text()
+    fresh.key(Qt.Key.Key_Escape)
+    fresh.until(lambda: fresh.left == [1])
