@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.calibration.guards import let_pass
-from ocmm_core.calibration.pivot_bundle import misses
+from ocmm_core.calibration.pivot_bundle import chi2_of_cameras, misses
 from ocmm_core.calibration.pivot_centre import thesis_pivot
 from ocmm_core.calibration.pivot_covariance import geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot_coverage import coverage_of
@@ -32,6 +32,8 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody, rigid_fit
 
 LEAST_FRAMES = 30
+_DRAWS = 8
+"""Of cameras, the worst of which says how large chi-square may be."""
 
 
 def calibrate_probe(
@@ -86,9 +88,13 @@ def calibrate_probe(
     spots = int(np.count_nonzero(kept.weights))
     # With slack each pose has three unknowns and three conditions more.
     dof = max(2 * spots - 3 * len(kept.uv) - state.columns + 3, 1)
+    # Cameras that are wrong by no more than their uncertainty leave residuals beyond the spots'.
+    by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
+    chi2 = robust.minimum.cost
+    judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
     findings = [
         *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
-        *judge_residuals(robust.minimum.cost, dof),
+        *judge_residuals(judged, dof),
         *turned,
         *judge_left_out(robust.left_out, len(used), limits),
         *judge_jump(find_jump(robust.free, used, state.centre), limits),
@@ -111,7 +117,7 @@ def calibrate_probe(
         left_out=robust.left_out,
         residuals_px=residuals,
         rms_px=float(np.sqrt(np.nanmean(residuals**2))),
-        chi2=robust.minimum.cost,
+        chi2=chi2,
         dof=dof,
         tips_world=robust.free.tips,
         block=uncertainty.block,

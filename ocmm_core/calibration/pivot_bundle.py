@@ -73,7 +73,7 @@ class PivotNormals:
     normals, gradients
         (B, k, k) and (B, k), block by block.
     crossed
-        (k, 14 C): the rows that cross with the cameras, where they were asked for.
+        (B, k, 14 C): the rows that cross with the cameras, where they were asked for.
     factors, y, z
         What the turns need.
     scores
@@ -127,7 +127,7 @@ def normals_at(
         1.0 / slack_mm if slack_mm > 0.0 else 0.0, state.rotations, state.slacks, damping, of,
         normals, gradients, factors, y, z, scores,
     )  # fmt: skip
-    crossed = normals[:, k:, :k].sum(axis=0).T
+    crossed = normals[:, k:, :k].transpose(0, 2, 1)
     normals = normals[:, :k, :k]
     normals = normals + np.tril(normals, -1).transpose(0, 2, 1)
     return PivotNormals(
@@ -187,6 +187,31 @@ def misses(rig: Rig, sweep: PivotSweep, state: PivotState) -> Float:
     """Return predicted minus observed (n, C, L, 2), px; NaN where not seen."""
     points = state.points()
     return np.stack([project(camera, points) for camera in rig.cameras], axis=1) - sweep.uv
+
+
+def chi2_of_cameras(
+    rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float, draws: int, seed: int
+) -> Float:
+    """Return by how much cameras that are wrong by their uncertainty raise chi-square, (draws,).
+
+    Spots as drawn cameras would see this state without noise, adjusted with the known ones.
+    """
+    rng = np.random.default_rng(seed)
+    spread = np.linalg.eigh(rig.parameter_covariance)
+    root = spread.eigenvectors * np.sqrt(np.maximum(spread.eigenvalues, 0.0))
+    points = state.points()
+    unseen = np.isnan(sweep.uv)
+    added = np.empty(draws)
+    for draw in range(draws):
+        off = (root @ rng.standard_normal(len(root))).reshape(len(rig.cameras), N_CAMERA)
+        uv = np.stack(
+            [project(c.perturbed(own), points) for c, own in zip(rig.cameras, off, strict=True)],
+            axis=1,
+        )
+        here = normals_at(rig, replace(sweep, uv=np.where(unseen, np.nan, uv)), state, slack_mm)
+        step = solve_pinned(here.normals[0], state.turns(), here.gradients[0])
+        added[draw] = here.cost - np.sum(here.z**2) - here.gradients[0] @ step
+    return np.maximum(added, 0.0)
 
 
 def pinned_normal(normal: Float, turns: Float) -> tuple[Float, Float, Float]:

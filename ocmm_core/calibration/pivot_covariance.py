@@ -7,7 +7,7 @@ replacement instead (block bootstrap; Kuensch 1989), each draw solved by one Gau
 the sums of its blocks. A hand also comes back to the same attitudes, and with them to the same
 errors of the sensors: blocks of neighbouring attitudes are drawn likewise, and count where they
 scatter more. What the cameras' own uncertainty does to the result is common to all frames and added
-to it.
+to it; what it does to the scatter of the blocks is taken off, or it would count twice.
 """
 
 from __future__ import annotations
@@ -68,7 +68,8 @@ class PivotUncertainty:
     Attributes
     ----------
     noise
-        Of the sweep, by block bootstrap.
+        Of the sweep, by block bootstrap, less what the cameras' errors add to the scatter of the
+        blocks; never below the formal one.
     formal
         Of independent frames with the stated sigma.
     by_cameras
@@ -87,11 +88,8 @@ class PivotUncertainty:
 
     @property
     def total(self) -> Float:
-        """Return all of it; never below the formal one."""
-        tip = slice(-3, None)
-        # A bootstrap of few blocks can by chance be smaller than what noise alone allows.
-        growth = max(1.0, float(np.trace(self.formal[tip, tip]) / np.trace(self.noise[tip, tip])))
-        return growth * self.noise + self.cameras
+        """Return all of it."""
+        return self.noise + self.cameras
 
 
 def geometry_in(leds_document: Points3, arms: Points3) -> Geometry:
@@ -139,19 +137,21 @@ def pivot_uncertainty(
     influences = here.scores @ inverse @ by_common[-3:].T
     block = block_length(influences)
     blocks = np.arange(len(sweep.uv), dtype=np.int64) // block
-    split = normals_at(rig, sweep, state, slack_mm, blocks=blocks)
-    noise = _bootstrap(split, turns, resamples, seed)
     cells = attitude_blocks(state.rotations @ state.arms.mean(axis=0))
-    if cells.max() + 1 >= LEAST_BLOCKS:
-        split = normals_at(rig, sweep, state, slack_mm, blocks=cells)
-        by_attitude = _bootstrap(split, turns, resamples, seed)
-        times = _tip_variance(by_attitude, by_common) / _tip_variance(noise, by_common)
-        if times > BEYOND_CHANCE:
-            noise = by_attitude
-    by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed)
+    formal = by_common @ inverse @ by_common.T
+    noises = []
+    for numbers in (blocks, cells):
+        split = normals_at(rig, sweep, state, slack_mm, blocks=numbers, with_cameras=True)
+        drawn = by_common @ _bootstrap(split, turns, resamples, seed) @ by_common.T
+        of_cameras = _scatter_of_cameras(split, inverse, by_common, rig.parameter_covariance)
+        # A bootstrap of few blocks can by chance be smaller than what noise alone allows.
+        left = max(_of_tip(drawn) - of_cameras, _of_tip(formal))
+        noises.append(drawn * left / _of_tip(drawn))
+    beyond = _of_tip(noises[1]) > BEYOND_CHANCE * _of_tip(noises[0])
+    by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed[0])
     return PivotUncertainty(
-        noise=by_common @ noise @ by_common.T,
-        formal=by_common @ inverse @ by_common.T,
+        noise=noises[1] if beyond and cells.max() + 1 >= LEAST_BLOCKS else noises[0],
+        formal=formal,
         by_cameras=by_cameras,
         cameras=by_cameras @ rig.parameter_covariance @ by_cameras.T,
         block=block,
@@ -232,8 +232,21 @@ def attitude_blocks(directions: Points3) -> Int:
     return numbers
 
 
-def _tip_variance(noise: Float, by_common: Float) -> float:
-    return float(np.trace(by_common[-3:] @ noise @ by_common[-3:].T))
+def _of_tip(covariance: Float) -> float:
+    return float(np.trace(covariance[-3:, -3:]))
+
+
+def _scatter_of_cameras(
+    split: PivotNormals, inverse: Float, by_common: Float, cameras: Float
+) -> float:
+    """Return which variance of the tip the cameras' errors lend to a bootstrap of these blocks.
+
+    Cameras that are wrong by d leave every block the gradient ``(X_b - N_b N^-1 X) d`` at the
+    minimum of all.
+    """
+    shift = inverse @ split.crossed.sum(axis=0)
+    left = by_common[-3:] @ inverse @ (split.crossed - split.normals @ shift)
+    return float(np.einsum("bij,jk,bik->", left, cameras, left, optimize=True))
 
 
 def _bootstrap(split: PivotNormals, turns: Float, resamples: int, seed: int) -> Float:

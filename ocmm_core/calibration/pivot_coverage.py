@@ -77,7 +77,7 @@ def preview_pivot(rig: Rig, body: ProbeBody, sweep: PivotSweep) -> PivotPreview:
     tip_sigma = np.inf
     if covariance is not None:
         by_arms = geometry_in(body.leds_probe, arms).by_arms[-3:]
-        by_cameras = by_arms @ (covariance @ here.crossed)[3:]
+        by_cameras = by_arms @ (covariance @ here.crossed[0])[3:]
         variance = by_arms @ covariance[3:, 3:] @ by_arms.T
         variance += by_cameras @ rig.parameter_covariance @ by_cameras.T
         tip_sigma = float(np.sqrt(np.trace(variance)))

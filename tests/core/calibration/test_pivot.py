@@ -187,7 +187,7 @@ def test_normal_equations_against_differences(slack: float) -> None:
     assert found.cost == pytest.approx(float(r @ r), rel=1e-9)
     assert np.abs((found.normals[0] - reduced[:k, :k]) / scale[:, :k]).max() < 1e-5
     lens_of_little_effect = size[k:] < 1e-6 * size[k:].max()
-    off = np.abs((found.crossed - reduced[:k, k:]) / scale[:, k:])
+    off = np.abs((found.crossed[0] - reduced[:k, k:]) / scale[:, k:])
     assert off[:, ~lens_of_little_effect].max() < 1e-4
     assert np.abs((found.gradients[0] - reduced_gradient[:k]) / size[:k]).max() < 1e-4
     assert np.allclose(found.scores.sum(axis=0), found.gradients[0])
@@ -276,6 +276,7 @@ def test_no_false_alarm_with_cameras_that_are_wrong_by_their_uncertainty() -> No
         found = calibrate_probe(rig(), probe(), PivotSweep.even(uv, SIGMA_PX))
 
         assert not found.left_out
+        assert not found.warnings
 
 
 @pytest.mark.parametrize(
