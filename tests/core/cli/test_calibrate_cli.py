@@ -82,6 +82,11 @@ def test_known_points_survive_a_kill_and_become_valid(
     folder = store / "recommended" / "sessions"
     lines = killed([*command, "--speed", "1"], tmp_path, folder, Kind.KNOWN_POINTS, 20)
     assert lines < 120
+    other = Bench.at(tmp_path).points(119)
+    (tmp_path / "other.csv").write_bytes(write_reference_points(other))
+    refused = ocmm("calibrate", "cameras", "--points", "other.csv", "--calibrations", "cal")
+    assert refused.returncode == 2
+    assert "begun with another list" in refused.stderr
     waiting = ocmm(*command)
     assert waiting.returncode == 1, waiting.stderr
     assert "Continue" in waiting.stdout
