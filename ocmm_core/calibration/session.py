@@ -77,6 +77,8 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self.rig = rig
         self._store = store
         self._chain = chain
+        # With the rest of a line that a crash cut off, which the next line replaces.
+        self._size = chain.path.stat().st_size
         self._first = begun
         self._lock = threading.RLock()
         self._step = self.step_names[0]
@@ -279,7 +281,15 @@ class GuidedProcedure(ABC, Generic[E, O]):
     def _append(self, event: E | CommonEvent) -> None:
         if self._decided is not None:
             raise self._ended(self._decided)
+        if self._size != self._chain.path.stat().st_size:
+            # Appending would write over what somebody else has taken meanwhile.
+            raise CalibrationError(
+                "session.elsewhere",
+                f"{self._chain.path}: another program goes on with this session.",
+                "Close the other one, then open the session again.",
+            )
         self._chain.append(SessionLine(event))
+        self._size = self._chain.path.stat().st_size
         self._change(event)
 
     def _change(self, event: E | CommonEvent) -> None:

@@ -121,6 +121,19 @@ def test_a_session_does_not_go_on_with_another_rig(tmp_path: Path) -> None:
     assert caught.value.code == "session.rig"
 
 
+def test_two_programs_do_not_write_over_each_other(tmp_path: Path) -> None:
+    bench = Bench.at(tmp_path)
+    first = bench.known_points(40)
+    second = KnownPointsProcedure.resume(first.base.session, bench.rig, bench.store())
+    second.skip(bench.now())
+    with pytest.raises(CalibrationError) as caught:
+        first.skip(bench.now())
+    assert caught.value.code == "session.elsewhere"
+    second.skip(bench.now())
+    again = KnownPointsProcedure.resume(first.base.session, bench.rig, bench.store())
+    assert again.view.next_point == 2
+
+
 def test_points_are_dropped_skipped_and_taken_again(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     points = bench.points(40)
