@@ -49,6 +49,8 @@ from tests.core.calibration.waved_probe import (  # noqa: E402 - as above
 
 LENGTH_LIMIT_UM = 2.5
 HONESTY_LIMIT = 0.03
+"""Of the mean normalised square from one, plus two standard errors of that mean."""
+
 MEMORY_LIMIT_MB = 2000.0
 LOST_SIGMAS = 6.0
 """Lengths that err by more than so many of their standard deviations are in a wrong minimum."""
@@ -181,25 +183,27 @@ def main() -> int:
         relocate_four(options.four_cameras)
         return 0
     holds = True
-    print(f"{'RMS error of 400 mm lengths, um':42}  measured predicted  e'C^-1e/n  chi2/dof   ms")
+    print(f"{'RMS error of 400 mm lengths, um':42}  measured predicted   e'C^-1e/n   chi2/dof   ms")
     for depth in (15.0, 200.0):
         name = f"thesis procedure, 200 points {depth:.0f} mm deep"
         print(f"{name:42} {thesis_procedure(options.others, depth):9.2f}", flush=True)
-    for kind in KINDS:
+    for index, kind in enumerate(KINDS):
         runs = options.runs if kind.claimed else options.others
-        tally = run(kind, runs, options.frames, options.seed)
+        # Every kind has its own noise, so that two that hold are two that hold.
+        tally = run(kind, runs, options.frames, options.seed + 100_000 * index)
         honest = float(np.mean(tally.normalised))
+        error = float(np.std(tally.normalised) / np.sqrt(len(tally.normalised)))
         print(
-            f"{kind.name:42} {tally.length_um:9.2f} {tally.predicted_um:9.2f} {honest:10.3f} "
-            f"{np.mean(tally.chi2):9.3f} {1e3 * np.median(tally.seconds):5.0f}   "
-            f"{runs - len(tally.failed)} of {runs} right",
+            f"{kind.name:42} {tally.length_um:9.2f} {tally.predicted_um:9.2f} "
+            f"{honest:7.3f}+-{error:.3f} {np.mean(tally.chi2):9.3f} "
+            f"{1e3 * np.median(tally.seconds):5.0f}   {runs - len(tally.failed)} of {runs} right",
             flush=True,
         )
         for failure in tally.failed[:5]:
             print(f"    {failure}")
         if kind.claimed:
             good = tally.length_um <= LENGTH_LIMIT_UM and not tally.failed
-            holds &= good and abs(honest - 1.0) <= HONESTY_LIMIT
+            holds &= good and abs(honest - 1.0) <= HONESTY_LIMIT + 2.0 * error
     half, full = peak_memory(10_000), peak_memory(20_000)
     print(f"4 cameras x 20000 frames: {full:.0f} MB, 10000: {half:.0f} (<= {MEMORY_LIMIT_MB:.0f})")
     holds &= full <= MEMORY_LIMIT_MB
