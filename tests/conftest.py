@@ -24,6 +24,12 @@ from typing import Any
 
 import pytest
 
+from ocmm_core.blas import use_one_thread
+
+# As the product does, before numpy is loaded: two threads on small matrices wait for each other,
+# ten times as long as the work takes where other tests run beside.
+use_one_thread()
+
 # The same result on every machine: windows are drawn in memory unless somebody wants to look.
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
