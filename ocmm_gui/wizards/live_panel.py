@@ -16,7 +16,7 @@ from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
 
-_BAR_PX = 14.0
+_BAR_PX, _HIGH_PX = 14.0, 112.0
 
 
 class Score(QWidget):
@@ -64,7 +64,7 @@ class Score(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Return the size below which it cannot be read from the bar."""
-        return QSize(120, 70)
+        return QSize(120, 76)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint name, number, words and bar."""
@@ -73,18 +73,25 @@ class Score(QWidget):
         theme, box = self._theme, QRectF(self.rect())
         done = self._share >= 1.0
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        head, foot = QRectF(box.left(), 0.0, box.width(), 20.0), 20.0 if self._note else 0.0
+        head = QRectF(box.left(), 0.0, box.width(), 20.0)
         painter.setFont(fitted(text_font(15), self._name, head.width(), head.height(), 15))
         painter.setPen(QColor(theme.muted))
         painter.drawText(head, left, self._name)
         bar = QRectF(0.5, box.bottom() - _BAR_PX - 1.0, box.width() - 1.0, _BAR_PX)
-        number = QRectF(0.0, 20.0, box.width(), bar.top() - 24.0 - foot)
+        # A few words stand below the number where there is room, else beside it.
+        beside = box.height() < _HIGH_PX and bool(self._note)
+        foot = 20.0 if self._note and not beside else 0.0
+        wide = 0.42 * box.width() if beside else box.width()
+        number = QRectF(0.0, 20.0, wide, bar.top() - 23.0 - foot)
         painter.setFont(fitted(digit_font(10), self._number, number.width(), number.height(), 72))
         painter.setPen(QColor(theme.good if done else theme.text))
         painter.drawText(number, left, self._number)
-        painter.setFont(fitted(text_font(14), self._note, box.width(), 20.0, 14))
+        note = QRectF(0.0, bar.top() - 22.0, box.width(), 20.0)
+        if beside:
+            note = QRectF(wide + 8.0, number.top(), box.width() - wide - 8.0, number.height())
+        painter.setFont(text_font(14))
         painter.setPen(QColor(theme.text))
-        painter.drawText(QRectF(0.0, bar.top() - foot - 2.0, box.width(), 20.0), left, self._note)
+        painter.drawText(note, left | Qt.TextFlag.TextWordWrap, self._note)
         painter.setPen(QPen(QColor(theme.border), theme.border_px))
         painter.setBrush(QColor(theme.background))
         painter.drawRoundedRect(bar, 3, 3)

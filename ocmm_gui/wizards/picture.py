@@ -80,14 +80,15 @@ class ScenePicture(QWidget):
         painter.setBrush(QColor(theme.panel))
         painter.drawRoundedRect(frame, 6, 6)
         inside = frame.adjusted(10, 10, -10, -10)
-        reach = np.concatenate([self._reach, self._camera_arrow()])
-        orbit = self._orbit.fitted(reach, inside.width(), inside.height(), 1.12)
         arrow = self._camera_arrow()
+        beyond = arrow[1] + 0.5 * (arrow[1] - arrow[0])
+        reach = np.concatenate([self._reach, beyond[None]])
+        orbit = self._orbit.fitted(reach, inside.width(), inside.height(), 1.08)
         items = (
             *self._contents(theme),
             Lines(shapes.box(self._rig.volume_world), theme.border, 1.4),
             Lines(_arrow(arrow[0], arrow[1], orbit), theme.muted, 2.4),
-            Tag(1.3 * arrow[1] - 0.3 * arrow[0], "cameras", theme.muted),
+            Tag(beyond, "cameras", theme.muted),
         )
         paint_scene(painter, items, orbit, inside, text_font(14, bold=True), theme.panel)
 

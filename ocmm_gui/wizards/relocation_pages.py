@@ -20,7 +20,7 @@ from ocmm_gui.wizards.live_panel import Score
 from ocmm_gui.wizards.pages import CollectPage
 from ocmm_gui.wizards.picture import BarPlace, bars, volume_coverage
 
-_TILT_PX = 86
+_TILT_PX, _ROOMY_PX = 86, 112
 _LEAN = {"leaning left": -32.0, "leaning right": 32.0}
 _EXAMPLES = (
     ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
@@ -77,14 +77,22 @@ class TiltRow(QWidget):
             share.setWidth(share.width() * min(tilt.poses / tilt.wanted, 1.0))
             painter.fillRect(share, QColor(theme.good if done else theme.accent))
             colour = theme.good if done else theme.text
-            self._paint_probe(painter, QPointF(box.left() + 34.0, box.bottom() - 17.0), tilt.name)
+            # The picture says that it leans; where there is no room for it the count comes first.
+            roomy = box.width() >= _ROOMY_PX
+            if roomy:
+                tip = QPointF(box.left() + 34.0, box.bottom() - 17.0)
+                self._paint_probe(painter, tip, tilt.name)
+            word = tilt.name.removeprefix("leaning ")
             name = QRectF(box.left() + 8.0, box.top() + 4.0, box.width() - 16.0, 22.0)
-            painter.setFont(fitted(text_font(14, bold=True), tilt.name, name.width(), 22.0, 15))
+            painter.setFont(fitted(text_font(14, bold=True), word, name.width(), 22.0, 15))
             painter.setPen(QColor(colour))
             left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(name, left, tilt.name)
+            painter.drawText(name, left, word)
             text = "done" if done else f"{tilt.wanted - tilt.poses} more"
-            number = QRectF(box.left() + 66.0, name.bottom() + 8.0, box.width() - 70.0, 24.0)
+            indent = 66.0 if roomy else 8.0
+            number = QRectF(
+                box.left() + indent, name.bottom() + 8.0, box.width() - indent - 4.0, 24.0
+            )
             painter.setFont(fitted(text_font(15), text, number.width(), 24.0, 16))
             painter.drawText(number, left, text)
 
@@ -263,10 +271,10 @@ def show_prediction(score: Score, view: RelocationView) -> None:
     """Show how well a length would be known with what was collected so far."""
     sigma, limit = view.length_sigma_mm, view.length_limit_mm
     if sigma is None:
-        score.show_score("–", f"{view.length_mm:.0f} mm; not enough yet to tell", 0.0)
+        score.show_score("–", f"of {view.length_mm:.0f} mm; too early to tell", 0.0)
         return
     share = min(limit / sigma, 1.0) if sigma > 0.0 else 1.0
-    note = f"{view.length_mm:.0f} mm, k = 1; {1e3 * limit:.1f} µm is good enough"
+    note = f"of {view.length_mm:.0f} mm (k = 1); {1e3 * limit:.1f} µm will do"
     score.show_score(f"{1e3 * sigma:.1f} µm", note, share)
 
 
