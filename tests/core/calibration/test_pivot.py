@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.pivot import calibrate_probe, tip_of_arms
-from ocmm_core.calibration.pivot_bundle import PivotState, adjust_pivot, normals_at
+from ocmm_core.calibration.pivot_bundle import (
+    PivotState,
+    adjust_pivot,
+    chi2_of_cameras,
+    normals_at,
+)
 from ocmm_core.calibration.pivot_centre import (
     common_centre,
     moments_of,
@@ -348,6 +353,39 @@ def test_stated_uncertainty_holds_with_wrong_cameras(record_property: Any) -> No
     assert np.mean(inside) == pytest.approx(0.954, abs=0.05)
 
 
+def test_errors_of_the_cameras_count_once(record_property: Any) -> None:
+    """They scatter the blocks too, which the bootstrap alone would take for noise."""
+    noise, formal = 0.0, 0.0
+    for seed in range(16):
+        rng = np.random.default_rng(seed)
+        uv = spots(disturbed(rig(), rng), probe(), attitudes(600, 30.0, rng), CONE_WORLD, rng)
+        found = calibrate_probe(rig(), probe(), PivotSweep.even(uv, SIGMA_PX))
+        noise += float(np.trace(found.noise_covariance[-3:, -3:]))
+        formal += float(np.trace(found.formal_covariance[-3:, -3:]))
+    record_property("noise over formal", round(noise / formal, 2))
+
+    # 3.7 without the share of the cameras taken off.
+    assert 1.0 <= noise / formal < 3.0
+
+
+def test_chi2_that_wrong_cameras_leave() -> None:
+    known, body = rig(), probe()
+    rng = np.random.default_rng(7)
+    rotations = attitudes(1200, 30.0, rng)
+    state = PivotState(CONE_WORLD, body.leds_probe, rotations, np.zeros((1200, 3)))
+    points = state.points()
+    costs = []
+    for _ in range(40):
+        true = disturbed(known, rng)
+        uv = np.stack([project(camera, points) for camera in true.cameras], axis=1)
+        costs.append(adjust_pivot(known, PivotSweep.even(uv, SIGMA_PX), state).cost)
+
+    stated = chi2_of_cameras(known, PivotSweep.even(uv, SIGMA_PX), state, 0.0, 400, seed=1)
+
+    # Forty draws of a skewed distribution know its mean to 15 %.
+    assert np.mean(stated) == pytest.approx(float(np.mean(costs)), rel=0.4)
+
+
 def test_correlated_frames_are_not_taken_as_independent(record_property: Any) -> None:
     """A pattern of the sensors that a slow hand moves over: what recordings are like."""
     known, body = _without_camera_errors(), probe()
@@ -456,6 +494,11 @@ def test_result_is_a_probe_that_measures() -> None:
     found = calibrate_probe(rig(), body, frames)
     calibrated = found.applied_to(body, "hash")
 
+    assert found.thesis.centres_world.shape == (6, 3)
+    assert np.allclose(found.thesis.deviations.sum(axis=0), 0.0, atol=1e-9)
+    # Table 4 of the thesis: 5.2 um; noise alone explains 3 with ten thousand poses.
+    assert 0.0005 < found.thesis.spread < 0.03
+    assert np.linalg.norm(found.thesis_tip_probe - found.tip_probe) < 0.02
     assert calibrated.identity == "hash"
     assert np.abs(calibrated.tip_probe - moved.tip_probe).max() < 0.005
     assert np.abs(calibrated.leds_probe - body.leds_probe).max() < 0.005
