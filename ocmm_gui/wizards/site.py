@@ -333,7 +333,8 @@ def offers(site: WizardSite, kind: Kind) -> tuple[Offer, ...]:
             if error.code not in _PAST:
                 found.append(Offer(path, path.name, f"{error.what} {error.remedy}"))
             continue
-        if base.decision is Decision.OPEN or not (base.stored or base.decision is Decision.KEPT):
+        # What was accepted, but is not in the store, was interrupted just before it got there.
+        if not (base.stored or base.decision is Decision.KEPT):
             begun = datetime.fromisoformat(base.begun_utc).astimezone()
             step = base.step
             count = f", {step.done} of {step.wanted}" if step.wanted else ""
