@@ -69,6 +69,12 @@ def calibrate_probe(
     _check(body, sweep)
     start = start_pivot(rig, sweep, options.seed)
     robust = adjust_pivot_robustly(rig, sweep, start, options.slack_mm)
+    if not robust.minimum.converged:
+        raise CalibrationError(
+            "pivot.not_converged",
+            "The adjustment of the sweep did not come to an end.",
+            "Sweep the probe wider, with its LEDs towards the cameras.",
+        )
     state, used = robust.minimum.state, robust.used
     geometry = geometry_in(body.leds_probe, state.arms)
     of_probe = geometry.T_probe_from_body.rotation
