@@ -67,17 +67,20 @@ class Plot(QWidget):
         self.setAccessibleDescription(word)
         self.update()
 
-    def _paint_head(self, painter: QPainter) -> QRectF:
-        """Paint title and word, and return what is left below them."""
+    def _paint_head(self, painter: QPainter, *, lines: int = 1) -> QRectF:
+        """Paint title and word, on one line or two, and return what is left below them."""
         head = QRectF(0.0, 0.0, self.width(), _HEAD_PX)
         painter.setFont(text_font(15, bold=True))
         painter.setPen(QColor(self._theme.text))
         painter.drawText(head, _LEFT, self._title)
-        room = head.width() - painter.fontMetrics().horizontalAdvance(self._title) - 14.0
+        room = head.width()
+        if lines == 1:
+            room -= painter.fontMetrics().horizontalAdvance(self._title) + 14.0
         painter.setFont(fitted(text_font(15), self._word, room, _HEAD_PX, 15))
         painter.setPen(QColor(self._theme.muted))
-        painter.drawText(head, _RIGHT, self._word)
-        return QRectF(self.rect()).adjusted(0.0, _HEAD_PX + 2.0, 0.0, 0.0)
+        place = head.translated(0.0, (lines - 1) * (_HEAD_PX - 4.0))
+        painter.drawText(place, _RIGHT if lines == 1 else _LEFT, self._word)
+        return QRectF(self.rect()).adjusted(0.0, place.bottom() + 2.0, 0.0, 0.0)
 
     def _paint_legend(self, painter: QPainter, box: QRectF, pixels: float, text: str) -> None:
         """Paint an arrow of a length with its meaning, at the lower left of a box."""
@@ -124,7 +127,7 @@ class SensorArrows(Plot):
         """Paint sensor, arrows and their scale."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        box = self._paint_head(painter).adjusted(1.0, 0.0, -1.0, -_LEGEND_PX)
+        box = self._paint_head(painter, lines=2).adjusted(1.0, 0.0, -1.0, -_LEGEND_PX)
         wide, high = self._size
         scale = min(box.width() / wide, box.height() / high)
         sensor = QRectF(

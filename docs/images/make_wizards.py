@@ -1,0 +1,182 @@
+"""Make the pictures of the wizards, on the virtual rig.
+
+Run ``python docs/images/make_wizards.py [FOLDER]``; without a folder the pictures beside this file
+are made again.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+from PySide6.QtTest import QTest  # the platform must be chosen before
+from PySide6.QtWidgets import QApplication
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.artefacts import load_bar, load_sphere
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.calibration.records import rig_from_record
+from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
+from ocmm_core.camera.model import project
+from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
+from ocmm_core.cli.options import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.documents import resource
+from ocmm_core.simulation.calibrating import CalibratingRig, Scene, Wave
+from ocmm_core.tracking.body import load_probe
+from ocmm_gui.app import make_application
+from ocmm_gui.theme import THEMES, apply_theme
+from ocmm_gui.wizards.site import SESSIONS, WizardSite
+from ocmm_gui.wizards.wizard import Wizard
+
+SIZE = (1280, 720)
+SEED = 5
+PATIENCE_S = 60.0
+_BLOCK = 40
+
+
+class Stage:
+    """A wizard with an empty store, and the virtual rig before it."""
+
+    def __init__(self, app: QApplication, folder: Path, pictures: Path) -> None:
+        self._app, self._pictures = app, pictures
+        self.store = folder
+        self.rig, self.body = load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
+        self.watcher: Callable[[FrameBlock], None] | None = None
+        site = WizardSite(self.rig, self.body, folder, "technician", self._tap)
+        self.wizard = Wizard(site)
+        self.wizard.resize(*SIZE)
+        self.wizard.show()
+
+    def virtual(self, *scenes: Scene) -> CalibratingRig:
+        """Return the virtual rig with scenes."""
+        return CalibratingRig(self.rig, self.body, scenes, SEED)
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        """Let the wizard go on until something is so."""
+        for _ in range(round(PATIENCE_S / 0.02)):
+            if condition():
+                return
+            QTest.qWait(20)
+        raise TimeoutError
+
+    def take_picture(self, name: str, theme: str) -> None:
+        """Save what is shown."""
+        apply_theme(self._app, self.wizard, THEMES[theme])
+        QTest.qWait(200)
+        self.wizard.grab().save(str(self._pictures / f"wizard_{name}_{theme}.png"))
+
+    def running(self) -> Rig:
+        """Return the rig with the calibration in force."""
+        record = CalibrationStore(self.store).active()
+        return self.rig if record is None else rig_from_record(record)
+
+    def collect(self, n: int, seed: int, now: datetime) -> KnownPointsProcedure:
+        """Leave a session behind in which all known points are taken."""
+        rng = np.random.default_rng(seed)
+        names = tuple(f"P{number:03d}" for number in range(n))
+        low, high = self.rig.volume_world
+        places = rng.uniform(low, high, (n, 3))
+        uv = np.stack([project(camera, places) for camera in self.virtual().world.cameras])
+        uv += 0.0105 * rng.standard_normal(uv.shape)
+        procedure = KnownPointsProcedure.begin(
+            self.store / SESSIONS, self.running(), CalibrationStore(self.store),
+            ReferencePoints(names, places, 0.0, "CMM"), now, who="technician",
+        )  # fmt: skip
+        serials = tuple(camera.serial for camera in self.rig.cameras)
+        procedure.take_table(SpotTable(serials, uv, 0.0105), now)
+        procedure.advance(now)
+        procedure.advance(now)
+        return procedure
+
+    def _tap(self, watcher: Callable[[FrameBlock], None] | None) -> None:
+        self.watcher = watcher
+
+
+def main(pictures: Path) -> None:
+    """Make all pictures in a folder."""
+    app = make_application()
+    with tempfile.TemporaryDirectory() as folder:
+        stage = Stage(app, Path(folder), pictures)
+        _relocation(stage)
+        first = stage.collect(200, 1, datetime.now(UTC) - timedelta(days=30))
+        first.compute()
+        first.accept(datetime.now(UTC), "first")
+        _verdict(stage)
+        _comparison(stage)
+        stage.wizard.leave()
+        stage.wizard.close()
+
+
+def _relocation(stage: Stage) -> None:
+    stage.wizard.open(Kind.RELOCATION)
+    stage.wizard.start.begin_button.click()
+    runner = stage.wizard.runner
+    assert runner is not None  # noqa: S101 - the proposals of the start page suffice
+    runner.driver.advance()
+    stage.wait(lambda: runner.driver.now.automatic)
+    virtual = stage.virtual(Wave(ways=12, seed=2))
+    for first in range(0, virtual.n_frames - _BLOCK, _BLOCK):
+        if stage.watcher is not None:
+            stage.watcher(virtual.frames(first, _BLOCK))
+        stage.wait(lambda: not runner.driver.procedure.base.live.ready)
+    stage.take_picture("wave", "dark")
+    stage.wizard.leave()
+
+
+def _verdict(stage: Stage) -> None:
+    bar = load_bar(resource("artefacts", "bar.toml"))
+    spheres = (load_sphere(resource("artefacts", "sphere.toml")),)
+    store, now = CalibrationStore(stage.store), datetime.now(UTC)
+    procedure = VerificationProcedure.begin(
+        stage.store / SESSIONS, stage.running(), stage.body, store, bar, now, who="technician",
+        spheres=spheres,
+    )  # fmt: skip
+    site = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, SEED, None)
+    scenes = scenes_of_verification(site, procedure.rig, procedure.view, bar, spheres)
+    virtual = stage.virtual(*scenes)
+    for first in range(0, virtual.n_frames - _BLOCK, _BLOCK):
+        if procedure.base.step.gate.open:
+            procedure.advance(now)
+        procedure.watch(virtual.frames(first, _BLOCK))
+        if procedure.base.live.ready:
+            procedure.take(now)
+    while procedure.base.step.gate.open:
+        procedure.advance(now)
+    _resume(stage, Kind.VERIFICATION)
+    stage.take_picture("verdict", "contrast")
+    stage.wizard.leave()
+
+
+def _comparison(stage: Stage) -> None:
+    stage.collect(200, 9, datetime.now(UTC))
+    _resume(stage, Kind.KNOWN_POINTS)
+    stage.take_picture("residuals", "light")
+    if stage.wizard.runner is not None:
+        stage.wizard.runner.page().show_plot(3)
+    stage.take_picture("compared", "dark")
+
+
+def _resume(stage: Stage, kind: Kind) -> None:
+    stage.wizard.open(kind)
+    stage.wizard.start.resume_button.click()
+    runner = stage.wizard.runner
+    assert runner is not None  # noqa: S101 - the session was just left behind
+    stage.wait(
+        lambda: runner.driver.now.view.outcome is not None
+        and runner.driver.now.calculating_s is None
+    )
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent)
