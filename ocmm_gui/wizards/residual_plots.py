@@ -1,96 +1,32 @@
-"""What a calibration leaves over: arrows on the sensors, a histogram, and errors in space."""
+"""What a calibration leaves over on the sensors: arrows, and a histogram."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.calibration.outcome import CameraResiduals
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float, Points3
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
-from ocmm_gui.views.point_view import upright
+from ocmm_core.geometry import Float
+from ocmm_gui.theme import digit_font
+from ocmm_gui.wizards.plot import (
+    ARROW_SHARE,
+    LEGEND_PX,
+    Plot,
+    arrow_lines,
+    rms_of,
+    scale_arrows,
+)
 
-_HEAD_PX, _LEGEND_PX = 24.0, 24.0
-_ARROW_SHARE = 0.07
-"""An arrow of the RMS is so long, as a part of the picture's shorter side."""
-_BARB = 0.3
 _MOST_ARROWS, _CELLS = 300, 18
 """More arrows hide each other: then one stands for each cell of a side of so many."""
 
 _BINS = 41
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-
-
-class Plot(QWidget):
-    """A title, a word at its right, and something painted below.
-
-    Parameters
-    ----------
-    name
-        What is shown, also for screen readers.
-    """
-
-    def __init__(self, name: str) -> None:
-        super().__init__()
-        self._title = name
-        self._word = ""
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName(name)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-
-    def word(self) -> str:
-        """Return what stands at the right of the title."""
-        return self._word
-
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a modest size; the layout's stretch decides."""
-        return QSize(280, 220)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be told apart."""
-        return QSize(140, 100)
-
-    def _say(self, word: str) -> None:
-        self._word = word
-        self.setAccessibleDescription(word)
-        self.update()
-
-    def _paint_head(self, painter: QPainter, *, lines: int = 1) -> QRectF:
-        """Paint title and word, on one line or two, and return what is left below them."""
-        head = QRectF(0.0, 0.0, self.width(), _HEAD_PX)
-        painter.setFont(text_font(15, bold=True))
-        painter.setPen(QColor(self._theme.text))
-        painter.drawText(head, _LEFT, self._title)
-        room = head.width()
-        if lines == 1:
-            room -= painter.fontMetrics().horizontalAdvance(self._title) + 14.0
-        painter.setFont(fitted(text_font(15), self._word, room, _HEAD_PX, 15))
-        painter.setPen(QColor(self._theme.muted))
-        place = head.translated(0.0, (lines - 1) * (_HEAD_PX - 4.0))
-        painter.drawText(place, _RIGHT if lines == 1 else _LEFT, self._word)
-        return QRectF(self.rect()).adjusted(0.0, place.bottom() + 2.0, 0.0, 0.0)
-
-    def _paint_legend(self, painter: QPainter, box: QRectF, pixels: float, text: str) -> None:
-        """Paint an arrow of a length with its meaning, at the lower left of a box."""
-        y = box.bottom() - 0.5 * _LEGEND_PX
-        painter.setPen(QPen(QColor(self._theme.text), 2.0))
-        start = QPointF(box.left() + 6.0, y)
-        painter.drawLines(_arrow_lines(np.array([[start.x(), y]]), np.array([[pixels, 0.0]])))
-        painter.setFont(digit_font(15, bold=False))
-        place = QRectF(start.x() + pixels + 8.0, y - 0.5 * _LEGEND_PX, 240.0, _LEGEND_PX)
-        painter.drawText(place, _LEFT, text)
 
 
 class SensorArrows(Plot):
@@ -114,7 +50,7 @@ class SensorArrows(Plot):
         self._residuals = residuals
         used = residuals.residuals_px[residuals.used]
         left_out = int(np.count_nonzero(~residuals.used))
-        rms = _rms(used)
+        rms = rms_of(used)
         self._places, self._arrows = residuals.uv[residuals.used], used
         kind = ""
         if len(used) > _MOST_ARROWS:
@@ -127,7 +63,7 @@ class SensorArrows(Plot):
         """Paint sensor, arrows and their scale."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        box = self._paint_head(painter, lines=2).adjusted(1.0, 0.0, -1.0, -_LEGEND_PX)
+        box = self._paint_head(painter, lines=2).adjusted(1.0, 0.0, -1.0, -LEGEND_PX)
         wide, high = self._size
         scale = min(box.width() / wide, box.height() / high)
         sensor = QRectF(
@@ -141,14 +77,14 @@ class SensorArrows(Plot):
         if shown is None or not len(shown.uv):
             return
         origin = np.array([sensor.left(), sensor.top()])
-        rms = _rms(self._arrows)
-        nice, pixels = _legend(rms, _ARROW_SHARE * min(sensor.width(), sensor.height()))
+        rms = rms_of(self._arrows)
+        nice, pixels = scale_arrows(rms, ARROW_SHARE * min(sensor.width(), sensor.height()))
         if not nice:
             return
         arrows = self._arrows * (pixels / nice)
         painter.setClipRect(sensor)
         painter.setPen(QPen(QColor(theme.accent), 1.2))
-        painter.drawLines(_arrow_lines(origin + scale * self._places, arrows))
+        painter.drawLines(arrow_lines(origin + scale * self._places, arrows))
         painter.setPen(QPen(QColor(theme.bad), 2.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for x, y in (origin + scale * shown.uv[~shown.used]).tolist():
@@ -195,7 +131,7 @@ class Histogram(Plot):
     def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
         """Show both coordinates of all used residuals of all cameras."""
         values = np.concatenate([one.residuals_px[one.used].ravel() for one in residuals])
-        self._sigma = _rms(values)
+        self._sigma = rms_of(values)
         self._reach = 4.5 * self._sigma
         self._counts = np.empty(0)
         if self._sigma > 0.0:
@@ -244,114 +180,6 @@ class Histogram(Plot):
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
 
 
-class SpaceArrows(Plot):
-    """Vectors at points in space, seen from the front and from above, both at one scale.
-
-    Parameters
-    ----------
-    name
-        What the vectors are.
-    rig
-        Says what is in front and what is above.
-    """
-
-    def __init__(self, name: str, rig: Rig) -> None:
-        super().__init__(name)
-        self._up = int(np.argmax(np.abs(upright(rig))))
-        self._raised = float(np.sign(upright(rig)[self._up]))
-        self._depth = _depth_axis(rig, self._up)
-        self._across = 3 - self._up - self._depth
-        self._volume = rig.volume_world
-        self._places: Points3 = np.empty((0, 3))
-        self._vectors: Points3 = np.empty((0, 3))
-
-    def show_vectors(self, places_world: Points3, vectors_world: Points3, absent: str) -> None:
-        """Show vectors, mm, at places, mm; ``absent`` is said where there are none."""
-        self._places, self._vectors = places_world, vectors_world
-        if not len(places_world):
-            self._say(absent)
-            return
-        rms = 1e3 * np.sqrt(np.mean(vectors_world**2, axis=0))
-        worst = 1e3 * float(np.linalg.norm(vectors_world, axis=1).max())
-        axes = ", ".join(f"{name} {value:.1f}" for name, value in zip("XYZ", rms, strict=True))
-        self._say(f"RMS {axes} µm, largest {worst:.1f} µm")
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint both pictures and the scale of the arrows."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        box = self._paint_head(painter).adjusted(0.0, 0.0, 0.0, -_LEGEND_PX)
-        if not len(self._places):
-            return
-        low, high = self._volume
-        middle, size = 0.5 * (low + high), np.maximum(high - low, 1.0)
-        half = QRectF(box.left(), box.top(), 0.5 * box.width() - 6.0, box.height())
-        other = half.translated(0.5 * box.width() + 6.0, 0.0)
-        room = 0.86 * np.array([half.width(), half.height() - 20.0])
-        sides = (size[[self._across, self._up]], size[[self._across, self._depth]])
-        scale = min(float((room / side).min()) for side in sides)
-        rms = float(np.sqrt(np.mean(np.sum(self._vectors**2, axis=1))))
-        nice, pixels = _legend(1e3 * rms, 1.3 * _ARROW_SHARE * min(room))
-        for part, axis, sign, title in (
-            (half, self._up, self._raised, "from the front"),
-            (other, self._depth, 1.0, "from above"),
-        ):
-            self._paint_side(painter, part, axis, sign, title, middle, scale, nice, pixels)
-        if nice:
-            self._paint_legend(painter, QRectF(self.rect()), pixels, f"{nice:g} µm")
-
-    def _paint_side(
-        self,
-        painter: QPainter,
-        part: QRectF,
-        axis: int,
-        sign: float,
-        title: str,
-        middle: Float,
-        scale: float,
-        nice: float,
-        pixels: float,
-    ) -> None:
-        theme = self._theme
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
-        painter.drawRect(part)
-        painter.setPen(QColor(theme.muted))
-        painter.setFont(text_font(13))
-        painter.drawText(
-            part.adjusted(8.0, 2.0, -8.0, -2.0), _LEFT & ~Qt.AlignmentFlag.AlignVCenter, title
-        )
-        names = f"{'XYZ'[self._across]} → , {'XYZ'[axis]} {'↑' if sign > 0 else '↓'}"
-        painter.drawText(
-            part.adjusted(8.0, 2.0, -8.0, -2.0), _RIGHT & ~Qt.AlignmentFlag.AlignVCenter, names
-        )
-        centre = np.array([part.center().x(), part.center().y() + 10.0])
-        turn = np.array([1.0, -sign])
-        pick = [self._across, axis]
-        places = centre + scale * turn * (self._places[:, pick] - middle[pick])
-        painter.setClipRect(part)
-        corners = centre + scale * turn * (self._volume[:, pick] - middle[pick])
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(theme.muted), 1.0, Qt.PenStyle.DashLine))
-        painter.drawRect(QRectF(QPointF(*corners[0]), QPointF(*corners[1])).normalized())
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.muted))
-        for x, y in places.tolist():
-            painter.drawEllipse(QPointF(x, y), 1.6, 1.6)
-        if nice:
-            arrows = turn * self._vectors[:, pick] * (1e3 * pixels / nice)
-            painter.setPen(QPen(QColor(theme.accent), 1.4))
-            painter.drawLines(_arrow_lines(places, arrows))
-        painter.setClipping(False)
-
-
-def _depth_axis(rig: Rig, up: int) -> int:
-    """Return the world axis along which the cameras look."""
-    views = np.mean([camera.T_camera_from_world.rotation[2] for camera in rig.cameras], axis=0)
-    views[up] = 0.0
-    return int(np.argmax(np.abs(views)))
-
-
 def _cell_means(uv: Float, residuals: Float, size: tuple[float, float]) -> tuple[Float, Float]:
     """Return mean places and residuals of the cells of a sensor, px; empty cells are left out."""
     cell = np.clip((uv / np.array(size) * _CELLS).astype(np.int64), 0, _CELLS - 1)
@@ -362,27 +190,3 @@ def _cell_means(uv: Float, residuals: Float, size: tuple[float, float]) -> tuple
         for values in (uv, residuals)
     ]
     return means[0], means[1]
-
-
-def _rms(values: Float) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
-
-
-def _legend(rms: float, pixels: float) -> tuple[float, float]:
-    """Return a round value near ``rms`` and how long its arrow is, px, if ``rms`` is ``pixels``."""
-    if not rms > 0.0:
-        return 0.0, 0.0
-    decade = 10.0 ** np.floor(np.log10(rms))
-    nice = float(max(step for step in (1.0, 2.0, 5.0) if step * decade <= rms * 1.0001) * decade)
-    return nice, pixels * nice / rms
-
-
-def _arrow_lines(starts: Float, vectors: Float) -> list[QLineF]:
-    """Return the lines of arrows from ``starts`` (n, 2) along ``vectors`` (n, 2), px."""
-    ends = starts + vectors
-    across = np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
-    barbs = [ends - _BARB * vectors + side * 0.5 * _BARB * across for side in (-1.0, 1.0)]
-    lines = np.concatenate(
-        [np.hstack([starts, ends]), *(np.hstack([ends, barb]) for barb in barbs)]
-    )
-    return [QLineF(*line) for line in lines.tolist()]

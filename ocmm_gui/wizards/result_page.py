@@ -29,7 +29,8 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.pages import StepPage
-from ocmm_gui.wizards.residual_plots import AllSensors, Histogram, SpaceArrows
+from ocmm_gui.wizards.residual_plots import AllSensors, Histogram
+from ocmm_gui.wizards.space_plot import SpaceArrows
 
 _SIDE_PX = 360
 _CHANGES = (

@@ -21,12 +21,12 @@ from ocmm_core.calibration.relocation_data import GeometryMode, LensMode
 from ocmm_core.calibration.relocation_state import World
 from ocmm_core.calibration.session_events import sessions
 from ocmm_core.camera.rig import Rig
-from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.wizards.calculation import ProcessCalculation
 from ocmm_gui.wizards.driver import Calculation, ShownProcedure, Tap, Warmth
+from ocmm_gui.wizards.forms import FIELDS, WHO, Field
 
 C = TypeVar("C", bound=str)
 
@@ -96,29 +96,6 @@ def site_of(bridge: StationBridge) -> WizardSite:
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
-    """One thing to be filled in before a session begins.
-
-    Attributes
-    ----------
-    key
-        Stable name.
-    label, tip
-        For people.
-    proposal
-        What stands there at first.
-    choices
-        Values with their words, where only these are possible; the first one is proposed.
-    """
-
-    key: str
-    label: str
-    tip: str
-    proposal: str = ""
-    choices: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Offer:
     """A session that was not ended.
 
@@ -173,83 +150,10 @@ class DirectCalculation:
         """Do nothing: there is never time for it."""
 
 
-TITLES = {
-    Kind.KNOWN_POINTS: "Calibrate cameras",
-    Kind.RELOCATION: "Relocate",
-    Kind.VERIFICATION: "Verify",
-}
-
-PURPOSES = {
-    Kind.KNOWN_POINTS: "A machine that knows its position brings one bright target to every point "
-    "of a list, through the whole depth of the volume. From what the cameras see there follow "
-    "their lenses and where they stand.",
-    Kind.RELOCATION: "After the frame or a camera was moved: wave the probe through the volume, "
-    "show the length bar, touch the control points. No measuring machine is needed.",
-    Kind.VERIFICATION: "An independent check: put the ball into the nests of a certified length "
-    "bar along seven lines, and touch a certified sphere. Only a calibration that passed may be "
-    "used.",
-}
-
-_WHO = Field("who", "Done by", "Your name; it goes into the record")
-_WARMTH = Field(
-    "temperature", "Temperature, °C", "Of the room; leave it empty if nobody measured it", ""
-)
-_BAR = Field(
-    "bar", "Length bar", "Its document with the certificate", str(resource("artefacts", "bar.toml"))
-)
-
-FIELDS: Mapping[Kind, tuple[Field, ...]] = {
-    Kind.KNOWN_POINTS: (
-        _WHO,
-        _WARMTH,
-        Field("points", "Reference points", "The list of positions: unit, uncertainty, points"),
-    ),
-    Kind.RELOCATION: (
-        _WHO,
-        _WARMTH,
-        _BAR,
-        Field(
-            "world", "World frame", "What the coordinates refer to afterwards",
-            choices=(
-                ("cameras", "stays with the cameras"),
-                ("points", "kept by known control points"),
-                ("set", "set anew by three points"),
-            ),
-        ),
-        Field("control", "Control points", "Their list, if the world is kept by known points"),
-        Field(
-            "lens", "Lenses", "What happens to the lenses",
-            choices=(
-                ("prior", "refined from what is known"),
-                ("fixed", "kept as they are"),
-                ("free", "found anew"),
-            ),
-        ),
-        Field(
-            "geometry", "Probe", "How the LEDs of the probe are known",
-            choices=(
-                ("uncertain", "known to its uncertainty"),
-                ("known", "known exactly"),
-                ("unknown", "not known: the bar alone gives the scale"),
-            ),
-        ),
-    ),
-    Kind.VERIFICATION: (
-        _WHO,
-        _WARMTH,
-        _BAR,
-        Field(
-            "sphere", "Sphere", "Its document; leave it empty for none",
-            str(resource("artefacts", "sphere.toml")),
-        ),
-    ),
-}  # fmt: skip
-
-
 def fields(site: WizardSite, kind: Kind) -> tuple[Field, ...]:
     """Return what is filled in before a session of a kind begins."""
     return tuple(
-        Field(one.key, one.label, one.tip, site.who) if one is _WHO else one
+        Field(one.key, one.label, one.tip, site.who) if one is WHO else one
         for one in FIELDS[kind]
     )
 

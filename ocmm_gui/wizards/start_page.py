@@ -20,7 +20,8 @@ from PySide6.QtWidgets import (
 
 from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
-from ocmm_gui.wizards.site import Field, Offer
+from ocmm_gui.wizards.forms import Field
+from ocmm_gui.wizards.site import Offer
 
 _ROW_PX = 58
 

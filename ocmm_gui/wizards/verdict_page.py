@@ -20,7 +20,7 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.pages import StepPage
-from ocmm_gui.wizards.residual_plots import Plot
+from ocmm_gui.wizards.plot import Plot
 
 _SIDE_PX = 380
 _SCALE_PX = 58.0

@@ -16,13 +16,12 @@ from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.errors import OcmmError
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, Themed
 from ocmm_gui.wizards.driver import WizardDriver
+from ocmm_gui.wizards.forms import PURPOSES, TITLES
 from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, StepPage
 from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage
 from ocmm_gui.wizards.result_page import ResultPage
 from ocmm_gui.wizards.runner import Runner
 from ocmm_gui.wizards.site import (
-    PURPOSES,
-    TITLES,
     Opened,
     WizardSite,
     begin,
