@@ -43,6 +43,7 @@ from ocmm_core.cli.calibrate_run import (
     open_site,
     pass_open_gates,
     real_feed,
+    retake_misplaced,
     take_relocation_shots,
     take_verification_shots,
     virtual_feed,
@@ -352,6 +353,7 @@ def verify(
             who=who, temperature_c=temperature, spheres=spheres,
             limits=Limits(constant, per_length, largest, diameter, rule.value),
         )  # fmt: skip
+    retake_misplaced(procedure, console)
     if shots is not None:
         take_verification_shots(procedure, load_shots(shots, site.rig, body.n_leds))
         _require_end(procedure)

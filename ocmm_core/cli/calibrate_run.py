@@ -197,6 +197,7 @@ def collect(
                     seen += len(block)
                     if procedure.base.live.ready:
                         procedure.take(_now())
+                        retake_misplaced(procedure, console)
                     step = procedure.base.step
                     progress.update(
                         task, description=step.title, completed=step.done, total=step.wanted
@@ -214,7 +215,8 @@ def collect(
             recorder.close()
     if procedure.base.current < last:
         view = procedure.base
-        why = view.step.gate.reason
+        hint = view.live.hint
+        why = f"{view.step.gate.reason} At its end: {hint}" if hint else view.step.gate.reason
         if status.stop_reason is StopReason.FAILED and status.message:
             why = status.message
         raise CalibrationError(
@@ -222,6 +224,16 @@ def collect(
             f"{view.step.title}: the source ended. {why}",
             "Start the command again: it continues this session.",
         )
+
+
+def retake_misplaced(procedure: Procedure, console: Console) -> None:
+    """Open lines of a verification again whose bar did not lie where it should; say which."""
+    if not isinstance(procedure, VerificationProcedure):
+        return
+    for number, line in enumerate(procedure.view.lines):
+        if line.hint:
+            console.print(f"Again    {line.name}: {line.hint}", highlight=False)
+            procedure.repeat_line(number, _now())
 
 
 def _note_warmth(procedure: Procedure, feed: Feed) -> None:
