@@ -156,6 +156,9 @@ class CameraPlot(QWidget):
         gap = np.full((1, MAX_SLOTS, 2), np.nan)
         for curve, first, last in zip(self._fading, bounds[:-1], bounds[1:], strict=True):
             part = np.concatenate([history[first : last + 1], gap]).transpose(1, 0, 2)
+            if not np.isfinite(part).any():
+                # pyqtgraph complains about a curve of which nothing is known.
+                part = np.empty((0, 0, 2))
             curve.setData(part[..., 0].ravel(), part[..., 1].ravel())
 
     def _keep_in_sight(self, spots: Float) -> None:
