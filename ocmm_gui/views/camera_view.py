@@ -157,7 +157,7 @@ class CameraPlot(QWidget):
         for curve, first, last in zip(self._fading, bounds[:-1], bounds[1:], strict=True):
             part = np.concatenate([history[first : last + 1], gap]).transpose(1, 0, 2)
             if not np.isfinite(part).any():
-                # pyqtgraph complains about a curve of which nothing is known.
+                # pyqtgraph would silence numpy's warning for all threads at once, which leaks.
                 part = np.empty((0, 0, 2))
             curve.setData(part[..., 0].ravel(), part[..., 1].ravel())
 
