@@ -55,7 +55,7 @@ class Row:
 
     @property
     def holds(self) -> bool:
-        """Return whether both limits of issue 2 are kept."""
+        """Return whether both limits are kept."""
         near = self.rms_um <= RATIO_LIMIT * self.bound_um
         return near and abs(self.nees - 3.0) <= NEES_TOLERANCE
 

@@ -81,7 +81,7 @@ def test_more_cameras_and_leds_are_named_too(
 def test_occlusion_never_gives_a_wrong_label(
     probe: str, least_named: float, recommended: Rig, draw_poses: Draw, look: Look, in_slots: Put
 ) -> None:
-    """Issue 2 forbids a wrong label; with a third of the spots hidden some frames have no answer.
+    """No label may be wrong; with a third of the spots hidden some frames have no answer.
 
     Three LEDs in both cameras, each seen with 0.65^2: 45 % of frames for six LEDs, 17 % for four.
     """

@@ -15,7 +15,7 @@ from ocmm_core.tracking.pose import Method, PoseBatch, solve, solve_reference
 
 SIGMA = 0.0105
 TOLERANCE_MM = 1e-9
-"""Issue 2. Rounding of spots of 1e3 px, 1e-13 px, is 1e-14 mm; the normal equations lose six to
+"""Rounding of spots of 1e3 px, 1e-13 px, is 1e-14 mm; the normal equations lose six to
 eight digits where few LEDs stand nearly in one line."""
 
 Draw = Callable[..., tuple[Float, Float]]

@@ -79,14 +79,14 @@ def run(rig: Rig, body: ProbeBody, draw: Draw, look: Look, sigma: float, seed: i
         chi2_per_dof=float(np.mean(ours.chi2 / ours.dof)),
         bound_um=1e3 * bound,
     )
-    print(outcome)  # noqa: T201 - issue 2: these figures are to be seen
+    print(outcome)  # noqa: T201 - these figures are to be seen
     return outcome
 
 
 def test_thesis_rig_reaches_the_bound_and_says_so(
     thesis_rig: Rig, thesis_probe: ProbeBody, draw_poses: Draw, look: Look
 ) -> None:
-    """Limits of issue 2. With 20,000 poses: ratios scatter by 0.5 %, NEES by 0.017."""
+    """With 20,000 poses: ratios scatter by 0.5 %, NEES by 0.017."""
     outcome = run(thesis_rig, thesis_probe, draw_poses, look, SIGMA, 1)
     assert outcome.bound_um == pytest.approx(21.9, rel=0.02)  # facts 2a
     assert outcome.ratio <= 1.03
