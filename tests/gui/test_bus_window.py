@@ -130,7 +130,8 @@ def test_a_camera_is_switched_off_and_on(
     assert report is not None
     assert report.recoveries >= 1
     codes = [event.code for event in report.events]
-    assert codes[-1] == "bus.operation"
+    # After the start, and again; a busy computer may have more to tell.
+    assert codes.count("bus.operation") >= 2, codes
     assert report.good + report.late + report.lost + report.bad == report.elapsed
     with qtbot.waitSignal(bench.bridge.bus_text_saved, timeout=PATIENCE_MS) as saved:
         QTest.keyClick(window, Qt.Key.Key_M)
