@@ -70,10 +70,8 @@ def test_three_seconds_at_8_khz_lose_and_mix_nothing() -> None:
     check_accounts(seen)
     check_nothing_is_lost(seen)
     assert seen["verdicts"]["good"] > 0.3 * seen["elapsed"]
-    # On an undisturbed wire, no answer is ever doubtful except where only a part of it came, or
-    # where the answer about the states came a cycle late.
-    allowed = ("part of the cameras", "states of the cameras", "busy", "No answer", "was lost")
-    assert [r for r in seen["reasons"] if not any(words in r for words in allowed)] == []
+    # A busy computer may lose answers or be late; on an undisturbed wire no camera is blamed.
+    assert [reason for reason in seen["reasons"] if "amera '" in reason] == []
     # Exposures start 60 ms after they were programmed; the rest of 3 s is at 8 kHz. What the
     # cameras still hold at the end (128 ms at most) is in no account.
     assert seen["frames"] + seen["frames_lost"] > 22_000
