@@ -70,6 +70,8 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Remember whether the test passed: what a failed test leaves behind is no second finding."""
+    # A worker can send text, but no number of numpy's.
+    item.user_properties[:] = [(name, str(value)) for name, value in item.user_properties]
     report = yield
     if call.when == "call":
         item.stash[_PASSED] = report.passed
