@@ -27,6 +27,8 @@ pytestmark = [pytest.mark.timing, pytest.mark.slow, pytest.mark.timeout(400)]
 
 _ROOT = Path(__file__).resolve().parents[2]
 _PROGRAM = _ROOT / "benchmarks" / "fault_scenarios.py"
+STARTS = 40
+"""The benchmark makes a thousand."""
 _BUFFER_MS = 90
 """Cameras hold 128 ms of frames; a computer that stood still for longer loses some."""
 
@@ -156,14 +158,14 @@ def test_lost_answers_are_counted_exactly_and_cost_no_frame(
     check_accounts(outcome)
 
 
-def test_a_hundred_rapid_starts_and_stops_leave_nothing_behind(
+def test_rapid_starts_and_stops_leave_nothing_behind(
     tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
-    starts = msgspec.json.decode(played(tmp_path, "starts", "100"), type=Starts)
+    starts = msgspec.json.decode(played(tmp_path, "starts", str(STARTS)), type=Starts)
     record_property("starts", starts)
-    assert starts.ended == starts.count == 100
+    assert starts.ended == starts.count == STARTS
     assert starts.wrong == 0
     assert starts.works
     assert (starts.descriptors, starts.threads) == (0, 0)
     # Some were stopped before, some after operation was reached.
-    assert 0 < starts.measured < 101
+    assert 0 < starts.measured <= STARTS
