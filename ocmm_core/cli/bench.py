@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -149,8 +150,20 @@ def _per_block(rig: Rig, body: ProbeBody, frames: Float, seconds: float) -> floa
         uv=uv,
     )
     pipeline = TrackingPipeline(rig, body)
-    pipeline.process(block)
-    return _per_call(lambda: pipeline.process(block), seconds)
+    turn = itertools.count()
+
+    def track() -> None:
+        # Time goes on: a block that came once more would be an interruption, and labels be sought.
+        first = next(turn) * _BLOCK
+        pipeline.process(
+            replace(
+                block,
+                counter=block.counter + first,
+                time_ns=block.time_ns + first * 125_000,
+            )
+        )
+
+    return _per_call(track, seconds)
 
 
 def _has_opencv() -> bool:
