@@ -21,14 +21,14 @@ N_CAMERA = 14
 """Columns of a camera: `camera.model.PARAMETERS`."""
 
 LEAST_PIVOT = 1e-11
-"""Of its diagonal element; below, a pose is not determined."""
+"""Of its diagonal element; below, a pose or a turn is not determined."""
 
 
 @compiled()
 def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
-    """Replace V (6, 6) by its Cholesky factor, W (6, k) by Y and g (6,) by z; False if singular."""
-    columns = w.shape[1]
-    for j in range(6):
+    """Replace V (d, d) by its Cholesky factor, W (d, k) by Y and g (d,) by z; False if singular."""
+    size, columns = w.shape
+    for j in range(size):
         diagonal = v[j, j]
         d = diagonal * (1.0 + damping)
         for k in range(j):
@@ -37,7 +37,7 @@ def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
             return False
         d = np.sqrt(d)
         v[j, j] = d
-        for i in range(j + 1, 6):
+        for i in range(j + 1, size):
             value = v[i, j]
             for k in range(j):
                 value -= v[i, k] * v[j, k]

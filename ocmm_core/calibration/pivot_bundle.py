@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.calibration.bundle_kernel import N_CAMERA
 from ocmm_core.calibration.lens import LensCamera
 from ocmm_core.calibration.pivot_data import PivotSweep
-from ocmm_core.calibration.pivot_kernel import N_CAMERA, eliminate_turns, move_turns
+from ocmm_core.calibration.pivot_kernel import eliminate_turns, move_turns
 from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Int, Points3, skew

@@ -15,7 +15,7 @@ import numpy as np
 
 from ocmm_core.calibration.pivot_shape_kernel import add_moments, average_turned
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Points3
+from ocmm_core.geometry import Float, Int, Points3
 
 _MOST_ROUNDS = 20
 _SMALL_FALL = 1e-9
@@ -83,6 +83,24 @@ def common_centre(moments: Float, reference: Points3) -> Float:
     return centre
 
 
+def complete_poses(targets: Float) -> Int:
+    """Return which poses (n, L, 3) show all LEDs.
+
+    Raises
+    ------
+    CalibrationError
+        None does.
+    """
+    whole = np.flatnonzero(np.isfinite(targets).all(axis=(1, 2)))
+    if not len(whole):
+        raise CalibrationError(
+            "pivot.no_complete_frame",
+            "In no frame all LEDs of the probe were seen by two cameras.",
+            "Turn the LEDs towards the cameras while the probe is swept.",
+        )
+    return whole
+
+
 def group_average(targets: Float, centre: Float) -> Points3:
     """Return the mean arms (L, 3), mm, of all complete poses (n, L, 3) about the centre (3,).
 
@@ -93,13 +111,7 @@ def group_average(targets: Float, centre: Float) -> Points3:
     CalibrationError
         No pose shows all LEDs.
     """
-    whole = np.flatnonzero(np.isfinite(targets).all(axis=(1, 2)))
-    if not len(whole):
-        raise CalibrationError(
-            "pivot.no_complete_frame",
-            "In no frame all LEDs of the probe were seen by two cameras.",
-            "Turn the LEDs towards the cameras while the probe is swept.",
-        )
+    whole = complete_poses(targets)
     targets = np.ascontiguousarray(targets)
     body: Points3 = targets[whole[0]] - centre
     last = np.inf

@@ -9,50 +9,17 @@ from __future__ import annotations
 
 import numpy as np
 
+import ocmm_core.calibration.bundle_kernel as bundle_kernel
 import ocmm_core.calibration.kernel as camera_kernel
 import ocmm_core.tracking.small_algebra as algebra
+from ocmm_core.calibration.bundle_kernel import N_CAMERA, eliminate
 from ocmm_core.calibration.kernel import empty_rows, spot_rows
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.small_algebra import turn
 
-N_CAMERA = 14
-"""Columns of a camera: `camera.model.PARAMETERS`."""
 
-LEAST_PIVOT = 1e-11
-"""Of its diagonal element; below, a turn is not determined."""
-
-
-@compiled()
-def _eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
-    """Replace V (d, d) by its Cholesky factor, W (d, k) by Y and g (d,) by z; False if singular."""
-    size, columns = w.shape
-    for j in range(size):
-        diagonal = v[j, j]
-        d = diagonal * (1.0 + damping)
-        for k in range(j):
-            d -= v[j, k] * v[j, k]
-        if not d > LEAST_PIVOT * diagonal:
-            return False
-        d = np.sqrt(d)
-        v[j, j] = d
-        for i in range(j + 1, size):
-            value = v[i, j]
-            for k in range(j):
-                value -= v[i, k] * v[j, k]
-            v[i, j] = value / d
-        for k in range(j):
-            factor = v[j, k]
-            g[j] -= factor * g[k]
-            for column in range(columns):
-                w[j, column] -= factor * w[k, column]
-        g[j] /= d
-        for column in range(columns):
-            w[j, column] /= d
-    return True
-
-
-@compiled(camera_kernel)
+@compiled(camera_kernel, bundle_kernel)
 def eliminate_turns(
     cameras: Float, arms: Float, centre: Float, uv: Float, weights: Float, slack_weight: float,
     rotations: Float, slacks: Float, damping: float, blocks: Int,
@@ -183,7 +150,7 @@ def eliminate_turns(
                 total += off * off
                 g[3 + i] += slack_weight * off
                 v[3 + i, 3 + i] += slack_weight * slack_weight
-        if not _eliminate(v, w, g, damping):
+        if not eliminate(v, w, g, damping):
             return np.inf
         for k in range(size):
             for i in range(own):

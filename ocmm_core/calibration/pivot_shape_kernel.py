@@ -7,28 +7,7 @@ import numpy as np
 import ocmm_core.tracking.small_algebra as algebra
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.small_algebra import largest_eigenvector, rotation_of
-
-
-@compiled(algebra)
-def best_turn(s: Float, rotation: Float, work4: Float, vectors4: Float) -> None:
-    """Write the rotation (3, 3) with the largest trace of its transpose times s'.
-
-    Horn's closed form with unit quaternions; ``s`` (3, 3) is the sum of ``a b'`` over pairs, and
-    the rotation takes a to b. Never a reflection, also for points in one plane.
-    """
-    work4[0, 0] = s[0, 0] + s[1, 1] + s[2, 2]
-    work4[1, 1] = s[0, 0] - s[1, 1] - s[2, 2]
-    work4[2, 2] = -s[0, 0] + s[1, 1] - s[2, 2]
-    work4[3, 3] = -s[0, 0] - s[1, 1] + s[2, 2]
-    work4[0, 1] = work4[1, 0] = s[1, 2] - s[2, 1]
-    work4[0, 2] = work4[2, 0] = s[2, 0] - s[0, 2]
-    work4[0, 3] = work4[3, 0] = s[0, 1] - s[1, 0]
-    work4[1, 2] = work4[2, 1] = s[0, 1] + s[1, 0]
-    work4[1, 3] = work4[3, 1] = s[2, 0] + s[0, 2]
-    work4[2, 3] = work4[3, 2] = s[1, 2] + s[2, 1]
-    k = largest_eigenvector(work4, vectors4)
-    rotation_of(vectors4[0, k], vectors4[1, k], vectors4[2, k], vectors4[3, k], rotation)
+from ocmm_core.tracking.small_algebra import best_turn
 
 
 @compiled(algebra)

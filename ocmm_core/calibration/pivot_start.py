@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.calibration.pivot_bundle import PivotState
-from ocmm_core.calibration.pivot_centre import common_centre, moments_of
+from ocmm_core.calibration.pivot_centre import common_centre, complete_poses, moments_of
 from ocmm_core.calibration.pivot_data import PivotSweep
 from ocmm_core.calibration.pivot_poses import pivot_of_poses
 from ocmm_core.calibration.pivot_shape_kernel import fit_turns
 from ocmm_core.camera.model import ideal_from_pixels
 from ocmm_core.camera.rig import Rig
-from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Pixels, Points3
 
 _SHAPES = 400
@@ -82,13 +81,7 @@ def mean_shape(targets: Float, poses: int = _SHAPES) -> Points3:
     CalibrationError
         No pose shows all LEDs.
     """
-    whole = np.flatnonzero(np.isfinite(targets).all(axis=(1, 2)))
-    if not len(whole):
-        raise CalibrationError(
-            "pivot.no_complete_frame",
-            "In no frame all LEDs of the probe were seen by two cameras.",
-            "Turn the LEDs towards the cameras while the probe is swept.",
-        )
+    whole = complete_poses(targets)
     some = np.ascontiguousarray(targets[whole[:: max(1, len(whole) // poses)]])
     distances = np.linalg.norm(some[:, :, None] - some[:, None], axis=3)
     odd = np.abs(distances - np.median(distances, axis=0)).max(axis=(1, 2))

@@ -24,10 +24,9 @@ from numpy.typing import NDArray
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.small_algebra import (
     backward,
+    best_turn,
     cholesky,
     forward,
-    largest_eigenvector,
-    rotation_of,
     turn,
 )
 
@@ -128,18 +127,7 @@ def _rigid_fit(
             for i in range(3):
                 for j in range(3):
                     s[i, j] += (leds[led, i] - a[i]) * (points[led, j] - b[j])
-    work4[0, 0] = s[0, 0] + s[1, 1] + s[2, 2]
-    work4[1, 1] = s[0, 0] - s[1, 1] - s[2, 2]
-    work4[2, 2] = -s[0, 0] + s[1, 1] - s[2, 2]
-    work4[3, 3] = -s[0, 0] - s[1, 1] + s[2, 2]
-    work4[0, 1] = work4[1, 0] = s[1, 2] - s[2, 1]
-    work4[0, 2] = work4[2, 0] = s[2, 0] - s[0, 2]
-    work4[0, 3] = work4[3, 0] = s[0, 1] - s[1, 0]
-    work4[1, 2] = work4[2, 1] = s[0, 1] + s[1, 0]
-    work4[1, 3] = work4[3, 1] = s[2, 0] + s[0, 2]
-    work4[2, 3] = work4[3, 2] = s[1, 2] + s[2, 1]
-    k = largest_eigenvector(work4, vectors4)
-    rotation_of(vectors4[0, k], vectors4[1, k], vectors4[2, k], vectors4[3, k], rotation)
+    best_turn(s, rotation, work4, vectors4)
     for i in range(3):
         origin[i] = b[i] - (rotation[i, 0] * a[0] + rotation[i, 1] * a[1] + rotation[i, 2] * a[2])
 

@@ -129,3 +129,24 @@ def turn(rotation: Float, wx: float, wy: float, wz: float, step: Float, work: Fl
     for i in range(3):
         for j in range(3):
             rotation[i, j] = work[i, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def best_turn(s: Float, rotation: Float, work4: Float, vectors4: Float) -> None:
+    """Write the rotation (3, 3) with the largest trace of its transpose times s'.
+
+    Horn's closed form with unit quaternions; ``s`` (3, 3) is the sum of ``a b'`` over pairs, and
+    the rotation takes a to b. Never a reflection, also for points in one plane.
+    """
+    work4[0, 0] = s[0, 0] + s[1, 1] + s[2, 2]
+    work4[1, 1] = s[0, 0] - s[1, 1] - s[2, 2]
+    work4[2, 2] = -s[0, 0] + s[1, 1] - s[2, 2]
+    work4[3, 3] = -s[0, 0] - s[1, 1] + s[2, 2]
+    work4[0, 1] = work4[1, 0] = s[1, 2] - s[2, 1]
+    work4[0, 2] = work4[2, 0] = s[2, 0] - s[0, 2]
+    work4[0, 3] = work4[3, 0] = s[0, 1] - s[1, 0]
+    work4[1, 2] = work4[2, 1] = s[0, 1] + s[1, 0]
+    work4[1, 3] = work4[3, 1] = s[2, 0] + s[0, 2]
+    work4[2, 3] = work4[3, 2] = s[1, 2] + s[2, 1]
+    k = largest_eigenvector(work4, vectors4)
+    rotation_of(vectors4[0, k], vectors4[1, k], vectors4[2, k], vectors4[3, k], rotation)
