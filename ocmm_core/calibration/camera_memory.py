@@ -12,7 +12,8 @@ from dataclasses import replace
 from datetime import datetime
 
 from ocmm_core.calibration.in_use import Obstacle
-from ocmm_core.calibration.records import CameraRecord, record_hash
+from ocmm_core.calibration.records import CameraRecord
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.camera.rig import CameraEntry, camera_of
 from ocmm_core.fieldbus.camera_client import read_intrinsics, write_intrinsics
 from ocmm_core.fieldbus.intrinsics import Intrinsics

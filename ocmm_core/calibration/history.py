@@ -16,14 +16,8 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.calibration.records import (
-    CameraRecord,
-    R,
-    VerificationRecord,
-    load,
-    record_hash,
-    save,
-)
+from ocmm_core.calibration.records import CameraRecord, VerificationRecord
+from ocmm_core.calibration.sealed import load_named, record_hash, save
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
@@ -151,7 +145,7 @@ class CalibrationStore:
             It is missing or was changed.
         """
         digest = self.active_hash
-        return None if digest is None else self._load(digest, CameraRecord)
+        return None if digest is None else load_named(self._folder, digest, CameraRecord)
 
     @property
     def active_hash(self) -> str | None:
@@ -164,12 +158,12 @@ class CalibrationStore:
         hashes = dict.fromkeys(
             event.calibration for event in self.events if event.kind is EventKind.ACCEPTED
         )
-        return tuple(self._load(name, CameraRecord) for name in hashes)
+        return tuple(load_named(self._folder, name, CameraRecord) for name in hashes)
 
     def verifications(self) -> tuple[VerificationRecord, ...]:
         """Return all verifications, oldest first; raise CalibrationError for a changed one."""
         return tuple(
-            self._load(event.evidence, VerificationRecord)
+            load_named(self._folder, event.evidence, VerificationRecord)
             for event in self.events
             if event.evidence
         )
@@ -233,17 +227,6 @@ class CalibrationStore:
                 "calibration.none", "The cameras were never calibrated.", "Calibrate the cameras."
             )
         return standing(record, self.events, now)
-
-    def _load(self, digest: str, kind: type[R]) -> R:
-        path = self._folder / f"{digest}.json"
-        record = load(path, kind)
-        if record_hash(record) != digest:
-            raise CalibrationError(
-                "record.exchanged",
-                f"{path}: this is another record than its name says.",
-                "Restore the file from a backup, or calibrate again; it is not used.",
-            )
-        return record
 
     def _append(
         self,

@@ -16,7 +16,8 @@ from pathlib import Path
 import platformdirs
 
 from ocmm_core.calibration.history import CalibrationStore, standing
-from ocmm_core.calibration.records import CameraRecord, canonical, record_hash, rig_from_record
+from ocmm_core.calibration.records import CameraRecord, rig_from_record
+from ocmm_core.calibration.sealed import canonical, record_hash
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import CalibrationError, InputError, OcmmError

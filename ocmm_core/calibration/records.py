@@ -1,25 +1,19 @@
-"""Calibration records: what a calibration found, how, when and with what, sealed by a hash.
+"""Records of cameras: what a calibration or a verification found, how, when and with what.
 
-A record is one JSON file that is written once. Its text is canonical (sorted fields, no blanks),
-and the SHA-256 over the content stands beside it, so that any single changed byte is noticed:
-either the hash no longer fits, or the text is no longer the canonical one. This reveals damage
-and casual change; somebody who computes a new hash is revealed by the chain of events that names
-the hashes (`calibration.history`).
+They are kept as `sealed` files.
 """
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Literal
 
 import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.camera.model import N_PARAMETERS, CameraModel
 from ocmm_core.camera.rig import CameraEntry, Rig, SpotNoise, Vector3, camera_of
-from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
@@ -193,74 +187,6 @@ class VerificationRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     passed: bool
 
 
-R = TypeVar("R", CameraRecord, VerificationRecord)
-"""Kinds of records."""
-
-
-class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    content: msgspec.Raw
-    sha256: str
-
-
-def canonical(record: CameraRecord | VerificationRecord) -> bytes:
-    """Return the one way to write a record down, which its hash is of."""
-    return msgspec.json.encode(record, order="sorted")
-
-
-def seal(record: CameraRecord | VerificationRecord) -> bytes:
-    """Return the file content of a record."""
-    sealed = _Sealed(msgspec.Raw(canonical(record)), record_hash(record))
-    return msgspec.json.encode(sealed)
-
-
-def record_hash(record: CameraRecord | VerificationRecord) -> str:
-    """Return the hash that names a record."""
-    return hashlib.sha256(canonical(record)).hexdigest()
-
-
-def unseal(path: Path, content: bytes, kind: type[R]) -> R:
-    """Return the record in ``content``; ``path`` is for messages.
-
-    Raises
-    ------
-    CalibrationError
-        It is no record of this kind, or a byte of it is not as it was written.
-    """
-    try:
-        record = msgspec.json.decode(msgspec.json.decode(content, type=_Sealed).content, type=kind)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise _changed(path, f"it cannot be read ({error})") from error
-    if seal(record) != content:
-        raise _changed(path, "its content does not fit its hash")
-    return record
-
-
-def save(folder: Path, record: CameraRecord | VerificationRecord) -> Path:
-    """Write a record under its hash and return the file.
-
-    Raises
-    ------
-    CalibrationError
-        The folder cannot be written.
-    """
-    path = folder / f"{record_hash(record)}.json"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomic(path, seal(record))
-    except OSError as error:
-        raise CalibrationError(
-            "record.unwritable",
-            f"{path}: the record cannot be written ({error.strerror}).",
-            "Free the disk or give a folder that you may write, then store it again.",
-        ) from error
-    return path
-
-
-def load(path: Path, kind: type[R]) -> R:
-    """Return the record of a file; raise CalibrationError where it was changed."""
-    return unseal(path, read_bytes(path), kind)
-
-
 def rig_from_record(record: CameraRecord) -> Rig:
     """Return the rig with the cameras of a record.
 
@@ -318,12 +244,4 @@ def entry_of(camera: CameraModel, alias: int) -> CameraEntry:
         p2=camera.p2,
         centre=(x, y, z),
         rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
-    )
-
-
-def _changed(path: Path, how: str) -> CalibrationError:
-    return CalibrationError(
-        "record.changed",
-        f"{path}: this calibration record is not as it was written: {how}.",
-        "Restore the file from a backup, or calibrate again; it is not used.",
     )

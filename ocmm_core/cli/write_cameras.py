@@ -10,7 +10,8 @@ from rich.console import Console
 
 from ocmm_core.calibration.camera_memory import compare_with_cameras, write_to_cameras
 from ocmm_core.calibration.in_use import default_folder, open_calibration, require_record
-from ocmm_core.calibration.records import CameraRecord, record_hash
+from ocmm_core.calibration.records import CameraRecord
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.cli.bus_options import BusOption
 from ocmm_core.cli.bus_session import open_bus
 from ocmm_core.cli.headless import make_console

@@ -14,7 +14,7 @@ from ocmm_core.calibration.baseline_file import load_baseline
 from ocmm_core.calibration.change_verdict import Cause, Examination
 from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle, Word
 from ocmm_core.calibration.monitor import CalibrationMonitor
-from ocmm_core.calibration.records import record_hash
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.result import TrackBlock

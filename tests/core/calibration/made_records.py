@@ -14,8 +14,8 @@ from ocmm_core.calibration.records import (
     ResidualMap,
     VerificationRecord,
     entry_of,
-    record_hash,
 )
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
 

@@ -10,7 +10,7 @@ from ocmm_core.calibration.camera_memory import (
     judge_warmth,
     write_to_cameras,
 )
-from ocmm_core.calibration.records import record_hash
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.profile_objects import CALIBRATION
 from tests.core.calibration.made_records import make_record

@@ -21,7 +21,7 @@ from ocmm_core.calibration.in_use import (
     open_design,
     store_folder,
 )
-from ocmm_core.calibration.records import record_hash
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError

@@ -11,8 +11,8 @@ from ocmm_core.calibration.collecting import RestingSpots
 from ocmm_core.calibration.history import State
 from ocmm_core.calibration.procedure import Decision, Kind
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure, _chain
-from ocmm_core.calibration.records import record_hash
 from ocmm_core.calibration.reference_points import ReferencePoints
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.calibration.session_events import Decided, SessionLine, sessions, utc_text
 from ocmm_core.camera.model import project
 from ocmm_core.errors import CalibrationError, StorageError

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.calibration.history import EventKind, State
-from ocmm_core.calibration.records import record_hash
+from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.session import InspectionSession, SessionOptions
