@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import combinations, permutations
 from pathlib import Path
 
 import msgspec
@@ -56,6 +57,36 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True)
+class LedBody:
+    """LEDs that move as one: all that identification knows of a probe or of a reference body.
+
+    Attributes
+    ----------
+    name
+        Name of the body.
+    leds_body
+        (L, 3), mm, body frame.
+    led_directions_body
+        (L, 3), unit.
+    emission_half_angle
+        rad; outside this cone an LED is not seen.
+    rules
+        ``(body_axis, world_direction)`` pairs, each (3,).
+    """
+
+    name: str
+    leds_body: Float
+    led_directions_body: Float
+    emission_half_angle: float
+    rules: tuple[tuple[Float, Float], ...] = ()
+
+    @property
+    def n_leds(self) -> int:
+        """Return the number of LEDs."""
+        return len(self.leds_body)
+
+
+@dataclass(frozen=True, slots=True)
 class ProbeBody:
     """A probe body with labels that cannot be confused.
 
@@ -98,6 +129,17 @@ class ProbeBody:
     def n_leds(self) -> int:
         """Return the number of LEDs."""
         return len(self.leds_probe)
+
+    @property
+    def led_body(self) -> LedBody:
+        """Return the LEDs without the tip."""
+        return LedBody(
+            self.name,
+            self.leds_probe,
+            self.led_directions_probe,
+            self.emission_half_angle,
+            self.rules,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +216,9 @@ def rigid_fit(reference: Float, measured: Float) -> tuple[Float, Float]:
     return rotation, b - rotation @ a
 
 
-def satisfies_rules(body: ProbeBody, rotations_world_from_probe: Float) -> NDArray[np.bool_]:
+def satisfies_rules(
+    body: ProbeBody | LedBody, rotations_world_from_probe: Float
+) -> NDArray[np.bool_]:
     """Return which attitudes (..., 3, 3) keep every orientation rule of the body, (...)."""
     kept = np.ones(rotations_world_from_probe.shape[:-2], dtype=np.bool_)
     for axis, world in body.rules:
@@ -208,6 +252,33 @@ def nearest_ambiguity(body: ProbeBody) -> Ambiguity | None:
             moved = rotation @ body.tip_probe + translation
             worst = Ambiguity(labels, residual, float(np.linalg.norm(moved - body.tip_probe)))
     return worst
+
+
+def check_distinct(bodies: Sequence[LedBody]) -> None:
+    """Refuse bodies of which three LEDs of one look like three LEDs of another.
+
+    Raises
+    ------
+    InputError
+        Two of the bodies could be taken for each other where some of their LEDs are hidden.
+    """
+    for one, other in combinations(bodies, 2):
+        mine, theirs = _distances(one.leds_body), _distances(other.leds_body)
+        for leds in combinations(range(one.n_leds), MIN_LEDS):
+            for alike in permutations(range(other.n_leds), MIN_LEDS):
+                spread = np.abs(mine[np.ix_(leds, leds)] - theirs[np.ix_(alike, alike)]).max()
+                if spread < AMBIGUITY_LIMIT_MM:
+                    raise InputError(
+                        "bodies.alike",
+                        f"LEDs {leds} of '{one.name}' look like LEDs {alike} of '{other.name}': "
+                        f"their distances agree to {spread:.2f} mm.",
+                        "Use another reference body, or move one of these LEDs by 5 mm.",
+                    )
+
+
+def _distances(leds: Float) -> Float:
+    between: Float = np.linalg.norm(leds[:, None] - leds[None], axis=2)
+    return between
 
 
 def _check(path: Path, document: ProbeDocument) -> None:

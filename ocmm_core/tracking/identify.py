@@ -9,6 +9,7 @@ and no other explains as many: when in doubt, no label.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -17,8 +18,9 @@ import numpy as np
 from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking.body import ProbeBody, rigid_fit, satisfies_rules
-from ocmm_core.tracking.pose import PoseBatch, solve, triangulate
+from ocmm_core.tracking.body import LedBody, ProbeBody, rigid_fit, satisfies_rules
+from ocmm_core.tracking.kernel import allocate, solve_frames
+from ocmm_core.tracking.pose import PoseBatch, triangulate
 
 CHI2_SIGMAS = 5.0
 """Normal quantile of the chi-square gates: one false alarm in three million."""
@@ -71,7 +73,9 @@ class _Meeting:
     slots: tuple[tuple[int, int], tuple[int, int]]
 
 
-def identify(rig: Rig, body: ProbeBody, spots: Float, options: IdentifyOptions) -> Identification:
+def identify(
+    rig: Rig, body: LedBody | ProbeBody, spots: Float, options: IdentifyOptions
+) -> Identification:
     """Return which slot follows which LED.
 
     Parameters
@@ -81,6 +85,7 @@ def identify(rig: Rig, body: ProbeBody, spots: Float, options: IdentifyOptions) 
     options
         Tolerances.
     """
+    body = _led_body(body)
     found: dict[bytes, Int] = {}
     met = False
     for pair in combinations(range(len(rig.cameras)), 2):
@@ -108,9 +113,39 @@ def identify(rig: Rig, body: ProbeBody, spots: Float, options: IdentifyOptions) 
     return Identification(best[0])
 
 
+def identify_all(
+    rig: Rig, bodies: Sequence[LedBody], spots: Float, options: IdentifyOptions
+) -> tuple[Identification, ...]:
+    """Return which slot follows which LED of each body; no slot is given to two of them.
+
+    Parameters
+    ----------
+    bodies
+        Probe and reference body, of which `check_distinct` must hold.
+    spots
+        (C, 8, 2), px: one frame, NaN where a slot is empty.
+    options
+        Tolerances.
+    """
+    found = [identify(rig, body, spots, options) for body in bodies]
+    for one, other in combinations(range(len(bodies)), 2):
+        first, second = found[one].slot_of_led, found[other].slot_of_led
+        if first is not None and second is not None and _share_slots(first, second):
+            found[one] = found[other] = Identification(None, "two bodies fit the same spots")
+    return tuple(found)
+
+
+def _share_slots(one: Int, other: Int) -> bool:
+    return any(
+        np.intersect1d(mine[mine >= 0], theirs).size
+        for mine, theirs in zip(one, other, strict=True)
+    )
+
+
 def nearest_slots(
-    rig: Rig, body: ProbeBody, spots: Float, rotation: Float, origin: Float, gate_px: float
-) -> Int:
+    rig: Rig, body: LedBody | ProbeBody, spots: Float, rotation: Float, origin: Float,
+    gate_px: float,
+) -> Int:  # fmt: skip
     """Return the slot whose spot lies at the place of each LED, (C, L), -1 where none does.
 
     Parameters
@@ -122,7 +157,8 @@ def nearest_slots(
     gate_px
         Greatest distance, px; LED and spot must also be nearest to each other.
     """
-    leds_world = body.leds_probe @ rotation.T + origin
+    body = _led_body(body)
+    leds_world = body.leds_body @ rotation.T + origin
     slot_of_led = np.full((len(rig.cameras), body.n_leds), -1, dtype=np.int64)
     for c, camera in enumerate(rig.cameras):
         distance = np.linalg.norm(project(camera, leds_world)[:, None] - spots[c][None], axis=2)
@@ -131,6 +167,10 @@ def nearest_slots(
             if distance[led, slot] == distance[led].min() == distance[:, slot].min():
                 slot_of_led[c, led] = slot
     return slot_of_led
+
+
+def _led_body(body: LedBody | ProbeBody) -> LedBody:
+    return body.led_body if isinstance(body, ProbeBody) else body
 
 
 def ordered_spots(uv: Float, slot_of_led: Int) -> Float:
@@ -192,12 +232,12 @@ def _contains(known: Int, meetings: list[_Meeting], labels: dict[int, int]) -> b
 
 
 def _labellings(
-    body: ProbeBody, meetings: list[_Meeting], options: IdentifyOptions
+    body: LedBody, meetings: list[_Meeting], options: IdentifyOptions
 ) -> list[dict[int, int]]:
     """Return assignments LED -> meeting whose mutual distances agree, the largest first."""
     positions = np.array([meeting.position for meeting in meetings])
     measured = np.linalg.norm(positions[:, None] - positions[None], axis=2)
-    nominal = np.linalg.norm(body.leds_probe[:, None] - body.leds_probe[None], axis=2)
+    nominal = np.linalg.norm(body.leds_body[:, None] - body.leds_body[None], axis=2)
     found: list[dict[int, int]] = []
 
     def extend(led: int, labels: dict[int, int]) -> None:
@@ -225,13 +265,13 @@ def _labellings(
 
 
 def _complete(
-    rig: Rig, body: ProbeBody, spots: Float, meetings: list[_Meeting], labels: dict[int, int],
+    rig: Rig, body: LedBody, spots: Float, meetings: list[_Meeting], labels: dict[int, int],
     options: IdentifyOptions,
 ) -> Int | None:  # fmt: skip
     """Return the labelling of all spots that a partial one implies, or None if it does not hold."""
     leds = sorted(labels)
     rotation, origin = rigid_fit(
-        body.leds_probe[leds], np.array([meetings[labels[led]].position for led in leds])
+        body.leds_body[leds], np.array([meetings[labels[led]].position for led in leds])
     )
     if not satisfies_rules(body, rotation):
         return None
@@ -239,17 +279,22 @@ def _complete(
     slot_of_led = nearest_slots(rig, body, spots, rotation, origin, 5.0 * options.gate_px)
     if np.count_nonzero((slot_of_led >= 0).sum(axis=0) >= 2) < 3:
         return None
-    pose = solve(ordered_spots(spots[None], slot_of_led), rig, body, options.sigma_px)
+    outputs = allocate(1)
+    solve_frames(
+        ordered_spots(spots[None], slot_of_led), rig.packed(), body.leds_body,
+        body.leds_body.mean(axis=0), options.sigma_px, 1, *outputs,
+    )  # fmt: skip
+    pose = PoseBatch(*outputs)
     if pose.status[0] != 0 or pose.chi2[0] > chi2_limit(pose.dof)[0]:
         return None
     return slot_of_led if _faces_cameras(rig, body, pose, slot_of_led) else None
 
 
-def _faces_cameras(rig: Rig, body: ProbeBody, pose: PoseBatch, slot_of_led: Int) -> bool:
+def _faces_cameras(rig: Rig, body: LedBody, pose: PoseBatch, slot_of_led: Int) -> bool:
     """Return whether every labelled LED shines towards the camera that is said to see it."""
     rotation, origin = pose.rotation_world_from_probe[0], pose.origin_world[0]
-    leds_world = body.leds_probe @ rotation.T + origin
-    directions = body.led_directions_probe @ rotation.T
+    leds_world = body.leds_body @ rotation.T + origin
+    directions = body.led_directions_body @ rotation.T
     margin = np.cos(min(body.emission_half_angle + np.radians(10.0), np.pi))
     for c, camera in enumerate(rig.cameras):
         sight = camera.centre_world - leds_world
