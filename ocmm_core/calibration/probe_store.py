@@ -136,7 +136,7 @@ class ProbeStore:
         CalibrationError
             A record is missing or was changed.
         """
-        digest = self._last(tip, TipEventKind.CALIBRATED)
+        digest = self.active_hash(tip)
         if digest is None:
             return None
         calibration = load_named(self._folder, digest, ProbeRecord)
@@ -147,6 +147,10 @@ class ProbeStore:
         if qualification is not None and qualification.calibration != digest:
             qualification = None
         return TipRecords(calibration, qualification)
+
+    def active_hash(self, tip: str) -> str | None:
+        """Return the hash of the calibration in force for a tip, or None."""
+        return self._last(tip, TipEventKind.CALIBRATED)
 
     def calibrations(self) -> tuple[ProbeRecord, ...]:
         """Return the calibrations of all tips, oldest first; CalibrationError for a changed one."""

@@ -39,6 +39,9 @@ class Kind(StrEnum):
     KNOWN_POINTS = "known-points"
     RELOCATION = "relocation"
     VERIFICATION = "verification"
+    PIVOT = "pivot"
+    QUALIFICATION = "qualification"
+    TIP_CHECK = "tip-check"
 
 
 class Decision(StrEnum):

@@ -30,7 +30,7 @@ from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
 from ocmm_core.calibration.procedure_views import KnownPoint, KnownPointsView
 from ocmm_core.calibration.records import ArtefactUse, rig_from_record
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.calibration.session import GuidedProcedure
+from ocmm_core.calibration.session import CameraProcedure
 from ocmm_core.calibration.session_events import (
     Decided,
     SessionLine,
@@ -51,7 +51,7 @@ EVALUATION_FROM = 80
 PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
 
 
-class KnownPointsProcedure(GuidedProcedure[KnownPointsEvent, CalibrationOutcome]):
+class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
     kind = Kind.KNOWN_POINTS

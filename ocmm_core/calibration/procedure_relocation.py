@@ -45,7 +45,7 @@ from ocmm_core.calibration.relocation_state import (
     World,
 )
 from ocmm_core.calibration.relocation_steps import BAR, PREPARE, RESULT, WAVE, WORLD, steps_of
-from ocmm_core.calibration.session import GuidedProcedure
+from ocmm_core.calibration.session import CameraProcedure
 from ocmm_core.calibration.session_events import (
     Decided,
     SessionLine,
@@ -68,7 +68,7 @@ _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9
 
 
-class RelocationProcedure(GuidedProcedure[RelocationEvent, CalibrationOutcome]):
+class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
     kind = Kind.RELOCATION

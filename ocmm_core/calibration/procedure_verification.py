@@ -21,7 +21,7 @@ from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.outcome import VerificationOutcome
 from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
 from ocmm_core.calibration.procedure_views import LinePlan, VerificationView
-from ocmm_core.calibration.session import GuidedProcedure
+from ocmm_core.calibration.session import CameraProcedure
 from ocmm_core.calibration.session_events import (
     Decided,
     SessionLine,
@@ -57,7 +57,7 @@ PREPARE, LINES, SPHERES, RESULT = "prepare", "lines", "spheres", "result"
 _APART_MM = 5.0
 
 
-class VerificationProcedure(GuidedProcedure[VerificationEvent, VerificationOutcome]):
+class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
     kind = Kind.VERIFICATION

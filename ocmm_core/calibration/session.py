@@ -13,12 +13,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.outcome import CalibrationOutcome, VerificationOutcome
+from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.procedure import Decision, Kind, Live, ProcedureView, Step
 from ocmm_core.calibration.session_events import (
     Begun,
@@ -38,7 +38,25 @@ from ocmm_core.errors import CalibrationError, OcmmError
 
 WARMTH_STEP_K = 0.5
 
-O = TypeVar("O", CalibrationOutcome, VerificationOutcome)  # noqa: E741 - an outcome, as T is a type
+O = TypeVar("O")  # noqa: E741 - an outcome, as T is a type
+
+
+class Dated(Protocol):
+    """Something that happened at a time, ISO 8601 text."""
+
+    @property
+    def utc(self) -> str:
+        """Return when."""
+        ...
+
+
+class Store(Protocol):
+    """Where accepted results go."""
+
+    @property
+    def events(self) -> Sequence[Dated]:
+        """Return what happened, oldest first."""
+        ...
 
 
 class GuidedProcedure(ABC, Generic[E, O]):
@@ -53,7 +71,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     rig
         What the session starts from.
     store
-        Takes what is accepted.
+        Where what is accepted will be.
 
     Raises
     ------
@@ -65,7 +83,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     step_names: tuple[str, ...]
 
     def __init__(
-        self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: CalibrationStore
+        self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: Store
     ) -> None:
         if begun.rig_identity != rig.identity:
             raise CalibrationError(
@@ -75,7 +93,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 "Begin a new session.",
             )
         self.rig = rig
-        self._store = store
+        self._accepted = store
         self._chain = chain
         # With the rest of a line that a crash cut off, which the next line replaces.
         self._size = chain.path.stat().st_size
@@ -126,6 +144,10 @@ class GuidedProcedure(ABC, Generic[E, O]):
     @abstractmethod
     def _put(self, outcome: O, decided: Decided) -> None:
         """Put an accepted result into the store."""
+
+    @abstractmethod
+    def _in_force(self) -> str:
+        """Return the hash of what an accepted result would replace; empty where there is none."""
 
     @abstractmethod
     def watch(self, block: FrameBlock) -> None:
@@ -253,7 +275,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
     def _check(self, outcome: O) -> None:
         """Raise CalibrationError where a result may not be stored as things are."""
-        if self._first.running != (self._store.active_hash or "") and not self._is_stored():
+        if self._first.running != self._in_force() and not self._is_stored():
             raise CalibrationError(
                 "session.overtaken",
                 "Another calibration was put in force since this session was begun.",
@@ -262,7 +284,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
     def _is_stored(self) -> bool:
         decided = self._decided
-        return decided is not None and any(one.utc == decided.utc for one in self._store.events)
+        return decided is not None and any(one.utc == decided.utc for one in self._accepted.events)
 
     def _decide(self, decision: Decision, now: datetime, reason: str) -> Decided:
         if self._decided is not None:
@@ -315,3 +337,43 @@ class GuidedProcedure(ABC, Generic[E, O]):
             f"{self._chain.path}: this session has ended: {decided.decision.value}.",
             "Begin a new session.",
         )
+
+
+class CameraProcedure(GuidedProcedure[E, O]):
+    """A procedure about the cameras of a rig; see `GuidedProcedure`."""
+
+    def __init__(
+        self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: CalibrationStore
+    ) -> None:
+        super().__init__(chain, begun, rig, store)
+        self._store = store
+
+    def _in_force(self) -> str:
+        return self._store.active_hash or ""
+
+
+class ProbeProcedure(GuidedProcedure[E, O]):
+    """A procedure about a probe with one of its tips; see `GuidedProcedure`.
+
+    Parameters
+    ----------
+    store
+        Records of the probe.
+    tip
+        Name of the tip.
+    """
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[E]],
+        begun: Begun,
+        rig: Rig,
+        store: ProbeStore,
+        tip: str,
+    ) -> None:
+        super().__init__(chain, begun, rig, store)
+        self._store = store
+        self.tip = tip
+
+    def _in_force(self) -> str:
+        return self._store.active_hash(self.tip) or ""
