@@ -68,12 +68,18 @@ def solve(
         targets (thesis 2.4), for comparison. Its covariance is that of the former, and therefore
         too small for it.
     """
+    return solve_leds(uv, rig, body.leds_probe, body.tip_probe, sigma_px, method)
+
+
+def solve_leds(
+    uv: Float, rig: Rig, leds: Float, point: Float, sigma_px: float, method: Method = "gauss-newton"
+) -> PoseBatch:
+    """Do the same as `solve` for LEDs (L, 3) and any point (3,) that goes with them, mm."""
     outputs = allocate(len(uv))
     steps = 0 if method == "thesis" else 1
     solve_frames(
-        np.ascontiguousarray(uv), rig.packed(), body.leds_probe, body.tip_probe, sigma_px, steps,
-        *outputs,
-    )  # fmt: skip
+        np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px, steps, *outputs
+    )
     return PoseBatch(*outputs)
 
 
@@ -110,16 +116,17 @@ def triangulate(rig: Rig, spots: Float) -> Float:
 
 
 def reprojection(
-    rig: Rig, body: ProbeBody, spots: Float, rotation: Float, origin: Float
+    rig: Rig, leds: Float, spots: Float, rotation: Float, origin: Float
 ) -> tuple[Float, Float]:
     """Return residuals (m,), px, and their derivative (m, 6) by the pose, spot by spot.
 
-    The pose moves by a rotation vector (rad, world axes, about the probe origin) and a
-    translation (mm). Spots are taken camera by camera, LED by LED, u before v. Residuals are
+    The LEDs (L, 3), mm, are those of the body that stands at ``rotation`` and ``origin``. The pose
+    moves by a rotation vector (rad, world axes, about the origin of the body) and a translation
+    (mm). Spots are taken camera by camera, LED by LED, u before v. Residuals are
     formed on the ideal image and brought to pixels by the slope of the distortion.
     """
     residuals, rows = [], []
-    arms_of_all = body.leds_probe @ rotation.T
+    arms_of_all = leds @ rotation.T
     for camera, camera_spots in zip(rig.cameras, spots, strict=True):
         seen = np.isfinite(camera_spots).all(axis=1)
         arms = arms_of_all[seen]
@@ -140,7 +147,12 @@ def reprojection(
 
 def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:
     """Return d(tip)/d(pose), (3, 6), for the pose increments of `reprojection`."""
-    return np.hstack([-skew(rotation @ body.tip_probe), np.eye(3)])
+    return arm_jacobian(rotation @ body.tip_probe)
+
+
+def arm_jacobian(arm_world: Float) -> Float:
+    """Return d(point)/d(pose), (3, 6), of a point at ``arm_world`` (3,), mm, from the origin."""
+    return np.hstack([-skew(arm_world), np.eye(3)])
 
 
 def _solve_frame(
@@ -157,7 +169,7 @@ def _solve_frame(
     if np.count_nonzero(located) < 3:
         return
     rotation, origin = rigid_fit(body.leds_probe[located], positions[located])
-    residuals, rows = reprojection(rig, body, spots, rotation, origin)
+    residuals, rows = reprojection(rig, body.leds_probe, spots, rotation, origin)
     information = rows.T @ rows
     squares = float(residuals @ residuals)
     # LEDs on one line leave a pose undetermined.

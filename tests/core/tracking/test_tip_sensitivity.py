@@ -73,7 +73,7 @@ def test_tip_is_the_minimum_of_the_residuals(
 
     def residuals(pose: Float) -> Float:
         rotation = rotation_from_vector(pose[:3]) @ start.rotation_world_from_probe[0]
-        return reprojection(recommended, standard_probe, spots, rotation, pose[3:])[0]
+        return reprojection(recommended, standard_probe.leds_probe, spots, rotation, pose[3:])[0]
 
     pose = np.concatenate([np.zeros(3), start.origin_world[0]])
     best = least_squares(residuals, pose, x_scale=[1e-3] * 3 + [1.0] * 3, xtol=1e-14, ftol=1e-14)
