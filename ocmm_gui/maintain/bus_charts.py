@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log10
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
-from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.fieldbus.report import Histogram
 from ocmm_core.fieldbus.report_words import within_us
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
+from ocmm_gui.painted import Painted
+from ocmm_gui.theme import digit_font, fitted, text_font
 
 _HEAD_PX = 18.0
 _FOOT_PX = 16.0
@@ -25,7 +25,7 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
-class Chart(QWidget):
+class Chart(Painted):
     """A title at the left, a word at the right, and a plot below.
 
     Parameters
@@ -35,29 +35,13 @@ class Chart(QWidget):
     """
 
     def __init__(self, title: str) -> None:
-        super().__init__()
+        super().__init__(title, (210, 110), (120, 44))
         self._title = title
         self._word = ""
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName(title)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def word(self) -> str:
         """Return what stands at the right of the title."""
         return self._word
-
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a modest size; the layout's stretch decides."""
-        return QSize(210, 110)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be read."""
-        return QSize(120, 44)
 
     def _show_word(self, word: str) -> None:
         self._word = word
@@ -187,8 +171,7 @@ class TrendChart(Chart):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the scale and the curves."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         self._paint_head(painter)
         known = [v for curve in self._curves for v in curve.values if v is not None]
         top = _HEAD_PX + 2.0

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.fieldbus.report_words import shares, unaccounted
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+from ocmm_gui.painted import Painted
+from ocmm_gui.theme import digit_font, text_font
 
 _ROW_PX = 19.0
 _BAR_PX = 12.0
@@ -17,17 +17,15 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class CycleAccounts(QWidget):
+class CycleAccounts(Painted):
     """A bar of the four verdicts, a line for each, and their sum."""
 
     def __init__(self) -> None:
-        super().__init__()
+        high, least = (round(_BAR_PX + rows * _ROW_PX) for rows in (7.5, 6.6))
+        super().__init__("Bus cycles", (240, high), (220, least))
         self._counts = (0, 0, 0, 0)
         self._elapsed = 0
         self._gap = 0
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Bus cycles")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_report(self, report: BusReport) -> None:
         """Show the counters of a report."""
@@ -45,19 +43,6 @@ class CycleAccounts(QWidget):
         if self._gap:
             lines.append(("NO VERDICT", str(self._gap), "wrong"))
         return (*lines, ("elapsed", str(self._elapsed), "100.000 %" if self._elapsed else "–"))
-
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return the size of all lines."""
-        return QSize(240, round(_BAR_PX + 7.5 * _ROW_PX))
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which lines would be missing."""
-        return QSize(220, round(_BAR_PX + 6.6 * _ROW_PX))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the bar and the lines."""

@@ -72,8 +72,7 @@ class HistoryChart(Chart):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the scale, the limits, the days, and every course in a colour and a shape."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         self._paint_head(painter)
         box = QRectF(
             _SCALE_PX, _HEAD_PX, self.width() - _SCALE_PX - 1.0, self.height() - _HEAD_PX - _FOOT_PX

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.fieldbus.report import BusReport, CameraReport
 from ocmm_core.fieldbus.report_words import Link, WirePicture, is_present, wire_picture
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, fitted, text_font
+from ocmm_gui.painted import Painted
+from ocmm_gui.theme import fitted, text_font
 
 _WORDS_PX = 20.0
 _BOX_SHARE = 0.78
@@ -19,15 +19,12 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
-class WireView(QWidget):
+class WireView(Painted):
     """Boxes for host and cameras, lines for cables, and the same in a sentence below."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("Wire", (420, 116), (320, 100))
         self._wire: WirePicture | None = None
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Wire")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_report(self, report: BusReport) -> None:
         """Show the wire of a report."""
@@ -46,26 +43,12 @@ class WireView(QWidget):
         """Return the sentence below the picture."""
         return self._wire.words if self._wire is not None else ""
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return room for a host and two cameras."""
-        return QSize(420, 116)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which the names cannot be read."""
-        return QSize(320, 100)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint boxes, cables and the sentence."""
         wire = self._wire
         if wire is None:
             return
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         count = len(wire.cameras) + 1
         # The last box needs no cable behind it.
         pitch = self.width() / (count - 1 + _BOX_SHARE)

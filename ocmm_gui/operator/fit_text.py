@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_gui.operator.marks import Mark, paint_mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
+from ocmm_gui.painted import Painted
+from ocmm_gui.theme import digit_font, fitted, text_font
 
 
-class FitText(QWidget):
+class FitText(Painted):
     """One line in the largest type that fits, with an optional mark before it.
 
     Parameters
@@ -37,7 +37,7 @@ class FitText(QWidget):
         digits: bool = False,
         reserve: str = "",
     ) -> None:
-        super().__init__()
+        super().__init__(name, (80, 24), (20, 14))
         self._name = name
         self._limit = limit
         self._align = align
@@ -46,9 +46,6 @@ class FitText(QWidget):
         self._text = ""
         self._colour: str | None = None
         self._mark: Mark | None = None
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName(name)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_text(self, text: str, colour: str | None = None, mark: Mark | None = None) -> None:
         """Show a line; without a colour it is in the colour of text."""
@@ -61,22 +58,9 @@ class FitText(QWidget):
         """Return the line."""
         return self._text
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
     def type_pixels(self) -> int:
         """Return the pixel size that the line is painted with."""
         return self._font_size()
-
-    def sizeHint(self) -> QSize:
-        """Return a modest size; the layout's stretch decides."""
-        return QSize(80, 24)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be read."""
-        return QSize(20, 14)
 
     def _font_size(self) -> int:
         base = digit_font(10) if self._digits else text_font(10, bold=True)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
-from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.tolerances.result import CharacteristicResult
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font
+from ocmm_gui.painted import Painted
+from ocmm_gui.theme import digit_font
 from ocmm_gui.words import millimetres
 
 _MARGIN_SHARE = 0.4
@@ -68,7 +68,7 @@ def make_scale(result: CharacteristicResult, *, guarded: bool) -> BarScale:
     )
 
 
-class ToleranceBar(QWidget):
+class ToleranceBar(Painted):
     """Bar with red, amber and green fields, limits in digits and a marker with ±U.
 
     Parameters
@@ -78,12 +78,9 @@ class ToleranceBar(QWidget):
     """
 
     def __init__(self, *, guarded: bool) -> None:
-        super().__init__()
+        super().__init__("Tolerance bar", (240, 56), (160, 44))
         self._guarded = guarded
         self._result: CharacteristicResult | None = None
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Tolerance bar")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_result(self, result: CharacteristicResult | None) -> None:
         """Show a characteristic; None empties the bar."""
@@ -98,23 +95,9 @@ class ToleranceBar(QWidget):
             )
         self.update()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a size for the desk view."""
-        return QSize(240, 56)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which the limits cannot be read."""
-        return QSize(160, 44)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint fields, limits and marker."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         digits = min(max(12.0, 0.3 * self.height()), 48.0)
         bar = QRectF(0, 0.14 * self.height(), self.width(), self.height() - 1.3 * digits)
         bar.setBottom(self.height() - 1.3 * digits)

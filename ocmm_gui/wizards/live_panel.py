@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPaintEvent, QPen
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout
 
 from ocmm_core.calibration.procedure import CameraLive, Live
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import Rig
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
+from ocmm_gui.painted import Painted
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
 
 _BAR_PX, _HIGH_PX = 14.0, 112.0
 
 
-class Score(QWidget):
+class Score(Painted):
     """A large number with what it counts, and a bar that fills.
 
     Parameters
@@ -29,14 +30,11 @@ class Score(QWidget):
     """
 
     def __init__(self, name: str) -> None:
-        super().__init__()
+        super().__init__(name, (200, 110), (120, 76))
         self._name = name
         self._number = ""
         self._note = ""
         self._share = 0.0
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName(name)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_score(self, number: str, note: str, share: float) -> None:
         """Show a number, a few words below it, and how much of the whole it is, 0 to 1."""
@@ -53,23 +51,9 @@ class Score(QWidget):
         """Return the words below it."""
         return self._note
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a modest size; the layout's stretch decides."""
-        return QSize(200, 110)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which it cannot be read from the bar."""
-        return QSize(120, 76)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint name, number, words and bar."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         theme, box = self._theme, QRectF(self.rect())
         done = self._share >= 1.0
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -102,7 +86,7 @@ class Score(QWidget):
         painter.drawRoundedRect(filled, 3, 3)
 
 
-class MiniCamera(QWidget):
+class MiniCamera(Painted):
     """Where one camera sees its spots, on its whole sensor.
 
     Parameters
@@ -112,13 +96,10 @@ class MiniCamera(QWidget):
     """
 
     def __init__(self, camera: CameraModel) -> None:
-        super().__init__()
+        super().__init__(f"Camera {camera.name}", (130, 130), (60, 56))
         self._name = camera.name
         self._size = (float(camera.width), float(camera.height))
         self._live: CameraLive | None = None
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName(f"Camera {camera.name}")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_live(self, live: CameraLive | None) -> None:
         """Show the latest spots."""
@@ -126,23 +107,9 @@ class MiniCamera(QWidget):
         self.setAccessibleDescription(f"{0 if live is None else len(live.uv)} spots")
         self.update()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a modest size; the layout's stretch decides."""
-        return QSize(130, 130)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which spots cannot be told apart."""
-        return QSize(60, 56)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the sensor, its spots and how many there are."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         theme = self._theme
         count = 0 if self._live is None else len(self._live.uv)
         head = QRectF(0.0, 0.0, self.width(), 20.0)

@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QRectF, QSize
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtGui import QPainter, QPaintEvent
 
 from ocmm_core.calibration.procedure_views import Coverage, KnownPoint, LinePlan
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.painted import SCENE_LEAST, SCENE_SIZE, Painted
+from ocmm_gui.theme import Theme, text_font
 from ocmm_gui.views import shapes
 from ocmm_gui.views.point_view import upright
 from ocmm_gui.views.scene import Dots, Face, Item, Lines, Orbit, Tag, paint_scene
@@ -25,7 +24,7 @@ _CAMERA_REACH = 0.3
 Contents = Callable[[Theme], Sequence[Item]]
 
 
-class ScenePicture(QWidget):
+class ScenePicture(Painted):
     """A still 3-D picture, seen from behind the cameras and a little from above.
 
     Parameters
@@ -37,9 +36,8 @@ class ScenePicture(QWidget):
     """
 
     def __init__(self, name: str, rig: Rig) -> None:
-        super().__init__()
+        super().__init__(name, SCENE_SIZE, SCENE_LEAST)
         self._rig = rig
-        self._theme = THEMES[DEFAULT_THEME]
         self._contents: Contents = _nothing
         self._reach = shapes.box(rig.volume_world).reshape(-1, 3)
         up = upright(rig)
@@ -49,8 +47,6 @@ class ScenePicture(QWidget):
         right, _, outward = start.axes()
         azimuth = float(np.arctan2(self._seat @ right, self._seat @ outward))
         self._orbit = start.turned(azimuth + _ASIDE, _ABOVE)
-        self.setAccessibleName(name)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_contents(self, contents: Contents, description: str) -> None:
         """Show something in the volume; the description says it in words."""
@@ -58,27 +54,11 @@ class ScenePicture(QWidget):
         self.setAccessibleDescription(description)
         self.update()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a size for the window."""
-        return QSize(460, 340)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be told apart."""
-        return QSize(200, 130)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the volume and what is in it."""
         painter = QPainter(self)
         theme = self._theme
-        frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.panel))
-        painter.drawRoundedRect(frame, 6, 6)
+        frame = self._paint_panel(painter)
         inside = frame.adjusted(10, 10, -10, -10)
         arrow = self._camera_arrow()
         beyond = arrow[1] + 0.5 * (arrow[1] - arrow[0])

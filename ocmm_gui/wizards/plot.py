@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.geometry import Float
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
+from ocmm_gui.painted import Painted
+from ocmm_gui.theme import digit_font, fitted, text_font
 
 HEAD_PX, LEGEND_PX = 24.0, 24.0
 ARROW_SHARE = 0.07
@@ -18,7 +18,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class Plot(QWidget):
+class Plot(Painted):
     """A title, a word at its right, and something painted below.
 
     Parameters
@@ -28,29 +28,13 @@ class Plot(QWidget):
     """
 
     def __init__(self, name: str) -> None:
-        super().__init__()
+        super().__init__(name, (280, 220), (140, 100))
         self._title = name
         self._word = ""
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName(name)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def word(self) -> str:
         """Return what stands at the right of the title."""
         return self._word
-
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a modest size; the layout's stretch decides."""
-        return QSize(280, 220)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be told apart."""
-        return QSize(140, 100)
 
     def _say(self, word: str) -> None:
         self._word = word

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy
 
 from ocmm_core.calibration.procedure import Step
 from ocmm_gui.operator.marks import Mark, paint_mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, fitted, text_font
+from ocmm_gui.painted import Painted
+from ocmm_gui.theme import fitted, text_font
 
 _ROW_PX, _MARK_PX = 66.0, 30.0
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
-class Rail(QWidget):
+class Rail(Painted):
     """One row for each step: a mark, its title and its count."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("Steps", (180, round(5 * _ROW_PX)), (140, 160))
         self._steps: tuple[Step, ...] = ()
         self._current = 0
         self._ended = False
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Steps")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
 
     def show_steps(self, steps: Sequence[Step], current: int, *, ended: bool) -> None:
@@ -37,23 +36,9 @@ class Rail(QWidget):
             self.setAccessibleDescription(f"Step {current + 1} of {len(steps)}: {step.title}")
             self.update()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return the size of five steps."""
-        return QSize(180, round(5 * _ROW_PX))
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which titles cannot be read."""
-        return QSize(140, 160)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the rows."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         theme = self._theme
         row = min(_ROW_PX, self.height() / max(len(self._steps), 1))
         for index, step in enumerate(self._steps):

@@ -6,15 +6,16 @@ from collections.abc import Sequence
 from math import cos, radians, sin
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout
 
 from ocmm_core.calibration.procedure_views import RelocationView, Tilt
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.operator.marks import Mark, paint_mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, fitted, text_font
+from ocmm_gui.painted import SCENE_LEAST, SCENE_SIZE, Painted
+from ocmm_gui.theme import fitted, text_font
 from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.live_panel import Score
 from ocmm_gui.wizards.pages import CollectPage
@@ -37,14 +38,12 @@ _EXAMPLES = (
 """Middle and direction of placements, in halves of the volume: advice, not a rule."""
 
 
-class TiltRow(QWidget):
+class TiltRow(Painted):
     """How the probe was held, and which ways are missing."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("Ways of holding the probe", (400, _TILT_PX), (200, _TILT_PX))
         self._tilts: tuple[Tilt, ...] = ()
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Ways of holding the probe")
         self.setFixedHeight(_TILT_PX)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -56,15 +55,9 @@ class TiltRow(QWidget):
             self.setAccessibleDescription(", ".join(words))
             self.update()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint a small probe for each way, its name and its count."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         theme, count = self._theme, max(len(self._tilts), 1)
         wide = (self.width() - 6.0 * (count - 1)) / count
         for index, tilt in enumerate(self._tilts):
@@ -184,16 +177,13 @@ class BarPage(CollectPage):
             self.picture.show_contents(bars(places, current), words)
 
 
-class SeatPicture(QWidget):
+class SeatPicture(Painted):
     """The points that the ball is put into, in their order."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("Points of the world frame", SCENE_SIZE, SCENE_LEAST)
         self._names: tuple[str, ...] = ()
         self._taken = 0
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Points of the world frame")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_seats(self, names: Sequence[str], taken: int) -> None:
         """Show the points by name; the first ``taken`` of them are done."""
@@ -202,24 +192,11 @@ class SeatPicture(QWidget):
             self.setAccessibleDescription(f"{taken} of {len(names)} points are taken")
             self.update()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a size for the window."""
-        return QSize(460, 340)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint one row for each point, or that there is nothing to do."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         theme = self._theme
-        frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.panel))
-        painter.drawRoundedRect(frame, 6, 6)
+        frame = self._paint_panel(painter)
         inside = frame.adjusted(24.0, 16.0, -24.0, -16.0)
         if not self._names:
             painter.setFont(text_font(22))

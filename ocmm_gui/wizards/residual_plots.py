@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QPaintEvent, QPen
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.calibration.outcome import CameraResiduals
@@ -61,8 +61,7 @@ class SensorArrows(Plot):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint sensor, arrows and their scale."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         box = self._paint_head(painter, lines=2).adjusted(1.0, 0.0, -1.0, -LEGEND_PX)
         wide, high = self._size
         scale = min(box.width() / wide, box.height() / high)
@@ -146,8 +145,7 @@ class Histogram(Plot):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the bars, the curve and the scale."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         box = self._paint_head(painter).adjusted(8.0, 8.0, -8.0, -26.0)
         theme = self._theme
         painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))

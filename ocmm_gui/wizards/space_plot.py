@@ -50,8 +50,7 @@ class SpaceArrows(Plot):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint both pictures and the scale of the arrows."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         box = self._paint_head(painter).adjusted(0.0, 0.0, 0.0, -LEGEND_PX)
         if not len(self._places):
             return

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.calibration.procedure_views import VerificationView
 from ocmm_core.camera.rig import Rig
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.painted import SCENE_LEAST, SCENE_SIZE, Painted
+from ocmm_gui.theme import text_font
 from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.pages import CollectPage
 
@@ -21,16 +21,13 @@ _TILT = 0.42
 """How far the pole leans towards the eye, sine."""
 
 
-class SpherePicture(QWidget):
+class SpherePicture(Painted):
     """A half sphere with the places where it should be touched, from the pole to the equator."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("Where to touch the sphere", SCENE_SIZE, SCENE_LEAST)
         self._taken = 0
         self._title = ""
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Where to touch the sphere")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_taken(self, taken: int, title: str) -> None:
         """Show how many points were taken; their places are advice, not a rule."""
@@ -39,24 +36,11 @@ class SpherePicture(QWidget):
             self.setAccessibleDescription(f"{title}: {taken} points")
             self.update()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """Return a size for the window."""
-        return QSize(460, 340)
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the sphere on its stem, and the places."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         theme = self._theme
-        frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.panel))
-        painter.drawRoundedRect(frame, 6, 6)
+        frame = self._paint_panel(painter)
         painter.setPen(QColor(theme.text))
         painter.setFont(text_font(17, bold=True))
         painter.drawText(

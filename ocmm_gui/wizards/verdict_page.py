@@ -45,8 +45,7 @@ class ErrorChart(Plot):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint limits as a band, and every error as a dot with its uncertainty."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -24.0)
         theme, checks = self._theme, self._checks
         if not checks:
