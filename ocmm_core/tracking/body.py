@@ -186,10 +186,7 @@ def load_probe(path: Path | str) -> ProbeBody:
                 [np.full(leds.size, document.led_sigma**2), np.square(document.tip_sigma)]
             )
         ),
-        rules=tuple(
-            (unit(np.array(rule.probe_axis)), unit(np.array(rule.world_direction)))
-            for rule in document.orientation_rules
-        ),
+        rules=unit_rules(document.orientation_rules),
         identity=digest(path),
     )
     worst = nearest_ambiguity(body)
@@ -226,14 +223,15 @@ def satisfies_rules(
     return kept
 
 
-def nearest_ambiguity(body: ProbeBody) -> Ambiguity | None:
+def nearest_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
     """Return the wrong labelling with the smallest rigid residual that the rules do not exclude.
 
-    A rule excludes a labelling if the body, turned by that labelling's motion, breaks the rule in
+    Where the body has no tip, the error is that of the middle of its LEDs. A rule excludes a labelling if the body, turned by that labelling's motion, breaks the rule in
     every attitude that keeps it; that is so when the motion reverses the rule's axis.
     """
     worst: Ambiguity | None = None
-    leds = body.leds_probe
+    leds = body.leds_probe if isinstance(body, ProbeBody) else body.leds_body
+    tip = body.tip_probe if isinstance(body, ProbeBody) else leds.mean(axis=0)
     identity = tuple(range(body.n_leds))
     distances = np.linalg.norm(leds[:, None] - leds[None], axis=2)
     for labels in permutations(identity):
@@ -249,8 +247,8 @@ def nearest_ambiguity(body: ProbeBody) -> Ambiguity | None:
         miss = leds @ rotation.T + translation - leds[list(labels)]
         residual = float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
         if worst is None or residual < worst.residual_mm:
-            moved = rotation @ body.tip_probe + translation
-            worst = Ambiguity(labels, residual, float(np.linalg.norm(moved - body.tip_probe)))
+            moved = rotation @ tip + translation
+            worst = Ambiguity(labels, residual, float(np.linalg.norm(moved - tip)))
     return worst
 
 
@@ -281,49 +279,89 @@ def _distances(leds: Float) -> Float:
     return between
 
 
-def _check(path: Path, document: ProbeDocument) -> None:
-    count = len(document.leds)
+def check_leds(
+    path: Path, what: str, leds: Sequence[LedEntry], rules: Sequence[tuple[str, Vector3]] = ()
+) -> None:
+    """Refuse LEDs of which no body can be made.
+
+    Parameters
+    ----------
+    path, what
+        The document and what it describes, ``"probe"`` or ``"reference"``.
+    leds
+        As written down.
+    rules
+        Directions of orientation rules by field.
+
+    Raises
+    ------
+    InputError
+        They are too few or too many, in one place, on one line, or a direction is a zero vector.
+    """
+    count = len(leds)
     if not MIN_LEDS <= count <= MAX_SLOTS:
         raise InputError(
-            "probe.leds",
-            f"{path}: the probe has {count} LED(s).",
+            f"{what}.leds",
+            f"{path}: the {what} has {count} LED(s).",
             f"Give {MIN_LEDS} to {MAX_SLOTS} LEDs.",
         )
+    directions = [(f"leds[{i}].direction", led.direction) for i, led in enumerate(leds)]
+    for field, direction in (*directions, *rules):
+        if np.linalg.norm(direction) < 1e-9:
+            raise InputError(
+                f"{what}.direction",
+                f"{path}: field '{field}' is a zero vector, which has no direction.",
+                "Give the direction; its length does not matter.",
+            )
+    positions = np.array([led.position for led in leds])
+    distances = _distances(positions) + 1e9 * np.eye(count)
+    if distances.min() < 5.0:
+        first, second = np.unravel_index(int(distances.argmin()), distances.shape)
+        raise InputError(
+            f"{what}.leds",
+            f"{path}: leds[{min(first, second)}] and leds[{max(first, second)}] are "
+            f"{distances.min():.2f} mm apart.",
+            "Place LEDs at least 5 mm apart, so that each gives its own spot.",
+        )
+    # RMS distance of the LEDs from the line that fits them best.
+    spread = np.linalg.svd(positions - positions.mean(axis=0))[1]
+    width = float(np.linalg.norm(spread[1:])) / np.sqrt(count)
+    if width < MIN_WIDTH_MM:
+        raise InputError(
+            f"{what}.leds",
+            f"{path}: the LEDs stand within {width:.2f} mm (RMS) of one line.",
+            f"Place them at least {MIN_WIDTH_MM:g} mm from it, or the turn about it stays unknown.",
+        )
+
+
+def rule_directions(rules: Sequence[OrientationRule]) -> list[tuple[str, Vector3]]:
+    """Return the directions of orientation rules by field, for `check_leds`."""
+    return [
+        (f"orientation_rules[{index}].{name}", direction)
+        for index, rule in enumerate(rules)
+        for name, direction in (
+            ("probe_axis", rule.probe_axis),
+            ("world_direction", rule.world_direction),
+        )
+    ]
+
+
+def unit_rules(rules: Sequence[OrientationRule]) -> tuple[tuple[Float, Float], ...]:
+    """Return orientation rules as pairs of unit vectors, as the bodies hold them."""
+    return tuple(
+        (unit(np.array(rule.probe_axis)), unit(np.array(rule.world_direction))) for rule in rules
+    )
+
+
+def _check(path: Path, document: ProbeDocument) -> None:
+    check_leds(path, "probe", document.leds, rule_directions(document.orientation_rules))
     if not 0.0 < document.tip_diameter < 100.0:
         raise InputError(
             "probe.tip_diameter",
             f"{path}: field 'tip_diameter' is {document.tip_diameter} mm.",
             "Give the calibrated ball diameter in millimetres.",
         )
-    directions = [(f"leds[{i}].direction", led.direction) for i, led in enumerate(document.leds)]
-    for index, rule in enumerate(document.orientation_rules):
-        directions.append((f"orientation_rules[{index}].probe_axis", rule.probe_axis))
-        directions.append((f"orientation_rules[{index}].world_direction", rule.world_direction))
-    for field, direction in directions:
-        if np.linalg.norm(direction) < 1e-9:
-            raise InputError(
-                "probe.direction",
-                f"{path}: field '{field}' is a zero vector, which has no direction.",
-                "Give the direction; its length does not matter.",
-            )
     leds = np.array([led.position for led in document.leds])
-    distances = np.linalg.norm(leds[:, None] - leds[None], axis=2) + 1e9 * np.eye(count)
-    if distances.min() < 5.0:
-        first, second = np.unravel_index(int(distances.argmin()), distances.shape)
-        raise InputError(
-            "probe.leds",
-            f"{path}: leds[{min(first, second)}] and leds[{max(first, second)}] are "
-            f"{distances.min():.2f} mm apart.",
-            "Place LEDs at least 5 mm apart, so that each gives its own spot.",
-        )
-    # RMS distance of the LEDs from the line that fits them best.
-    width = float(np.linalg.norm(np.linalg.svd(leds - leds.mean(axis=0))[1][1:])) / np.sqrt(count)
-    if width < MIN_WIDTH_MM:
-        raise InputError(
-            "probe.leds",
-            f"{path}: the LEDs stand within {width:.2f} mm (RMS) of one line.",
-            f"Place them at least {MIN_WIDTH_MM:g} mm from it, or the turn about it stays unknown.",
-        )
     if float(np.linalg.norm(leds - np.array(document.tip), axis=1).max()) > 1000.0:
         raise InputError(
             "probe.size",

@@ -131,7 +131,7 @@ def pose_sensitivity(spots: Float, rig: Rig, leds: Float) -> PoseSensitivity:
         if np.abs(step).max() < _STEP_LIMIT:
             break
     _, rows = reprojection(rig, leds, spots, rotation, origin)
-    by_spots: Float = np.linalg.solve(rows.T @ rows, rows.T)
+    by_spots: Float = np.linalg.solve(rows.T @ rows, rows.T).astype(np.float64)
 
     seen = np.isfinite(spots).all(axis=2)
     camera_of, led_of = np.nonzero(seen)
