@@ -1,0 +1,235 @@
+"""Bending of a stylus and a probe body as one stepped and tapered beam (thesis, appendix B).
+
+The beam lies along the probe: the ball's centre is at zero, the handle somewhere behind it. Its
+sections are solid or hollow bars, or sandwich panels whose core carries no load. Everything is
+integrated on a grid that has a point on both sides of every step, which is exact but for the taper
+(trapezia, below 1e-5 of the result). Lengths are mm, forces N, stiffness N mm^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+
+GRAVITY = 9.80665
+"""m/s^2; the thesis takes 9.8."""
+
+_STEPS = 400
+"""Of each section."""
+_MM3_PER_M3 = 1e9
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """A round section, from ``start_mm`` to ``end_mm``; its diameters run evenly between the ends.
+
+    Attributes
+    ----------
+    diameter_mm, bore_mm
+        Outside and inside, at the start and at the end.
+    density
+        kg/m^3.
+    modulus
+        Young's modulus, N/mm^2.
+    """
+
+    start_mm: float
+    end_mm: float
+    diameter_mm: tuple[float, float]
+    bore_mm: tuple[float, float]
+    density: float
+    modulus: float
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """A sandwich of two faces and a core; its width runs evenly between the ends.
+
+    Attributes
+    ----------
+    width_mm
+        At the start and at the end.
+    core_mm, face_mm
+        Thickness of the core, and of one face.
+    density, core_density
+        kg/m^3: of the faces and of the core.
+    modulus
+        Young's modulus of the faces, N/mm^2.
+    """
+
+    start_mm: float
+    end_mm: float
+    width_mm: tuple[float, float]
+    core_mm: float
+    face_mm: float
+    density: float
+    core_density: float
+    modulus: float
+
+
+Section: TypeAlias = Bar | Panel
+
+
+@dataclass(frozen=True, slots=True)
+class Beam:
+    """Sections on a grid of n places.
+
+    Attributes
+    ----------
+    x_mm
+        (n,): places from the ball's centre; every step between sections is there twice.
+    load
+        (n,): weight of a length, N/mm.
+    soft, stiff
+        (n,): bending stiffness E I across the panel and along it, N mm^2; the same for bars.
+    axial
+        (n,): stiffness E A against tension, N.
+    """
+
+    x_mm: Float
+    load: Float
+    soft: Float
+    stiff: Float
+    axial: Float
+
+    @property
+    def weight(self) -> float:
+        """Return the weight, N."""
+        return float(_running(self.load, self.x_mm)[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class Deflection:
+    """How a beam bends.
+
+    Attributes
+    ----------
+    x_mm
+        (n,): places.
+    moment
+        (n,): bending moment, N mm.
+    deflection_mm, slope
+        (n,): across the beam, and its derivative along it.
+    reactions
+        N: of the supports, in their order.
+    """
+
+    x_mm: Float
+    moment: Float
+    deflection_mm: Float
+    slope: Float
+    reactions: tuple[float, ...]
+
+    def at(self, x_mm: Float) -> tuple[Float, Float]:
+        """Return deflection, mm, and slope at places (m,); straight on beyond the ends."""
+        inside = np.clip(x_mm, self.x_mm[0], self.x_mm[-1])
+        slope = np.interp(inside, self.x_mm, self.slope)
+        bent: Float = np.interp(inside, self.x_mm, self.deflection_mm) + slope * (x_mm - inside)
+        return bent, slope
+
+
+def make_beam(sections: Sequence[Section], gravity: float = GRAVITY) -> Beam:
+    """Return a beam of sections that follow each other without gaps."""
+    pieces = [_piece(section, gravity) for section in sections]
+    return Beam(*(np.concatenate([piece[row] for piece in pieces]) for row in range(5)))
+
+
+def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
+    """Return how a level beam on two supports bends under its own weight (appendix B.1).
+
+    It bends across its soft direction. Deflections are positive downwards and zero at the supports.
+    """
+    x = beam.x_mm
+    first, second = supports_mm
+    weight = beam.weight
+    about_first = float(_running(beam.load * (x - first), x)[-1])
+    reactions = (weight - about_first / (second - first), about_first / (second - first))
+    shear = _running(beam.load, x)
+    moment = _running(shear, x)
+    for place, force in zip(supports_mm, reactions, strict=True):
+        moment = moment - force * np.maximum(x - place, 0.0)
+    slope = _running(-moment / beam.soft, x)
+    bent = _running(slope, x)
+    # A straight line is free: it is laid through both supports.
+    at = np.interp(supports_mm, x, bent)
+    tilt = (at[1] - at[0]) / (second - first)
+    return Deflection(
+        x, moment, bent - at[0] - tilt * (x - first), slope - tilt, tuple(map(float, reactions))
+    )
+
+
+def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
+    """Return how the beam bends under 1 N on the ball, across it, held firmly at one place.
+
+    Deflections are positive along the force. What lies behind the hold stays where it is.
+
+    Parameters
+    ----------
+    held_mm
+        Where the hand holds it.
+    stiff
+        Whether the force acts along the panel instead of across it.
+    """
+    x = beam.x_mm
+    moment = np.maximum(x, 0.0)
+    curvature = moment / (beam.stiff if stiff else beam.soft)
+    slope = _running(curvature, x)
+    bent = _running(slope, x)
+    tilt = float(np.interp(held_mm, x, slope))
+    bent = bent - float(np.interp(held_mm, x, bent)) - tilt * (x - held_mm)
+    free = x < held_mm
+    return Deflection(x, moment * free, bent * free, (slope - tilt) * free, (-1.0,))
+
+
+def compression(beam: Beam, from_mm: float, to_mm: float) -> float:
+    """Return by how much the beam gets shorter between two places under 1 N along it, mm."""
+    run = _running(1.0 / beam.axial, beam.x_mm)
+    low, high = np.interp((from_mm, to_mm), beam.x_mm, run)
+    return float(high - low)
+
+
+def upright_shortening(beam: Beam) -> float:
+    """Return by how much the beam gets shorter standing on the ball (appendix B.2), mm."""
+    above = beam.weight - _running(beam.load, beam.x_mm)
+    return float(_running(above / beam.axial, beam.x_mm)[-1])
+
+
+def _running(values: Float, x_mm: Float) -> Float:
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(x_mm)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _piece(section: Section, gravity: float) -> tuple[Float, Float, Float, Float, Float]:
+    x = np.linspace(section.start_mm, section.end_mm, _STEPS + 1)
+    share = np.linspace(0.0, 1.0, _STEPS + 1)
+    heavy = gravity * section.density / _MM3_PER_M3
+    if isinstance(section, Bar):
+        outer = _between(section.diameter_mm, share)
+        inner = _between(section.bore_mm, share)
+        area = 0.25 * np.pi * (outer**2 - inner**2)
+        inertia = np.pi / 64.0 * (outer**4 - inner**4)
+        bending = section.modulus * inertia
+        return x, heavy * area, bending, bending, section.modulus * area
+    width = _between(section.width_mm, share)
+    inside, outside = 0.5 * section.core_mm, 0.5 * section.core_mm + section.face_mm
+    faces = 2.0 * section.face_mm * width
+    across = 2.0 / 3.0 * width * (outside**3 - inside**3)
+    core = gravity * section.core_density / _MM3_PER_M3 * section.core_mm * width
+    along = faces * width**2 / 12.0
+    return (
+        x,
+        heavy * faces + core,
+        section.modulus * across,
+        section.modulus * along,
+        section.modulus * faces,
+    )
+
+
+def _between(ends: tuple[float, float], share: Float) -> Float:
+    values: Float = ends[0] + (ends[1] - ends[0]) * share
+    return values

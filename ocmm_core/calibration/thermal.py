@@ -1,0 +1,120 @@
+"""Thermal growth of a stylus and a probe body (thesis, appendix A, generalised).
+
+The probe is taken as a chain of layers along its axis, each with the expansion of its material. A
+point moves along the axis by the growth of everything between it and the ball's centre, and
+across it as the layer grows in which it stands. All of the probe is equally warm: a hand that warms
+one side bends the body, and that is not computed here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+
+REFERENCE_C = 20.0
+"""Reference temperature of lengths (ISO 1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Temperature:
+    """How warm something is.
+
+    Attributes
+    ----------
+    celsius
+        Degrees.
+    sigma_k
+        Standard uncertainty, with that of the place where it was measured, K.
+    origin
+        Where the number comes from, in words.
+    """
+
+    celsius: float
+    sigma_k: float
+    origin: str
+
+
+@dataclass(frozen=True, slots=True)
+class Expansion:
+    """Thermal expansion of a material.
+
+    Attributes
+    ----------
+    name
+        Of the material.
+    per_k
+        Relative growth of a length, 1/K.
+    sigma_per_k
+        Its standard uncertainty, 1/K.
+    """
+
+    name: str
+    per_k: float
+    sigma_per_k: float
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """A piece of the chain, from ``start_mm`` to ``end_mm`` behind the ball's centre."""
+
+    start_mm: float
+    end_mm: float
+    material: Expansion
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Layers that follow each other without gaps, from the ball on.
+
+    Attributes
+    ----------
+    axis_probe
+        (3,), unit: from the ball's centre along the probe.
+    layers
+        The first one begins at the ball or before it.
+    """
+
+    axis_probe: Float
+    layers: tuple[Layer, ...]
+
+    @property
+    def materials(self) -> tuple[Expansion, ...]:
+        """Return every material once; layers of one material have one and the same expansion."""
+        return tuple(dict.fromkeys(layer.material for layer in self.layers))
+
+    @property
+    def growth_per_k(self) -> float:
+        """Return by how much the whole chain gets longer, mm/K (appendix A: 1.75 um/K)."""
+        return sum(layer.material.per_k * (layer.end_mm - layer.start_mm) for layer in self.layers)
+
+
+def strain_shapes(chain: Chain, from_tip: Float) -> Float:
+    """Return how points move against the ball's centre where a material grows.
+
+    Parameters
+    ----------
+    from_tip
+        (n, 3), mm, probe frame: from the ball's centre to the points.
+
+    Returns
+    -------
+    numpy.ndarray
+        (m, n, 3): for each of `Chain.materials`, mm for a relative growth of one.
+    """
+    along = from_tip @ chain.axis_probe
+    across = from_tip - along[:, None] * chain.axis_probe
+    shapes = np.zeros((len(chain.materials), len(from_tip), 3))
+    last = len(chain.layers) - 1
+    for index, layer in enumerate(chain.layers):
+        # Beyond its ends the chain goes on as its first and last layer.
+        start = -np.inf if index == 0 else layer.start_mm
+        end = np.inf if index == last else layer.end_mm
+        passed = np.clip(along, start, end) - np.clip(0.0, start, end)
+        stands = (along >= start) & (along < end)
+        shapes[chain.materials.index(layer.material)] += (
+            passed[:, None] * chain.axis_probe + stands[:, None] * across
+        )
+    return shapes
