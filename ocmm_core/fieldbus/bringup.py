@@ -148,11 +148,11 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     for interface in settings.interfaces:
         check_interface(interface, force=settings.force)
     before, session.serials = session.serials, ()
-    _await_devices(settings)
-    session.serials = before
-    yield BusPhase.SCAN
     # An end of the ring without link leaves a line, which needs no redundancy.
     live = _live_interfaces(settings)
+    _await_devices(settings, live)
+    session.serials = before
+    yield BusPhase.SCAN
     session.ring_is_line = len(live) < len(settings.interfaces)
     master = session.master = Master(*live)
     master.find()
@@ -197,9 +197,9 @@ def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
     return tuple(live) or (settings.interface,)
 
 
-def _await_devices(settings: BusSettings) -> None:
+def _await_devices(settings: BusSettings, live: tuple[str, ...]) -> None:
     """Ask with one frame of our own whether anybody is there, before pysoem waits for them."""
-    port = Port(_live_interfaces(settings))
+    port = Port(live)
     try:
         trouble = port.link_trouble()
         if trouble:

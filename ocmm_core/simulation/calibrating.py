@@ -20,7 +20,6 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera.model import CameraModel, on_sensor, project
 from ocmm_core.camera.rig import MAX_SLOTS, Rig, Vector3, load_rig
-from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, rotation_from_vector, unit
 from ocmm_core.simulation import kernels
 from ocmm_core.simulation.attitude import attitude_at
@@ -270,25 +269,6 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
             self.options,
             self.moved,
         )
-
-
-def calibrating_from_json(text: str) -> CalibratingRig:
-    """Return the rig that a script (`CalibratingScript.to_json`) describes.
-
-    Raises
-    ------
-    InputError
-        The text is no such script, or one of its documents cannot be used.
-    """
-    try:
-        script = msgspec.json.decode(text, type=CalibratingScript)
-    except msgspec.DecodeError as error:
-        raise InputError(
-            "simulation.script",
-            f"The script of the virtual rig cannot be read: {error}.",
-            "Start the virtual rig again with the ocmm command.",
-        ) from error
-    return script.build()
 
 
 def move_cameras(cameras: tuple[CameraModel, ...], move: FrameMove) -> tuple[CameraModel, ...]:

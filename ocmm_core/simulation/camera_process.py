@@ -90,16 +90,17 @@ def make_provider(text: bytes) -> CameraFrames:
         pattern = msgspec.json.decode(text, type=_Pattern)
     except msgspec.DecodeError:
         # The physics needs a compiler; the test pattern must not pay for that.
-        from ocmm_core.simulation.calibrating import calibrating_from_json
-        from ocmm_core.simulation.pixel_frames import pixel_provider_from_json
-        from ocmm_core.simulation.rig import provider_from_json
+        from ocmm_core.simulation.calibrating import CalibratingScript
+        from ocmm_core.simulation.pixel_frames import PixelScript
+        from ocmm_core.simulation.rig import RigScript, decode_script
 
-        words = text.decode("utf-8")
         fields = msgspec.json.decode(text)
-        if isinstance(fields, dict) and "calibrating" in fields:
-            return calibrating_from_json(words)
-        with_pixels = isinstance(fields, dict) and "pixels" in fields
-        return pixel_provider_from_json(words) if with_pixels else provider_from_json(words)
+        names = fields if isinstance(fields, dict) else {}
+        if "calibrating" in names:
+            return decode_script(text, CalibratingScript).build()
+        if "pixels" in names:
+            return decode_script(text, PixelScript).build()
+        return decode_script(text, RigScript).build()
     return TestPattern() if pattern.pattern == "test" else ClockPattern()
 
 

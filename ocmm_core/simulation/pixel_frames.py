@@ -290,25 +290,6 @@ class PixelScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return PixelFrames(self.script.build(), self.pixels)
 
 
-def pixel_provider_from_json(text: str) -> PixelFrames:
-    """Return the cameras that a script (`PixelScript.to_json`) describes.
-
-    Raises
-    ------
-    InputError
-        The text is no such script, or one of its documents cannot be used.
-    """
-    try:
-        script = msgspec.json.decode(text, type=PixelScript)
-    except msgspec.DecodeError as error:
-        raise InputError(
-            "simulation.script",
-            f"The script of the virtual sensors cannot be read: {error}.",
-            "Start the virtual rig again with the ocmm command.",
-        ) from error
-    return script.build()
-
-
 def _matched(spots: SpotOptions, sensor: SensorOptions) -> SpotOptions:
     """Return the options of a camera whose maker knows its sensor."""
     gain = sensor.electrons_per_count

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -30,6 +31,9 @@ from ocmm_core.simulation.world import (
     white_noise,
 )
 from ocmm_core.tracking.body import ProbeBody, load_probe
+
+S = TypeVar("S", bound=msgspec.Struct)
+"""Kinds of scripts."""
 
 CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
 """Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera."""
@@ -330,20 +334,19 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         )
 
 
-def provider_from_json(text: str) -> VirtualRig:
-    """Return the rig that a script (`RigScript.to_json`) describes.
+def decode_script(text: str | bytes, kind: type[S]) -> S:
+    """Return the script in ``text``.
 
     Raises
     ------
     InputError
-        The text is no such script, or one of its documents cannot be used.
+        The text is no such script.
     """
     try:
-        script = msgspec.json.decode(text, type=RigScript)
+        return msgspec.json.decode(text, type=kind)
     except msgspec.DecodeError as error:
         raise InputError(
             "simulation.script",
             f"The script of the virtual rig cannot be read: {error}.",
             "Start the virtual rig again with the ocmm command.",
         ) from error
-    return script.build()

@@ -15,7 +15,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.simulation.artefacts import Part
-from ocmm_core.simulation.rig import RigScript, VirtualRig, provider_from_json
+from ocmm_core.simulation.rig import RigScript, VirtualRig, decode_script
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
 from ocmm_core.tracking.body import ProbeBody, load_probe
 
@@ -69,7 +69,7 @@ def test_a_rig_built_from_its_script_in_words_sees_the_same(make_rig: MakeRig) -
         seed=1,
         options=options,
     )
-    built = provider_from_json(script.to_json())
+    built = decode_script(script.to_json(), RigScript).build()
     here = make_rig(options=options)
     assert built.n_frames == here.n_frames
     np.testing.assert_array_equal(
@@ -80,7 +80,7 @@ def test_a_rig_built_from_its_script_in_words_sees_the_same(make_rig: MakeRig) -
 @pytest.mark.parametrize("text", ["", "{}", '{"rig": 1}', "not json"])
 def test_a_script_that_cannot_be_read_says_so(text: str) -> None:
     with pytest.raises(InputError, match="script of the virtual rig cannot be read"):
-        provider_from_json(text)
+        decode_script(text, RigScript)
 
 
 def test_spots_are_the_projections_of_the_true_leds(make_rig: MakeRig) -> None:
