@@ -9,17 +9,23 @@ from __future__ import annotations
 import multiprocessing
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from ocmm_core.calibration.outcome import CalibrationOutcome, VerificationOutcome
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_gui.wizards.driver import ShownProcedure
 
-Answer = CalibrationOutcome | VerificationOutcome | tuple[str, str, str]
-"""What the process sends: a result, or code, sentence and remedy of an error."""
-
 _LOOK_S = 0.05
 _END_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Failed:
+    """An `OcmmError` on its way to the window."""
+
+    code: str
+    what: str
+    remedy: str
 
 
 class ProcessCalculation:
@@ -48,7 +54,7 @@ class ProcessCalculation:
         """Make `run` end early; any thread may call."""
         self._given_up.set()
 
-    def _elsewhere(self) -> CalibrationOutcome | VerificationOutcome:
+    def _elsewhere(self) -> object:
         context = multiprocessing.get_context("spawn")
         receiver, sender = context.Pipe(duplex=False)
         process = context.Process(
@@ -64,7 +70,7 @@ class ProcessCalculation:
                         "The calculation was given up.",
                         "Calculate again when you are ready.",
                     )
-            answer: Answer = receiver.recv()
+            answer: object = receiver.recv()
         except EOFError as error:
             raise CalibrationError(
                 "calculation.died",
@@ -79,14 +85,14 @@ class ProcessCalculation:
                 process.join()
             process.close()
             receiver.close()
-        if isinstance(answer, tuple):
-            raise CalibrationError(*answer)
+        if isinstance(answer, _Failed):
+            raise CalibrationError(answer.code, answer.what, answer.remedy)
         return answer
 
 
 def _calculate(resume: Callable[[], ShownProcedure], sender: Connection) -> None:
     """Resume, calculate and answer; what runs in the process."""
-    answer: Answer
+    answer: object
     try:
         procedure = resume()
         procedure.compute()
@@ -97,6 +103,6 @@ def _calculate(resume: Callable[[], ShownProcedure], sender: Connection) -> None
             )
         answer = outcome
     except OcmmError as error:
-        answer = (error.code, error.what, error.remedy)
+        answer = _Failed(error.code, error.what, error.remedy)
     sender.send(answer)
     sender.close()

@@ -19,12 +19,7 @@ from typing import Any, Protocol, TypeAlias
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.procedure import Decision, Procedure
-from ocmm_core.calibration.procedure_views import (
-    KnownPointsView,
-    RelocationView,
-    VerificationView,
-)
+from ocmm_core.calibration.procedure import Decision, Procedure, ProcedureView
 from ocmm_core.errors import OcmmError
 
 LOOK_S = 0.02
@@ -44,7 +39,6 @@ PREDICT_S = 2.0
 CLOSE_LIMIT_S = 3.0
 """How long a command that is under way may take when the wizard is left."""
 
-AnyView: TypeAlias = KnownPointsView | RelocationView | VerificationView
 Watcher: TypeAlias = Callable[[FrameBlock], None]
 Tap: TypeAlias = Callable[[Watcher | None], None]
 """Sends every block of frames to a watcher from now on, or to nobody."""
@@ -54,11 +48,25 @@ Warmth: TypeAlias = Callable[[], Sequence[float | None]]
 _log = logging.getLogger(__name__)
 
 
+class ShownView(Protocol):
+    """What the snapshots of all procedures have."""
+
+    @property
+    def base(self) -> ProcedureView:
+        """Return what all of them show."""
+        ...
+
+    @property
+    def outcome(self) -> object | None:
+        """Return the result; None before it was calculated."""
+        ...
+
+
 class ShownProcedure(Procedure, Protocol):
     """A procedure with its snapshot."""
 
     @property
-    def view(self) -> AnyView:
+    def view(self) -> ShownView:
         """Return the snapshot."""
         ...
 
@@ -97,7 +105,7 @@ class Seen:
         For how long a calculation has been running, s; None where none is.
     """
 
-    view: AnyView
+    view: ShownView
     automatic: bool
     calculating_s: float | None
 

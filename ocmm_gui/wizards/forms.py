@@ -1,4 +1,4 @@
-"""What the wizards are called, what they are for, and what is filled in before they begin."""
+"""What is filled in before a session of a wizard begins."""
 
 from __future__ import annotations
 
@@ -31,23 +31,6 @@ class Field:
     proposal: str = ""
     choices: tuple[tuple[str, str], ...] = ()
 
-
-TITLES = {
-    Kind.KNOWN_POINTS: "Calibrate cameras",
-    Kind.RELOCATION: "Relocate",
-    Kind.VERIFICATION: "Verify",
-}
-
-PURPOSES = {
-    Kind.KNOWN_POINTS: "A machine that knows its position brings one bright target to every point "
-    "of a list, through the whole depth of the volume. From what the cameras see there follow "
-    "their lenses and where they stand.",
-    Kind.RELOCATION: "After the frame or a camera was moved: wave the probe through the volume, "
-    "show the length bar, touch the control points. No measuring machine is needed.",
-    Kind.VERIFICATION: "An independent check: put the ball into the nests of a certified length "
-    "bar along seven lines, and touch a certified sphere. Only a calibration that passed may be "
-    "used.",
-}
 
 WHO = Field("who", "Done by", "Your name; it goes into the record")
 _WARMTH = Field(

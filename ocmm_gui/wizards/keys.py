@@ -24,10 +24,10 @@ WIZARD_ACTIONS = (
     ActionInfo("accept", "Accept", "Put the result in force", ("A",)),
     ActionInfo("keep", "Keep the old", "End, and leave everything as it was", ("K",)),
     ActionInfo("leave", "Leave", "Go back to the pages; the session can be resumed", ("Esc",)),
-    ActionInfo("plot1", "Sensors", "Show the residuals on the sensors", ("1",)),
-    ActionInfo("plot2", "Histogram", "Show how large the residuals are", ("2",)),
-    ActionInfo("plot3", "Space", "Show the errors in space", ("3",)),
-    ActionInfo("plot4", "Before / after", "Compare with the calibration in force", ("4",)),
+    *(
+        ActionInfo(f"plot{number}", f"Plot {number}", f"Show plot {number}", (f"{number}",))
+        for number in range(1, 5)
+    ),
 )
 
 

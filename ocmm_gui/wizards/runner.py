@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_core.calibration.procedure import Decision, Kind, ProcedureView
+from ocmm_core.calibration.procedure import Decision, ProcedureView
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
@@ -27,6 +27,7 @@ from ocmm_gui.wizards.driver import Seen, WizardDriver
 from ocmm_gui.wizards.keys import WIZARD_ACTIONS, make_wizard_actions
 from ocmm_gui.wizards.pages import StepPage
 from ocmm_gui.wizards.rail import Rail
+from ocmm_gui.wizards.texts import TEXTS
 
 _RAIL_PX, _BUTTON_PX = 190, 60
 _INSTRUCTION_PX = 52
@@ -35,23 +36,6 @@ _ORDER = (
     "next",
 )  # fmt: skip
 _PRIMARY = ("take", "accept")
-_DECISIONS = {
-    Kind.VERIFICATION: ("Store the verdict", "Discard"),
-    Kind.KNOWN_POINTS: ("Accept the new", "Keep the old"),
-    Kind.RELOCATION: ("Accept the new", "Keep the old"),
-}
-_QUESTIONS = {
-    Kind.VERIFICATION: ("Store this verdict?", "End without a verdict?"),
-    Kind.KNOWN_POINTS: ("Put this calibration in force?", "End, and keep the old calibration?"),
-    Kind.RELOCATION: ("Put this calibration in force?", "End, and keep the old calibration?"),
-}
-_ENDS = {
-    (Kind.VERIFICATION, Decision.ACCEPTED): "The verdict is stored.",
-    (Kind.KNOWN_POINTS, Decision.ACCEPTED): "The new calibration is in force. Verify it: until "
-    "then it is SUSPECT and no points are taken.",
-    (Kind.RELOCATION, Decision.ACCEPTED): "The new calibration is in force. Verify it: until then "
-    "it is SUSPECT and no points are taken.",
-}
 
 
 class Runner(QWidget):
@@ -179,9 +163,8 @@ class Runner(QWidget):
 
     def _ask(self, *, accepts: bool) -> None:
         if self._seen is not None:
-            kind = self._seen.view.base.kind
-            question = _QUESTIONS[kind][0 if accepts else 1]
-            self.decision.ask(question, "", accepts=accepts)
+            texts = TEXTS[self._seen.view.base.kind]
+            self.decision.ask(texts.accepts if accepts else texts.keeps, "", accepts=accepts)
 
     def _decide(self, accepts: bool, reason: str) -> None:
         if accepts:
@@ -220,14 +203,16 @@ class Runner(QWidget):
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
         self.buttons["automatic"].setText(f"By itself: {'ON' if seen.automatic else 'off'}\n[Y]")
-        for key, word in zip(("accept", "keep"), _DECISIONS[base.kind], strict=True):
+        texts = TEXTS[base.kind]
+        for key, word in (("accept", texts.accept), ("keep", texts.keep)):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
     def _show_gate(self, seen: Seen) -> None:
         base, theme = seen.view.base, self._theme
         gate = base.step.gate
         if base.decision is not Decision.OPEN and not _is_unstored(base):
-            ended = _ENDS.get((base.kind, base.decision), "Nothing was changed.")
+            accepted = base.decision is Decision.ACCEPTED
+            ended = TEXTS[base.kind].accepted if accepted else "Nothing was changed."
             text, mark, colour = f"{ended} Press Esc to leave.", Mark.GOOD, theme.good
         elif base.current == len(base.steps) - 1:
             text, mark, colour = gate.remedy, Mark.ACTIVE, theme.accent

@@ -16,7 +16,6 @@ from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.errors import OcmmError
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, Themed
 from ocmm_gui.wizards.driver import WizardDriver
-from ocmm_gui.wizards.forms import PURPOSES, TITLES
 from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, StepPage
 from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage
 from ocmm_gui.wizards.result_page import ResultPage
@@ -32,6 +31,7 @@ from ocmm_gui.wizards.site import (
 )
 from ocmm_gui.wizards.sphere_page import SpheresPage
 from ocmm_gui.wizards.start_page import StartPage
+from ocmm_gui.wizards.texts import TEXTS
 from ocmm_gui.wizards.verdict_page import VerdictPage, repeat_worst
 
 
@@ -73,8 +73,9 @@ class Wizard(QStackedWidget):
         """Show the first page of a wizard, with what was not finished."""
         self.close_runner()
         self._kind = kind
+        texts = TEXTS[kind]
         self.start.ask(
-            TITLES[kind], PURPOSES[kind], fields(self._site, kind), offers(self._site, kind)
+            texts.title, texts.purpose, fields(self._site, kind), offers(self._site, kind)
         )
         self.setCurrentWidget(self.start)
         try:
@@ -117,7 +118,7 @@ class Wizard(QStackedWidget):
             opened.procedure, self._site.tap, opened.calculation, opened.predict,
             self._site.warmth, self._clock,
         )  # fmt: skip
-        runner = Runner(driver, TITLES[self._kind], _pages(opened), _extra(opened, driver))
+        runner = Runner(driver, TEXTS[self._kind].title, _pages(opened), _extra(opened, driver))
         runner.left.connect(self.leave)
         driver.taken.connect(self.taken)
         driver.failed.connect(self.failed)
