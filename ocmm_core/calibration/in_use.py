@@ -144,14 +144,19 @@ def store_folder(folder: Path, rig: str) -> Path:
     InputError
         The rig's name cannot be that of a folder on every system.
     """
-    if not _FOLDER_NAME.fullmatch(rig):
+    return named_folder(folder, rig, "rig")
+
+
+def named_folder(folder: Path, name: str, kind: str) -> Path:
+    """Return the folder below ``folder`` of a rig or probe; InputError as `store_folder`."""
+    if not _FOLDER_NAME.fullmatch(name):
         raise InputError(
-            "rig.name",
-            f"A rig called {rig!r} cannot have calibrations: they are kept under its name.",
+            f"{kind}.name",
+            f"A {kind} called {name!r} cannot have calibrations: they are kept under its name.",
             "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', beginning with a letter, a "
-            "digit or '_', in field 'name' of the rig document.",
+            f"digit or '_', in field 'name' of the {kind} document.",
         )
-    return folder / rig
+    return folder / name
 
 
 def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInUse:
@@ -195,7 +200,7 @@ def open_calibration(
     try:
         store = CalibrationStore(place)
     except OcmmError as error:
-        return replace(design, fault=_unusable(error))
+        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
     design = replace(design, store=store)
     try:
         record = store.active()
@@ -203,7 +208,7 @@ def open_calibration(
             return replace(design, fault=(Word.NONE, _never(design.rig)))
         rig = rig_from_record(record)
     except OcmmError as error:
-        return replace(design, fault=_unusable(error))
+        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
     if _cameras(rig) != _cameras(design.rig):
         return replace(design, fault=(Word.UNUSABLE, _others(document, design.rig, rig)))
     # How fast the cameras run is no matter of calibration.
@@ -248,7 +253,7 @@ def judge(in_use: CalibrationInUse, now: datetime) -> CalibrationView:
     try:
         in_use.store.refresh()
     except (OcmmError, OSError) as error:
-        return replace(view, word=Word.UNUSABLE, obstacle=_broken(error))
+        return replace(view, word=Word.UNUSABLE, obstacle=obstacle_of(error))
     if in_use.store.active_hash != record_hash(in_use.record):
         return replace(view, word=Word.UNUSABLE, obstacle=_REPLACED)
     found = standing(in_use.record, in_use.store.events, now)
@@ -266,11 +271,8 @@ _REPLACED = Obstacle(
 )
 
 
-def _unusable(error: OcmmError) -> tuple[Word, Obstacle]:
-    return Word.UNUSABLE, Obstacle(error.what, error.remedy)
-
-
-def _broken(error: OcmmError | OSError) -> Obstacle:
+def obstacle_of(error: OcmmError | OSError) -> Obstacle:
+    """Return what stands in the way where a store cannot be read."""
     if isinstance(error, OcmmError):
         return Obstacle(error.what, error.remedy)
     return Obstacle(
