@@ -24,6 +24,8 @@ class FrameFlag(IntFlag):
     """The camera's own buffer lost frames just before this one."""
     SATURATED = 4
     """At least one spot is overexposed."""
+    DROPPED = 8
+    """The probe felt a blow; stays set for a second, so that lost frames do not hide it."""
 
 
 class CycleVerdict(Enum):

@@ -38,7 +38,7 @@ CLOCK_LIMIT_NS = 20_000
 _SILENT_CYCLES = 3
 _SPOT_LIMIT = 8192 * SUBPIXELS
 """No sensor is larger; in pixels on the wire."""
-_KNOWN_FRAME_FLAGS = 0x0007
+_KNOWN_FRAME_FLAGS = 0x000F
 _CYCLE_COUNTERS = 256
 _OLD_CYCLE = 200
 """A cycle counter that seems to have advanced so far went back instead."""

@@ -101,9 +101,9 @@ class PixelFrames:
     def camera_frames(self, camera: int, first: int, count: int) -> Frames:
         """Return what a camera sends for ``count`` frames from ``first`` on; see `CameraFrames`."""
         block = self.spots(camera, first, count)
-        button = np.where(self.rig.motion(first, count).button, FrameFlag.BUTTON, 0)
+        probe = self.rig.flags(self.rig.motion(first, count), first)
         saturated = np.where(block.saturated, FrameFlag.SATURATED, 0)
-        return block.valid, (button | saturated).astype(np.uint16), block.uv
+        return block.valid, (probe | saturated).astype(np.uint16), block.uv
 
     def frames(self, first: int, count: int) -> FrameBlock:
         """Return what all cameras send, joined as on the host."""

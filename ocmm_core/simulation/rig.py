@@ -35,6 +35,9 @@ from ocmm_core.tracking.body import ProbeBody, load_probe
 S = TypeVar("S", bound=msgspec.Struct)
 """Kinds of scripts."""
 
+_BLOW_NS = 1_000_000_000
+"""A blow is reported for so long."""
+
 CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
 """Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera."""
 
@@ -196,7 +199,16 @@ class VirtualRig:
         """Return what one camera sees in ``count`` frames from ``first`` on."""
         motion = self.motion(first, count)
         valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
-        return valid, np.where(motion.button, FrameFlag.BUTTON, 0).astype(np.uint16), uv
+        return valid, self.flags(motion, first).astype(np.uint16), uv
+
+    def flags(self, motion: Motion, first: int) -> NDArray[np.uint32]:
+        """Return the flags of the probe in the frames of a motion from frame ``first`` on."""
+        flags = np.where(motion.button, FrameFlag.BUTTON, 0).astype(np.uint32)
+        frames = np.arange(first, first + len(flags))
+        for drop in self.options.drops:
+            felt = (frames >= drop) & (frames < drop + round(_BLOW_NS / self.frame_period_ns))
+            flags[felt] |= FrameFlag.DROPPED
+        return flags
 
     def led_images(self, camera: int, first: int, count: int) -> tuple[NDArray[np.bool_], Float]:
         """Return where the LEDs truly shine on a sensor in ``count`` frames from ``first`` on.
@@ -230,7 +242,7 @@ class VirtualRig:
         return FrameBlock(
             counter=counter,
             time_ns=counter * self.frame_period_ns,
-            flags=np.where(motion.button, FrameFlag.BUTTON, 0).astype(np.uint32),
+            flags=self.flags(motion, first),
             valid=np.stack([valid for valid, _ in seen], axis=1),
             uv=np.stack([uv for _, uv in seen], axis=1),
         )

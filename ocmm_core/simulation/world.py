@@ -82,6 +82,8 @@ class WorldOptions:
         Occlusions at given frames.
     bumps
         Cameras that are pushed, in the order of their frames.
+    drops
+        Frames at which the probe is dropped and caught: it feels a blow, nothing else changes.
     """
 
     camera_error: bool = True
@@ -92,6 +94,7 @@ class WorldOptions:
     occlusion_rate_hz: float = 0.0
     occlusions: tuple[ScriptedOcclusion, ...] = ()
     bumps: tuple[ScriptedBump, ...] = ()
+    drops: tuple[int, ...] = ()
 
     @classmethod
     def ideal(cls) -> WorldOptions:
