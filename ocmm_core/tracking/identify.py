@@ -1,33 +1,42 @@
 """Which slot of which camera follows which LED.
 
-For every pair of cameras, unlabelled spots are paired by how well they meet in space, and the
-meeting points are matched to the body by their mutual distances (a depth-first search over all
-labellings). Each labelling is then completed with the spots of all cameras and judged by the
-reprojection residuals of its pose. The answer is given only if one labelling explains the spots
-and no other explains as many: when in doubt, no label.
+Spots of two cameras are paired by how well they meet in space, and the meeting points are matched
+to the bodies by their mutual distances, whichever LEDs are hidden. Each match is completed with the
+spots of all cameras that its pose explains. The answer is given only if one labelling explains the
+spots and every other explains fewer, by more than one light could add: when in doubt, no label.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking.body import LedBody, ProbeBody, rigid_fit, satisfies_rules
-from ocmm_core.tracking.kernel import allocate, solve_frames
-from ocmm_core.tracking.pose import PoseBatch, triangulate
+from ocmm_core.tracking import identify_kernel as kernel
+from ocmm_core.tracking.body import LedBody, ProbeBody
 
 CHI2_SIGMAS = 5.0
 """Normal quantile of the chi-square gates: one false alarm in three million."""
 
-MAX_LABELLINGS = 600
-"""Labellings of one pair of cameras beyond which the scene counts as too confused to name anything;
-eight LEDs without a ghost have 219, counting those that leave some out."""
+_REACH_MM = 400.0
+"""The LEDs stand outside the volume in which the ball measures, by as much at the most."""
+
+_CONE_SLACK = np.radians(10.0)
+"""An LED is seen a little outside its stated cone."""
+
+_REASONS = {
+    kernel.FEW: "fewer than three targets are seen by two cameras",
+    kernel.NO_FIT: "the spots do not fit the probe body",
+    kernel.AMBIGUOUS: "more than one labelling of the LEDs fits the spots",
+    kernel.CONFUSED: "too many spots could be LEDs",
+    kernel.THIN: "only three LEDs are seen, and a reflection could be one of them",
+    kernel.NEAR_RULE: "the body is held too near to what its orientation rules forbid",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,15 +47,12 @@ class IdentifyOptions:
     ----------
     sigma_px
         Standard deviation of one spot, px: everything that a single frame is subject to.
-    gate_px
-        A spot belongs to a predicted place within this distance, px.
-    distance_mm
-        Tolerance of the distance between two targets of one frame, mm.
+    rival_px
+        Where two spots or two LEDs are this near to each other in a camera, px, neither is named.
     """
 
     sigma_px: float
-    gate_px: float = 1.0
-    distance_mm: float = 1.0
+    rival_px: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +71,6 @@ class Identification:
     reason: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Meeting:
-    """A point where rays of two cameras meet."""
-
-    position: Float
-    slots: tuple[tuple[int, int], tuple[int, int]]
-
-
 def identify(
     rig: Rig, body: LedBody | ProbeBody, spots: Float, options: IdentifyOptions
 ) -> Identification:
@@ -85,32 +83,7 @@ def identify(
     options
         Tolerances.
     """
-    body = _led_body(body)
-    found: dict[bytes, Int] = {}
-    met = False
-    for pair in combinations(range(len(rig.cameras)), 2):
-        meetings = _meetings(rig, spots, pair, options)
-        if len(meetings) < 3:
-            continue
-        met = True
-        labellings = _labellings(body, meetings, options)
-        if len(labellings) >= MAX_LABELLINGS:
-            return Identification(None, "too many spots could be LEDs")
-        for labels in labellings:
-            if any(_contains(known, meetings, labels) for known in found.values()):
-                continue
-            slot_of_led = _complete(rig, body, spots, meetings, labels, options)
-            if slot_of_led is not None:
-                found[slot_of_led.tobytes()] = slot_of_led
-    if not met:
-        return Identification(None, "fewer than three targets are seen by two cameras")
-    counts = [int(np.count_nonzero(known >= 0)) for known in found.values()]
-    best = [known for known, n in zip(found.values(), counts, strict=True) if n == max(counts)]
-    if not best:
-        return Identification(None, "the spots do not fit the probe body")
-    if len(best) > 1:
-        return Identification(None, "more than one labelling of the LEDs fits the spots")
-    return Identification(best[0])
+    return identify_all(rig, [led_body(body)], spots, options)[0]
 
 
 def identify_all(
@@ -121,25 +94,62 @@ def identify_all(
     Parameters
     ----------
     bodies
-        Probe and reference body, of which `check_distinct` must hold.
+        Probe and reference body, of which `ambiguity.check_distinct` must hold.
     spots
         (C, 8, 2), px: one frame, NaN where a slot is empty.
     options
         Tolerances.
     """
-    found = [identify(rig, body, spots, options) for body in bodies]
-    for one, other in combinations(range(len(bodies)), 2):
-        first, second = found[one].slot_of_led, found[other].slot_of_led
-        if first is not None and second is not None and _share_slots(first, second):
-            found[one] = found[other] = Identification(None, "two bodies fit the same spots")
-    return tuple(found)
-
-
-def _share_slots(one: Int, other: Int) -> bool:
-    return any(
-        np.intersect1d(mine[mine >= 0], theirs).size
-        for mine, theirs in zip(one, other, strict=True)
+    status, labels = identify_many(rig, bodies, spots[None], options)
+    return tuple(
+        Identification(None, _REASONS[int(outcome)])
+        if outcome != kernel.FOUND
+        else Identification(slots[:, : body.n_leds].copy())
+        for body, outcome, slots in zip(bodies, status[0], labels[0], strict=True)
     )
+
+
+def identify_many(
+    rig: Rig, bodies: Sequence[LedBody], spots: Float, options: IdentifyOptions
+) -> tuple[NDArray[np.uint8], Int]:
+    """Return outcome (n, B) and slots of LEDs (n, B, C, 8) of frames (n, C, 8, 2) by themselves.
+
+    The outcomes are those of `identify_kernel`; slots are -1 where there is none, and in frames
+    that have no answer.
+    """
+    count, n_cameras = len(bodies), len(rig.cameras)
+    leds, directions = np.zeros((2, count, MAX_SLOTS, 3))
+    n_rules = np.array([len(body.rules) for body in bodies])
+    axes, worlds = np.zeros((2, count, max(1, int(n_rules.max())), 3))
+    for index, body in enumerate(bodies):
+        leds[index, : body.n_leds] = body.leds_body
+        directions[index, : body.n_leds] = body.led_directions_body
+        for rule, (axis, world) in enumerate(body.rules):
+            axes[index, rule], worlds[index, rule] = axis, world
+    half_angles = np.array([body.emission_half_angle for body in bodies])
+    status = np.empty((len(spots), count), dtype=np.uint8)
+    labels = np.empty((len(spots), count, n_cameras, MAX_SLOTS), dtype=np.int64)
+    kernel.identify_frames(
+        np.ascontiguousarray(spots, dtype=np.float64),
+        rig.packed(),
+        np.stack([camera.centre_world for camera in rig.cameras]),
+        rig.volume_world + np.array([[-_REACH_MM], [_REACH_MM]]),
+        np.array([body.n_leds for body in bodies]),
+        leds,
+        directions,
+        np.cos(np.minimum(half_angles + _CONE_SLACK, np.pi)),
+        axes,
+        worlds,
+        n_rules,
+        np.full((count, n_cameras, MAX_SLOTS), -1),
+        np.zeros(count, dtype=np.bool_),
+        options.sigma_px,
+        options.rival_px,
+        chi2_limit(np.arange(2 * n_cameras * MAX_SLOTS + 1)),
+        status,
+        labels,
+    )
+    return status, labels
 
 
 def nearest_slots(
@@ -153,11 +163,11 @@ def nearest_slots(
     spots
         (C, 8, 2), px, NaN where a slot is empty.
     rotation, origin
-        Pose of the probe in the world, (3, 3) and (3,), mm.
+        Pose of the body in the world, (3, 3) and (3,), mm.
     gate_px
         Greatest distance, px; LED and spot must also be nearest to each other.
     """
-    body = _led_body(body)
+    body = led_body(body)
     leds_world = body.leds_body @ rotation.T + origin
     slot_of_led = np.full((len(rig.cameras), body.n_leds), -1, dtype=np.int64)
     for c, camera in enumerate(rig.cameras):
@@ -169,7 +179,8 @@ def nearest_slots(
     return slot_of_led
 
 
-def _led_body(body: LedBody | ProbeBody) -> LedBody:
+def led_body(body: LedBody | ProbeBody) -> LedBody:
+    """Return the LEDs of a body that may have a tip."""
     return body.led_body if isinstance(body, ProbeBody) else body
 
 
@@ -187,118 +198,3 @@ def chi2_limit(dof: Int) -> Float:
     ratio = 2.0 / (9.0 * degrees)
     limit: Float = degrees * (1.0 - ratio + CHI2_SIGMAS * np.sqrt(ratio)) ** 3
     return limit
-
-
-def _meetings(
-    rig: Rig, spots: Float, pair: tuple[int, int], options: IdentifyOptions
-) -> list[_Meeting]:
-    first, second = pair
-    low, high = rig.volume_world
-    # The probe body stands outside the volume in which its ball measures.
-    reach = 400.0
-    there = np.asarray(np.isfinite(spots).all(axis=2))
-    pairs = [
-        (a, b)
-        for a in range(MAX_SLOTS)
-        for b in range(MAX_SLOTS)
-        if there[first, a] and there[second, b]
-    ]
-    if not pairs:
-        return []
-    paired = np.full((len(rig.cameras), len(pairs), 2), np.nan)
-    paired[first] = [spots[first, a] for a, _ in pairs]
-    paired[second] = [spots[second, b] for _, b in pairs]
-    positions = triangulate(rig, paired)
-    miss = np.maximum(
-        np.linalg.norm(project(rig.cameras[first], positions) - paired[first], axis=1),
-        np.linalg.norm(project(rig.cameras[second], positions) - paired[second], axis=1),
-    )
-    inside = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
-    with np.errstate(invalid="ignore"):
-        good = inside & (miss < options.gate_px)
-    return [
-        _Meeting(positions[i], ((first, pairs[i][0]), (second, pairs[i][1])))
-        for i in np.flatnonzero(good)
-    ]
-
-
-def _contains(known: Int, meetings: list[_Meeting], labels: dict[int, int]) -> bool:
-    """Return whether a complete labelling says all that a partial one says."""
-    return all(
-        known[camera, led] == slot
-        for led, index in labels.items()
-        for camera, slot in meetings[index].slots
-    )
-
-
-def _labellings(
-    body: LedBody, meetings: list[_Meeting], options: IdentifyOptions
-) -> list[dict[int, int]]:
-    """Return assignments LED -> meeting whose mutual distances agree, the largest first."""
-    positions = np.array([meeting.position for meeting in meetings])
-    measured = np.linalg.norm(positions[:, None] - positions[None], axis=2)
-    nominal = np.linalg.norm(body.leds_body[:, None] - body.leds_body[None], axis=2)
-    found: list[dict[int, int]] = []
-
-    def extend(led: int, labels: dict[int, int]) -> None:
-        if len(found) >= MAX_LABELLINGS:
-            return
-        if led == body.n_leds:
-            if len(labels) >= 3:
-                found.append(dict(labels))
-            return
-        used = {slot for index in labels.values() for slot in meetings[index].slots}
-        for index, meeting in enumerate(meetings):
-            if used.intersection(meeting.slots):
-                continue
-            if all(
-                abs(measured[index, other] - nominal[led, label]) < options.distance_mm
-                for label, other in labels.items()
-            ):
-                labels[led] = index
-                extend(led + 1, labels)
-                del labels[led]
-        extend(led + 1, labels)
-
-    extend(0, {})
-    return sorted(found, key=len, reverse=True)
-
-
-def _complete(
-    rig: Rig, body: LedBody, spots: Float, meetings: list[_Meeting], labels: dict[int, int],
-    options: IdentifyOptions,
-) -> Int | None:  # fmt: skip
-    """Return the labelling of all spots that a partial one implies, or None if it does not hold."""
-    leds = sorted(labels)
-    rotation, origin = rigid_fit(
-        body.leds_body[leds], np.array([meetings[labels[led]].position for led in leds])
-    )
-    if not satisfies_rules(body, rotation):
-        return None
-    # A rigid fit to noisy depths predicts a spot less well than two rays meet.
-    slot_of_led = nearest_slots(rig, body, spots, rotation, origin, 5.0 * options.gate_px)
-    if np.count_nonzero((slot_of_led >= 0).sum(axis=0) >= 2) < 3:
-        return None
-    outputs = allocate(1)
-    solve_frames(
-        ordered_spots(spots[None], slot_of_led), rig.packed(), body.leds_body,
-        body.leds_body.mean(axis=0), options.sigma_px, 1, *outputs,
-    )  # fmt: skip
-    pose = PoseBatch(*outputs)
-    if pose.status[0] != 0 or pose.chi2[0] > chi2_limit(pose.dof)[0]:
-        return None
-    return slot_of_led if _faces_cameras(rig, body, pose, slot_of_led) else None
-
-
-def _faces_cameras(rig: Rig, body: LedBody, pose: PoseBatch, slot_of_led: Int) -> bool:
-    """Return whether every labelled LED shines towards the camera that is said to see it."""
-    rotation, origin = pose.rotation_world_from_probe[0], pose.origin_world[0]
-    leds_world = body.leds_body @ rotation.T + origin
-    directions = body.led_directions_body @ rotation.T
-    margin = np.cos(min(body.emission_half_angle + np.radians(10.0), np.pi))
-    for c, camera in enumerate(rig.cameras):
-        sight = camera.centre_world - leds_world
-        cosine = np.sum(sight * directions, axis=1) / np.linalg.norm(sight, axis=1)
-        if np.any((slot_of_led[c] >= 0) & (cosine < margin)):
-            return False
-    return True

@@ -41,9 +41,13 @@ a covariance of first order would be too small (measured: below this limit it ho
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _undistort(
+def undistort(
     xd: float, yd: float, k1: float, k2: float, p1: float, p2: float
 ) -> tuple[float, float, float, float, float]:
+    """Return the ideal image point of a distorted one, mm, and the slope of the distortion there.
+
+    The slope is symmetric: its elements 00, 01 and 11.
+    """
     x, y = xd, yd
     j00, j01, j11 = 1.0, 0.0, 1.0
     for step in range(4):
@@ -64,7 +68,8 @@ def _undistort(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _triangulate(ideal: Float, seen: Bool, cams: Float, points: Float, located: Bool) -> int:
+def triangulate_leds(ideal: Float, seen: Bool, cams: Float, points: Float, located: Bool) -> int:
+    """Locate LEDs (L,) that two cameras see; return their number."""
     n_cameras, n_leds = seen.shape
     count = 0
     for led in range(n_leds):
@@ -108,7 +113,7 @@ def _triangulate(ideal: Float, seen: Bool, cams: Float, points: Float, located: 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rigid_fit(
+def fit_leds(
     leds: Float, points: Float, located: Bool, count: int,
     rotation: Float, origin: Float, work4: Float, vectors4: Float,
 ) -> None:  # fmt: skip
@@ -133,7 +138,7 @@ def _rigid_fit(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _normal_equations(
+def normal_equations(
     ideal: Float, slopes: Float, seen: Bool, cams: Float, leds: Float,
     rotation: Float, origin: Float, h: Float, g: Float,
 ) -> float:  # fmt: skip
@@ -232,18 +237,18 @@ def solve_frames(
                 if not there:
                     continue
                 observations += 1
-                x, y, j00, j01, j11 = _undistort(
+                x, y, j00, j01, j11 = undistort(
                     (u - cams[c, 15]) / sx, (v - cams[c, 16]) / sy,
                     cams[c, 17], cams[c, 18], cams[c, 19], cams[c, 20],
                 )  # fmt: skip
                 ideal[c, led, 0], ideal[c, led, 1] = x, y
                 slopes[c, led, 0], slopes[c, led, 1] = sx * j00, sx * j01
                 slopes[c, led, 2], slopes[c, led, 3] = sy * j01, sy * j11
-        count = _triangulate(ideal, seen, cams, points, located)
+        count = triangulate_leds(ideal, seen, cams, points, located)
         solved = count >= 3
         if solved:
-            _rigid_fit(leds, points, located, count, rotation, origin, work4, vectors4)
-            squares = _normal_equations(ideal, slopes, seen, cams, leds, rotation, origin, h, g)
+            fit_leds(leds, points, located, count, rotation, origin, work4, vectors4)
+            squares = normal_equations(ideal, slopes, seen, cams, leds, rotation, origin, h, g)
             solved = cholesky(h)
         if solved:
             for step in range(gauss_newton_steps):
@@ -256,7 +261,7 @@ def solve_frames(
                 for i in range(3):
                     origin[i] += g[3 + i]
                 if step + 1 < gauss_newton_steps:
-                    squares = _normal_equations(
+                    squares = normal_equations(
                         ideal, slopes, seen, cams, leds, rotation, origin, h, g
                     )
                     solved = solved and cholesky(h)
