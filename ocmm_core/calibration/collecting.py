@@ -37,7 +37,7 @@ _MOST_TIP_SIGMA_MM = 0.06
 
 _ENOUGH_SPOTS = 4
 _SHOW = "Show the whole probe to all cameras: its LEDs are not recognised yet."
-_STRANGE = (
+STRANGE = (
     "The lights that are seen are not those of the probe: cover others, use the probe that was "
     "chosen, or relocate the cameras if they no longer stand where the calibration says."
 )
@@ -298,7 +298,7 @@ class ProbeSpots:
         """Return why the window cannot be taken, empty where it can, and the motion in it, px."""
         if self._slot_of_led is None:
             counts = np.isfinite(self._window.uv[-1, :, :, 0]).sum(axis=1)
-            return (_STRANGE if np.sort(counts)[-2] >= _ENOUGH_SPOTS else _SHOW), np.nan
+            return (STRANGE if np.sort(counts)[-2] >= _ENOUGH_SPOTS else _SHOW), np.nan
         spots = ordered_spots(self._window.uv, self._slot_of_led)
         seen = np.isfinite(spots).all(axis=(0, 3))
         if np.count_nonzero(seen.sum(axis=0) >= 2) < 3:

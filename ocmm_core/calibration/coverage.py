@@ -34,7 +34,7 @@ def coverage(
         (n, 3, 3) and (n, 3), mm; of cameras that may stand a little elsewhere than the rig says.
     """
     low, high = rig.volume_world
-    views = _views(rig)
+    views = viewer_axes(rig)
     counts = [max(1, min(4, round(float(size) / CELL_MM))) for size in high - low]
     step = (high - low) / counts
     place = np.floor((tips_world - low) / step).astype(np.int64)
@@ -57,7 +57,7 @@ def coverage(
     return Coverage(tuple(cells), tuple(tilts), done / wanted)
 
 
-def _views(rig: Rig) -> Float:
+def viewer_axes(rig: Rig) -> Float:
     """Return what is right, away and up for somebody who looks with the cameras, (3, 3) rows."""
     axes = np.mean([camera.T_camera_from_world.rotation for camera in rig.cameras], axis=0)
     return np.stack([axes[0], axes[2], -axes[1]])
