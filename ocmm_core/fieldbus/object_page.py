@@ -192,8 +192,8 @@ def _process_data() -> str:
             "Status:\n",
             _bits(_STATUS),
             "Flags of a frame: bit 0 the button of the probe is pressed, bit 1 frames were lost\n"
-            "just before this one, bit 2 a spot is overexposed, bit 3 the probe felt a blow; it stays\n"
-            "set for a second, so that a cycle that is lost does not hide it.\n",
+            "just before this one, bit 2 a spot is overexposed, bit 3 the probe felt a blow; it\n"
+            "stays set for a second, so that a cycle that is lost does not hide it.\n",
             f"Control: bit {Control.STREAM.bit_length() - 1} the acknowledgement is valid.\n",
         )
     )
