@@ -226,8 +226,9 @@ def satisfies_rules(
 def nearest_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
     """Return the wrong labelling with the smallest rigid residual that the rules do not exclude.
 
-    Where the body has no tip, the error is that of the middle of its LEDs. A rule excludes a labelling if the body, turned by that labelling's motion, breaks the rule in
-    every attitude that keeps it; that is so when the motion reverses the rule's axis.
+    Where the body has no tip, the error is that of the middle of its LEDs. A rule excludes a
+    labelling if the body, turned by that labelling's motion, breaks the rule in every attitude that
+    keeps it; that is so when the motion reverses the rule's axis.
     """
     worst: Ambiguity | None = None
     leds = body.leds_probe if isinstance(body, ProbeBody) else body.leds_body

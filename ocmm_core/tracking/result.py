@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.geometry import Float, Int
+from ocmm_core.geometry import Float, Int, RigidTransform
 
 INTERRUPTION_NS = 50_000_000
 """After a longer pause between two frames nothing of before counts any more, neither which slot
@@ -25,6 +26,27 @@ class FrameStatus(IntEnum):
     """Targets are seen, but which is which is in doubt."""
     DOUBTFUL = 3
     """The spots do not fit the probe body (chi-square), or its orientation rules."""
+    REFERENCE_LOST = 4
+    """It is not known where the reference body is, so that nothing can be given relative to it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceHome:
+    """Where the reference body stood when the job began: what makes the world of a job.
+
+    Attributes
+    ----------
+    spots
+        (C, R, 2), px: mean spots by its LED number, NaN where not seen.
+    n_frames
+        Frames that were averaged.
+    T_rig_from_reference
+        The pose that follows from them.
+    """
+
+    spots: Float
+    n_frames: int
+    T_rig_from_reference: RigidTransform
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +75,9 @@ class TrackBlock:
         (n, C) uint16: bit l says that the camera saw LED l.
     uv
         (n, C, L, 2), px: spots ordered by LED number, NaN where not seen.
+    reference
+        How the reference body was seen; None where none is used. With one, "world" is the frame in
+        which the cameras were calibrated as it stood to the reference when the job began.
     """
 
     counter: Int
@@ -67,9 +92,36 @@ class TrackBlock:
     dof: Int
     seen: NDArray[np.uint16]
     uv: Float
+    reference: ReferenceTrack | None = None
 
     def __len__(self) -> int:
         return len(self.counter)
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceTrack:
+    """What the cameras saw, before it was brought into the world of the job.
+
+    "Rig" is the frame of the cameras as they stand now.
+
+    Attributes
+    ----------
+    probe
+        The probe as if there were no reference: its own status, poses in the rig frame.
+    body
+        The reference body, tracked like a probe whose ball is the middle of its LEDs; its poses
+        are those of single frames.
+    covariance
+        (n, 6, 6): of the pose of the reference body in one frame, for the increments of
+        `pose.reprojection`, rig frame.
+    home
+        Where it stood when the job began; None before that is known.
+    """
+
+    probe: TrackBlock
+    body: TrackBlock
+    covariance: Float
+    home: ReferenceHome | None
 
 
 def interruptions(time_ns: Int, before_ns: int) -> list[int]:
@@ -92,20 +144,47 @@ def interruptions(time_ns: Int, before_ns: int) -> list[int]:
     return np.flatnonzero((steps <= 0) | (steps > INTERRUPTION_NS)).tolist()
 
 
-def join(pieces: list[TrackBlock]) -> TrackBlock:
+def in_rig(track: TrackBlock) -> TrackBlock:
+    """Return the probe as the cameras saw it, whatever a reference body says."""
+    return track if track.reference is None else track.reference.probe
+
+
+def join(pieces: Sequence[TrackBlock]) -> TrackBlock:
     """Return consecutive blocks as one."""
     if len(pieces) == 1:
         return pieces[0]
-    return TrackBlock(
-        *(
-            np.concatenate([getattr(piece, name) for piece in pieces])
-            for name in TrackBlock.__dataclass_fields__
+    references = [piece.reference for piece in pieces if piece.reference is not None]
+    reference = None
+    if references:
+        reference = ReferenceTrack(
+            probe=join([item.probe for item in references]),
+            body=join([item.body for item in references]),
+            covariance=np.concatenate([item.covariance for item in references]),
+            home=references[-1].home,
         )
-    )
+    arrays = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in ARRAYS}
+    return TrackBlock(**arrays, reference=reference)
 
 
 def cut(block: TrackBlock, start: int, stop: int) -> TrackBlock:
     """Return the frames from ``start`` up to ``stop`` of a block."""
-    return TrackBlock(
-        *(getattr(block, name)[start:stop] for name in TrackBlock.__dataclass_fields__)
-    )
+    return pick(block, slice(start, stop))
+
+
+def pick(block: TrackBlock, frames: slice | Int | NDArray[np.bool_]) -> TrackBlock:
+    """Return some frames of a block."""
+    seen = block.reference
+    reference = None
+    if seen is not None:
+        reference = ReferenceTrack(
+            probe=pick(seen.probe, frames),
+            body=pick(seen.body, frames),
+            covariance=seen.covariance[frames],
+            home=seen.home,
+        )
+    arrays = {name: getattr(block, name)[frames] for name in ARRAYS}
+    return TrackBlock(**arrays, reference=reference)
+
+
+ARRAYS = tuple(item.name for item in fields(TrackBlock) if item.name != "reference")
+"""Names of the fields of a `TrackBlock` that have a row for every frame."""

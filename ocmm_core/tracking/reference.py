@@ -1,0 +1,375 @@
+"""The tip relative to a reference body: what a nudged camera frame or a moved table cannot change.
+
+The reference body stands on the part. Where it stood when the job began is its *home*; the world of
+the job is the frame of the cameras as it was then. Whatever moves cameras against part later, the
+pose of the reference body now takes the tip back to that world:
+
+    tip_world = T_rig_from_reference(home) . T_rig_from_reference(now)^-1 . tip_rig
+
+Both poses of a frame come from the same exposure, so that nothing lags behind. The trail and the
+live position use a pose that is averaged while the body rests (`reference_filter`); measured points
+use the poses of their own frames (`simultaneous`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.camera.rig import Rig
+from ocmm_core.geometry import Float, Int, RigidTransform
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.body_tracker import BodyTracker, TrackingOptions, spot_sigma_px
+from ocmm_core.tracking.pose import arm_jacobian, reprojection
+from ocmm_core.tracking.reference_body import ReferenceBody
+from ocmm_core.tracking.reference_filter import ReferenceFilter
+from ocmm_core.tracking.result import (
+    INTERRUPTION_NS,
+    FrameStatus,
+    ReferenceHome,
+    ReferenceTrack,
+    TrackBlock,
+)
+from ocmm_core.tracking.sensitivity import TipSensitivity, pose_sensitivity, tip_sensitivity
+
+HOME_NS = 250_000_000
+"""The home is the mean over this much bus time."""
+
+HOME_WANDER_PX = 0.1
+"""The spots may wander no further while the home is taken, beyond what noise explains: 50
+micrometres at one metre."""
+
+_BATCHES = 10
+_SIGMAS = 5.0
+_NEAR_MM, _NEAR_RAD = 5.0, 0.01
+"""The covariance of the pose is computed anew where the body has moved further."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferencePoses:
+    """Poses of a reference body to give tips against.
+
+    Attributes
+    ----------
+    rotation, origin
+        (n, 3, 3) and (n, 3), mm, rig frame.
+    covariance
+        (n, 6, 6), for the increments of `pose.reprojection`, rig frame.
+    """
+
+    rotation: Float
+    origin: Float
+    covariance: Float
+
+
+class ReferenceTracker:
+    """Follow a reference body, and give the probe relative to it; used by one thread.
+
+    Parameters
+    ----------
+    rig, reference, options
+        What to track with.
+    home
+        Where it stood when the job began; None to take the first place where it rests.
+
+    Attributes
+    ----------
+    tracker
+        Follows its LEDs.
+    home
+        See above.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        reference: ReferenceBody,
+        options: TrackingOptions,
+        home: ReferenceHome | None = None,
+    ) -> None:
+        self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
+        self.home = home
+        self._rig = rig
+        self._reference = reference
+        self._taker = HomeTaker(rig, reference)
+        self._filter = ReferenceFilter()
+        self._anchors: dict[bytes, _Anchor] = {}
+
+    @property
+    def reason(self) -> str:
+        """Return why nothing can be given relative to the body, in words; empty otherwise."""
+        if self.tracker.slot_of_led is None:
+            return self.tracker.reason
+        return self._taker.reason if self.home is None else ""
+
+    def process(self, block: FrameBlock) -> ReferenceTrack:
+        """Return what the frames say about the reference body; the probe is still to come."""
+        body = self.tracker.process(block)
+        return ReferenceTrack(body, body, self._covariances(body), self.home)
+
+    def relate(self, probe: TrackBlock, seen: ReferenceTrack) -> TrackBlock:
+        """Return the tracked probe (rig frame) in the world of the job.
+
+        Parameters
+        ----------
+        probe
+            Tracked frames.
+        seen
+            Of the same frames, from `process`.
+        """
+        begin = 0
+        if self.home is None:
+            taken = self._taker.feed(seen.body)
+            begin = len(probe) if taken is None else taken[0]
+            self.home = taken[1] if taken is not None else None
+        poses = self._filter.feed(seen.body, seen.covariance)
+        seen = replace(seen, probe=probe, home=self.home)
+        return related(seen, ReferencePoses(*poses), begin)
+
+    def _covariances(self, body: TrackBlock) -> Float:
+        """Return the covariance (n, 6, 6) of every pose, NaN where there is none."""
+        covariance = np.full((len(body), 6, 6), np.nan)
+        good = np.flatnonzero(body.status == FrameStatus.OK)
+        patterns, kinds = np.unique(body.seen[good], axis=0, return_inverse=True)
+        for kind, pattern in enumerate(patterns):
+            left = good[kinds.ravel() == kind]
+            key = pattern.tobytes()
+            while len(left):
+                anchor = self._anchors.get(key)
+                if anchor is None or not anchor.is_near(body, left[:1])[0]:
+                    anchor = self._anchors[key] = self._anchor_at(body, int(left[0]))
+                near = anchor.is_near(body, left)
+                stop = len(left) if near.all() else int(np.argmin(near))
+                covariance[left[:stop]] = anchor.covariance
+                left = left[stop:]
+        return covariance
+
+    def _anchor_at(self, body: TrackBlock, frame: int) -> _Anchor:
+        rotation, origin = body.rotation_world_from_probe[frame], body.origin_world[frame]
+        leds = self._reference.leds.leds_body
+        _, rows = reprojection(self._rig, leds, body.uv[frame], rotation, origin)
+        inverse = np.linalg.inv(rows.T @ rows).astype(np.float64)
+        return _Anchor(rotation, origin, spot_sigma_px(self._rig) ** 2 * inverse)
+
+
+@dataclass(frozen=True, slots=True)
+class _Anchor:
+    rotation: Float
+    origin: Float
+    covariance: Float
+
+    def is_near(self, body: TrackBlock, frames: Int) -> NDArray[np.bool_]:
+        shift = np.linalg.norm(body.origin_world[frames] - self.origin, axis=1)
+        turn = np.abs(body.rotation_world_from_probe[frames] - self.rotation).max(axis=(1, 2))
+        return np.asarray((shift < _NEAR_MM) & (turn < _NEAR_RAD))
+
+
+class HomeTaker:
+    """Take the first place where a reference body rests; used by one thread.
+
+    Parameters
+    ----------
+    rig, reference
+        What is tracked with.
+
+    Attributes
+    ----------
+    reason
+        Why there is no home yet, in words.
+    """
+
+    def __init__(self, rig: Rig, reference: ReferenceBody) -> None:
+        self.reason = "its place is being taken"
+        self._rig = rig
+        self._reference = reference
+        self._spots: list[Float] = []
+        self._began_ns = self._before_ns = 0
+        self._seen = np.zeros(0, dtype=np.uint16)
+
+    def feed(self, body: TrackBlock) -> tuple[int, ReferenceHome] | None:
+        """Take in frames and return the home, with the index of the first frame after it."""
+        for index in range(len(body)):
+            now_ns = int(body.time_ns[index])
+            good = body.status[index] == FrameStatus.OK
+            gap = now_ns - self._before_ns > INTERRUPTION_NS or now_ns <= self._before_ns
+            self._before_ns = now_ns
+            if not good or gap or not np.array_equal(body.seen[index], self._seen):
+                self._spots.clear()
+                self._began_ns, self._seen = now_ns, body.seen[index]
+            if not good:
+                continue
+            self._spots.append(body.uv[index])
+            if now_ns - self._began_ns >= HOME_NS and len(self._spots) >= 2 * _BATCHES:
+                spots = np.stack(self._spots)
+                self._spots.clear()
+                self._began_ns = now_ns
+                if self._rests(spots):
+                    return index + 1, home_of(
+                        spots.mean(axis=0), len(spots), self._rig, self._reference
+                    )
+                self.reason = "it does not rest, so that its place cannot be taken"
+        return None
+
+    def _rests(self, spots: Float) -> bool:
+        means = np.array([part.mean(axis=0) for part in np.array_split(spots, _BATCHES)])
+        noise = _SIGMAS * spot_sigma_px(self._rig) / np.sqrt(len(spots) / _BATCHES)
+        wander = float(np.nanmax(np.abs(means - means.mean(axis=0))))
+        return wander < max(HOME_WANDER_PX, float(noise))
+
+
+def home_of(spots: Float, n_frames: int, rig: Rig, reference: ReferenceBody) -> ReferenceHome:
+    """Return the home that follows from mean spots (C, R, 2), px.
+
+    Raises
+    ------
+    TrackingError
+        The spots do not determine a pose.
+    """
+    pose = pose_sensitivity(spots, rig, reference.leds.leds_body)
+    return ReferenceHome(spots, n_frames, RigidTransform(pose.rotation, pose.origin))
+
+
+def related(seen: ReferenceTrack, poses: ReferencePoses, begin: int = 0) -> TrackBlock:
+    """Return the probe in the world of the job.
+
+    Parameters
+    ----------
+    seen
+        Probe and reference body as the cameras saw them.
+    poses
+        Where the reference body is taken to be in each frame.
+    begin
+        First frame for which there is a home.
+
+    Returns
+    -------
+    TrackBlock
+        The covariance of the tip holds the spot noise of both poses; what the cameras' calibration
+        does to both is common to many points (`relative_sensitivity`).
+    """
+    probe, home = seen.probe, seen.home
+    lost = seen.body.status != FrameStatus.OK
+    lost[: len(probe) if home is None else begin] = True
+    status = np.where(lost, FrameStatus.REFERENCE_LOST, probe.status).astype(np.uint8)
+    if home is None:
+        turn, shift = np.full((len(probe), 3, 3), np.nan), np.full((len(probe), 3), np.nan)
+    else:
+        turn, shift = motion_to_world(home, poses.rotation, poses.origin)
+        turn[lost], shift[lost] = np.nan, np.nan
+    arms = probe.tip_world - poses.origin
+    by_pose = np.zeros((len(probe), 3, 6))
+    by_pose[:, :, :3] = -_skew(arms)
+    by_pose[:, :, 3:] = np.eye(3)
+    covariance = probe.tip_covariance + by_pose @ poses.covariance @ by_pose.transpose(0, 2, 1)
+    return replace(
+        probe,
+        status=status,
+        tip_world=_moved(turn, shift, probe.tip_world),
+        tip_covariance=turn @ covariance @ turn.transpose(0, 2, 1),
+        rotation_world_from_probe=turn @ probe.rotation_world_from_probe,
+        origin_world=_moved(turn, shift, probe.origin_world),
+        reference=seen,
+    )
+
+
+def simultaneous(track: TrackBlock) -> TrackBlock:
+    """Return tracked frames, each relative to the pose of the reference body in that very frame."""
+    seen = track.reference
+    if seen is None:
+        return track
+    body = seen.body
+    poses = ReferencePoses(body.rotation_world_from_probe, body.origin_world, seen.covariance)
+    found = related(seen, poses)
+    # Frames before the home was known stay without a tip.
+    return replace(found, status=track.status)
+
+
+def motion_to_world(home: ReferenceHome, rotation: Float, origin: Float) -> tuple[Float, Float]:
+    """Return what takes the rig frame now to the world of the job: (n, 3, 3) and (n, 3), mm.
+
+    Parameters
+    ----------
+    home
+        Where the reference body stood.
+    rotation, origin
+        (n, 3, 3) and (n, 3), mm: where it is now, rig frame.
+    """
+    at_home = home.T_rig_from_reference
+    turn: Float = at_home.rotation @ rotation.transpose(0, 2, 1)
+    return turn, at_home.translation - (turn @ origin[:, :, None])[:, :, 0]
+
+
+def relative_sensitivity(
+    spots: Float,
+    reference_spots: Float,
+    home: ReferenceHome,
+    rig: Rig,
+    body: ProbeBody,
+    reference: ReferenceBody,
+) -> TipSensitivity:
+    """Return the tip in the world of the job and its derivatives.
+
+    Three poses of the same cameras go into it: the probe, the reference body now, and the reference
+    body at home. Where the reference body has not moved, whatever is the matter with the cameras
+    moves its two poses alike and cancels; where it has, only the rest of it cancels. So spots of
+    all three are listed, those of the reference body now with the opposite sign.
+
+    Parameters
+    ----------
+    spots, reference_spots
+        (C, L, 2) and (C, R, 2), px, of the same frames.
+    home
+        Where the reference body stood when the job began.
+    rig, body, reference
+        What it was measured with.
+
+    Raises
+    ------
+    TrackingError
+        The spots do not determine a pose.
+    """
+    tip = tip_sensitivity(spots, rig, body)
+    now = pose_sensitivity(reference_spots, rig, reference.leds.leds_body)
+    then = pose_sensitivity(home.spots, rig, reference.leds.leds_body)
+    back = RigidTransform(then.rotation, then.origin).compose(
+        RigidTransform(now.rotation, now.origin).inverse()
+    )
+    tip_world = back.apply(tip.tip_world)
+    by_now = -back.rotation @ arm_jacobian(tip.tip_world - now.origin)
+    by_then = arm_jacobian(tip_world - then.origin)
+    by_home_spots = by_then @ then.by_spots
+    return TipSensitivity(
+        tip_world=tip_world,
+        camera=np.concatenate([tip.camera, now.camera, then.camera]),
+        uv=np.concatenate([tip.uv, now.uv, then.uv]),
+        by_spots=np.concatenate(
+            [
+                np.einsum("ij,jmk->imk", back.rotation, tip.by_spots),
+                (by_now @ now.by_spots).reshape(3, -1, 2),
+                by_home_spots.reshape(3, -1, 2),
+            ],
+            axis=1,
+        ),
+        by_cameras=back.rotation @ tip.by_cameras
+        + by_now @ now.by_cameras
+        + by_then @ then.by_cameras,
+        by_geometry=back.rotation @ tip.by_geometry,
+        by_reference=by_now @ now.by_leds + by_then @ then.by_leds,
+        by_home=rig.noise.white_px / np.sqrt(home.n_frames) * by_home_spots,
+    )
+
+
+def _moved(turn: Float, shift: Float, points: Float) -> Float:
+    moved: Float = (turn @ points[:, :, None])[:, :, 0] + shift
+    return moved
+
+
+def _skew(vectors: Float) -> Float:
+    """Return the matrices (n, 3, 3) whose products with x are the vectors (n, 3) cross x."""
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    stacked = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1)
+    return stacked.reshape(-1, 3, 3)
