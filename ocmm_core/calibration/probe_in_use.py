@@ -29,9 +29,6 @@ from ocmm_core.tracking.body import ProbeBody, load_probe
 
 TEXT_SCHEMA = "ocmm.probe-in-use/1"
 
-QUICK_CHECK = "Make the quick tip check: one minute."
-"""What to do where the mounted tip may have changed."""
-
 
 class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Everything that the geometry of a calibrated probe comes from, as jobs keep it.

@@ -324,7 +324,8 @@ def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetim
         return Standing(
             State.SUSPECT,
             why,
-            "Make the quick tip check; if it fails, qualify the tip or calibrate the probe.",
+            "Make the quick tip check: one minute. If it fails, qualify the tip or calibrate the "
+            "probe.",
             last.since_utc or _last_good(events, tip, calibration.made_utc),
         )
     ends = (

@@ -1,13 +1,14 @@
 """Points that are held back: stored and shown, but proving nothing until they are released.
 
-Where the calibration came into doubt while a job was measured, the points since the last good check
-may be wrong. Which ones follows from the events of the job file alone, so that they stay held back
-when the job is opened again.
+Where the calibration or the tip came into doubt while a job was measured, the points since the last
+good check may be wrong. Which ones follows from the events of the job file alone, so that they stay
+held back when the job is opened again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from enum import Enum
 
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring.point import MeasuredPoint
@@ -16,10 +17,35 @@ from ocmm_core.tolerances.decision import not_proven
 from ocmm_core.tolerances.evaluate import involved_features
 from ocmm_core.tolerances.result import CharacteristicResult
 
-HELD, RELEASED = "points held back", "points released"
-"""Kinds of events; the text names the points, then says why: ``5,6,7: reason``."""
 
-_REMEDY = "Verify the calibration; if it passes they count again, else take them again."
+class Ward(Enum):
+    """What points are held back for, and so what lets them count again.
+
+    Each has its own kinds of events; their text names the points, then says why:
+    ``5,6,7: reason``.
+    """
+
+    CAMERAS = (
+        "points held back",
+        "points released",
+        "Verify the calibration; if it passes they count again, else take them again.",
+    )
+    TIP = (
+        "points held back for the tip",
+        "points released for the tip",
+        "Make the quick tip check; if it passes they count again, else take them again.",
+    )
+    FAILED_TIP = (
+        "points of a tip that failed",
+        "points of a tip that failed, released",
+        "Take them again.",
+    )
+    """Nothing releases them: nobody knows since when the tip was wrong."""
+
+    def __init__(self, held: str, released: str, remedy: str) -> None:
+        self.held = held
+        self.released = released
+        self.remedy = remedy
 
 
 def event_text(numbers: Collection[int], reason: str) -> str:
@@ -27,19 +53,29 @@ def event_text(numbers: Collection[int], reason: str) -> str:
     return f"{','.join(str(number) for number in sorted(numbers))}: {reason}"
 
 
-def held_back(events: Sequence[JobEvent]) -> dict[int, str]:
+def held_back(events: Sequence[JobEvent], ward: Ward = Ward.CAMERAS) -> dict[int, str]:
     """Return the points that are held back after these events, oldest first, and why each is."""
     held: dict[int, str] = {}
     for event in events:
-        if event.kind not in (HELD, RELEASED):
+        if event.kind not in (ward.held, ward.released):
             continue
         names, _, reason = event.text.partition(": ")
         for name in names.split(","):
-            if event.kind == HELD:
+            if event.kind == ward.held:
                 held[int(name)] = reason
             else:
                 held.pop(int(name), None)
     return held
+
+
+def notes_of(held: Mapping[Ward, Mapping[int, str]]) -> dict[int, str]:
+    """Return for every point that is held back why, and what to do."""
+    notes: dict[int, str] = {}
+    # What nothing releases is told first.
+    for ward in reversed(Ward):
+        for number, reason in held[ward].items():
+            notes.setdefault(number, f"{reason} {ward.remedy}")
+    return notes
 
 
 def feature_note(feature: str, points: Sequence[MeasuredPoint], held: Mapping[int, str]) -> str:
@@ -48,7 +84,7 @@ def feature_note(feature: str, points: Sequence[MeasuredPoint], held: Mapping[in
     if not numbers:
         return ""
     count = "1 point" if len(numbers) == 1 else f"{len(numbers)} points"
-    return f"{count} of {feature} held back. {held[numbers[0]]} {_REMEDY}"
+    return f"{count} of {feature} held back. {held[numbers[0]]}"
 
 
 def with_doubt(

@@ -7,7 +7,7 @@ lock guards them, and every change makes a new frozen `JobView`.
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,11 +21,11 @@ from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.quarantine import (
-    HELD,
-    RELEASED,
+    Ward,
     event_text,
     feature_note,
     held_back,
+    notes_of,
     with_doubt,
 )
 from ocmm_core.inspection.single_points import compensate_by_plan
@@ -41,7 +41,7 @@ from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
 
-_CALIBRATION, _UNCALIBRATED = "calibration", "uncalibrated"
+_CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 """Kinds of events of the job file."""
 
 _WORST_FIRST = (
@@ -81,6 +81,11 @@ class InspectionSession:
         are taken over, so that a job goes on after an interruption.
     options
         Limits.
+
+    Raises
+    ------
+    MeasuringError
+        The job holds points of another probe or tip.
     """
 
     def __init__(
@@ -93,6 +98,13 @@ class InspectionSession:
         self._options = options
         self._lock = threading.RLock()
         self._points: list[MeasuredPoint] = job.points()
+        if self._points and job.head.probe_identity != body.identity:
+            raise MeasuringError(
+                "session.other_probe",
+                f"{job.path}: the points of this job were taken with another probe, with another "
+                f"tip, or before the tip was calibrated or qualified anew.",
+                "Begin a new job; or give the probe and the tip that this one was begun with.",
+            )
         self._sensitivities: dict[int, TipSensitivity] = {
             point.number: tip_sensitivity(point.spots, rig, body) for point in self._points
         }
@@ -101,7 +113,7 @@ class InspectionSession:
         events = job.events()
         notes = [event.text for event in events if event.kind == _UNCALIBRATED]
         self._unproven = notes[-1] if notes else ""
-        self._held = held_back(events)
+        self._held = {ward: held_back(events, ward) for ward in Ward}
         self._first_own = job.next_number()
         for feature in plan.features:
             if self._count(feature.name) >= feature.points:
@@ -124,13 +136,15 @@ class InspectionSession:
         with self._lock:
             return self._part_frame(self._checked_features())
 
-    def note_calibration(self, calibration: str, unproven: str) -> None:
-        """Store with which calibration the points from now on are taken.
+    def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:
+        """Store with which calibration and probe the points from now on are taken.
 
         Parameters
         ----------
         calibration
-            What is said about it, and its hash.
+            What is said about that of the cameras, and its hash.
+        probe
+            What is said about probe and tip, and the hashes of their records.
         unproven
             Why this job proves nothing from now on, for good; empty where it does.
 
@@ -141,6 +155,7 @@ class InspectionSession:
         """
         with self._lock:
             self._job.append_event(_CALIBRATION, calibration)
+            self._job.append_event(_PROBE, probe)
             if unproven:
                 self._job.append_event(_UNCALIBRATED, unproven)
                 self._unproven = unproven
@@ -167,17 +182,24 @@ class InspectionSession:
                 for point in self._points
                 # Points of earlier runs have times of another clock.
                 if point.number >= self._first_own
-                and point.number not in self._held
                 and (since_s is None or point.time_s >= since_s)
             ]
-            self._held |= dict.fromkeys(numbers, reason)
-            self._view = None
-            if numbers:
-                self._job.append_event(HELD, event_text(numbers, reason))
-            return numbers
+            return self.hold_back_points(numbers, reason, Ward.CAMERAS)
 
-    def release(self, reason: str) -> list[int]:
-        """Let all points of this run count again that were held back, and return them.
+    def hold_back_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+        """Hold back points, and return those that were not yet; StorageError as `hold_back`."""
+        with self._lock:
+            new = [number for number in numbers if number not in self._held[ward]]
+            self._held[ward] |= dict.fromkeys(new, reason)
+            self._view = None
+            if new:
+                self._job.append_event(ward.held, event_text(new, reason))
+            return new
+
+    def release(self, reason: str, ward: Ward = Ward.CAMERAS) -> list[int]:
+        """Let points count again that were held back, and return them.
+
+        What was held back for the cameras in an earlier run stays so.
 
         Raises
         ------
@@ -185,10 +207,12 @@ class InspectionSession:
             It could not be made durable; they stay held back.
         """
         with self._lock:
-            numbers = [number for number in self._held if number >= self._first_own]
+            held = self._held[ward]
+            first = self._first_own if ward is Ward.CAMERAS else 0
+            numbers = [number for number in held if number >= first]
             if numbers:
-                self._job.append_event(RELEASED, event_text(numbers, reason))
-                self._held = {k: v for k, v in self._held.items() if k not in numbers}
+                self._job.append_event(ward.released, event_text(numbers, reason))
+                self._held[ward] = {k: v for k, v in held.items() if k not in numbers}
                 self._view = None
             return numbers
 
@@ -251,9 +275,9 @@ class InspectionSession:
             self._append(
                 replace(last, number=number, direction=-last.direction, approach="flipped")
             )
-            if last.number in self._held:
-                self._held[number] = self._held[last.number]
-                self._job.append_event(HELD, event_text([number], self._held[number]))
+            for ward, held in self._held.items():
+                if last.number in held:
+                    self.hold_back_points([number], held[last.number], ward)
             self._view = None
 
     def finish(self) -> None:
@@ -431,9 +455,8 @@ class InspectionSession:
                 strict=True,
             )
         )
-        results = tuple(
-            with_doubt(result, self._plan, self._points, self._held) for result in results
-        )
+        held = notes_of(self._held)
+        results = tuple(with_doubt(result, self._plan, self._points, held) for result in results)
         if self._unproven:
             results = tuple(not_proven(result, self._unproven) for result in results)
         return JobView(
@@ -441,7 +464,7 @@ class InspectionSession:
             part=self._plan.part,
             operator=self._job.head.operator,
             features=tuple(
-                self._feature_view(nominal, actual[nominal.name], results)
+                self._feature_view(nominal, actual[nominal.name], results, held)
                 for nominal in self._plan.features
             ),
             active=self._active,
@@ -449,7 +472,7 @@ class InspectionSession:
             refusal=self._refusal,
             complete=not self._active,
             unproven=self._unproven,
-            held=tuple(point.number for point in self._points if point.number in self._held),
+            held=tuple(point.number for point in self._points if point.number in held),
         )
 
     def _checked_features(self) -> dict[str, ActualFeature | FitError]:
@@ -487,6 +510,7 @@ class InspectionSession:
         nominal: NominalFeature,
         actual: ActualFeature | FitError,
         results: Sequence[CharacteristicResult],
+        held: Mapping[int, str],
     ) -> FeatureView:
         state = FeatureState.DONE if nominal.name in self._done else FeatureState.PENDING
         if nominal.name == self._active:
@@ -504,7 +528,7 @@ class InspectionSession:
             note=(
                 actual.what
                 if isinstance(actual, FitError)
-                else feature_note(nominal.name, self._points, self._held)
+                else feature_note(nominal.name, self._points, held)
             ),
         )
 

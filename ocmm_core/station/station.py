@@ -155,7 +155,9 @@ class MeasuringStation:
         """Start acquisition and reconstruction."""
         calibration = self.calibration()
         self._session.note_calibration(
-            f"{calibration.word.value} {calibration.identity}", calibration.unproven
+            f"{calibration.word.value} {calibration.identity}",
+            f"{self.body.name} {self.body.identity}",
+            calibration.unproven,
         )
         self._acquisition.start()
         self._calibration.start()

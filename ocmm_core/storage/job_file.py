@@ -201,6 +201,14 @@ class JobFile:
                 raise damaged(self.path, f"point {row[0]} is not as it was stored")
         return [point_from_row(row) for *row, _ in rows]
 
+    def taken_utc(self) -> dict[int, str]:
+        """Return when each point was stored, also annulled ones: ISO 8601 text by number."""
+        with self._reading() as db:
+            rows = db.execute(
+                "SELECT key, time_utc FROM audit WHERE subject = 'observation' ORDER BY key"
+            ).fetchall()
+        return {int(number): text for number, text in rows}
+
     def events(self) -> list[JobEvent]:
         """Return what happened, oldest first."""
         with self._reading() as db:
