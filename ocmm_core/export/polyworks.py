@@ -30,7 +30,7 @@ FEATURES_HEADER = (
 )
 REPORT_HEADER = (
     "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    "Calibration"
+    "Calibration,Temperature"
 )
 
 _NO_VECTOR = ["", "", ""]
@@ -43,6 +43,7 @@ def export_polyworks(
     *,
     T_part_from_world: RigidTransform | None,
     calibration: str,
+    temperature: str = "",
 ) -> tuple[Path, Path, Path]:
     """Write ``<job>_points.csv``, ``<job>_features.csv`` and ``<job>_report.csv``.
 
@@ -62,6 +63,8 @@ def export_polyworks(
         column ``CoordinateSystem`` says so.
     calibration
         State and hash of the calibration of the cameras, ASCII, for the report.
+    temperature
+        Temperatures and switches of their compensation, ASCII without commas, for the report.
 
     Returns
     -------
@@ -95,7 +98,7 @@ def export_polyworks(
     report = [REPORT_HEADER.split(",")]
     for result in job.characteristics:
         _check_name("characteristic", result.name)
-        report.append([*_report_row(result), calibration])
+        report.append([*_report_row(result), calibration, temperature])
     folder = Path(directory)
     stem = f"{job.job}_UNCALIBRATED" if job.unproven else job.job
     paths = (

@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import Literal
 
+import msgspec
+
 from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.documents import Document, load_document
 from ocmm_core.errors import InputError
@@ -14,8 +16,19 @@ from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.tolerances.characteristic import Characteristic
 
 SCHEMA = "ocmm.plan/1"
+MAX_EXPANSION_PPM = 200.0
+"""No solid grows more for a kelvin."""
+
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_][A-Za-z0-9 _.\-]{0,59}")
 """Names that every export takes as they are: no comma, quote, dollar or leading sign."""
+
+
+class Material(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the part is made of: its thermal expansion and standard uncertainty, 1e-6/K."""
+
+    name: str
+    expansion_ppm: float
+    expansion_sigma_ppm: float = 1.0
 
 
 class Plan(Document, frozen=True, kw_only=True):
@@ -33,6 +46,8 @@ class Plan(Document, frozen=True, kw_only=True):
         Needed as soon as a characteristic is a coordinate.
     rule
         Decision rule: ISO 14253-1 with a guard band (default), or simple acceptance.
+    material
+        Needed where results are to be reported at 20 °C.
     """
 
     name: str
@@ -41,6 +56,7 @@ class Plan(Document, frozen=True, kw_only=True):
     characteristics: list[Characteristic]
     alignment: DatumAlignment | None = None
     rule: Literal["iso14253-1", "simple"] = "iso14253-1"
+    material: Material | None = None
 
     def feature(self, name: str) -> NominalFeature:
         """Return the feature called ``name``; KeyError if there is none."""
@@ -91,6 +107,8 @@ def check_plan(path: Path, plan: Plan) -> None:
         _check_characteristic(path, plan, index, characteristic)
     if plan.alignment is not None:
         _check_alignment(path, plan, plan.alignment)
+    if plan.material is not None:
+        _check_material(path, plan.material)
 
 
 _ROUND = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
@@ -155,6 +173,15 @@ def _check_alignment(path: Path, plan: Plan, alignment: DatumAlignment) -> None:
         _need(path, plan, "alignment", name, _CENTRED)
     if alignment.secondary[0] == alignment.secondary[1]:
         raise _error(path, "alignment.secondary", "names one feature twice")
+
+
+def _check_material(path: Path, material: Material) -> None:
+    if abs(material.expansion_ppm) > MAX_EXPANSION_PPM:
+        raise _error(
+            path, "material.expansion_ppm", f"is {material.expansion_ppm:g}; steel has 11.5"
+        )
+    if not 0.0 <= material.expansion_sigma_ppm <= MAX_EXPANSION_PPM:
+        raise _error(path, "material.expansion_sigma_ppm", f"is {material.expansion_sigma_ppm:g}")
 
 
 def _need(path: Path, plan: Plan, field: str, name: str, shapes: tuple[Shape, ...]) -> None:

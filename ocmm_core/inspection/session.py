@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ocmm_core.alignment.datums import part_frame
+from ocmm_core.calibration.probe_shape import ContactForce
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import FitError, MeasuringError, OcmmError
 from ocmm_core.features.actual import ActualFeature, actual_features
@@ -32,6 +33,13 @@ from ocmm_core.inspection.single_points import compensate_by_plan
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
+from ocmm_core.measuring.temperature import EVENT as TEMPERATURE
+from ocmm_core.measuring.temperature import (
+    Climate,
+    climate_of_text,
+    record_text,
+    reported_points,
+)
 from ocmm_core.measuring.trigger import Touch, approach_direction
 from ocmm_core.measuring.uncertainty import joint_covariance, point_uncertainty
 from ocmm_core.storage.job_file import JobFile
@@ -63,10 +71,16 @@ class SessionOptions:
     max_form
         A feature whose points scatter by more than this, mm, has a point that belongs elsewhere:
         it gives no result.
+    climate
+        Temperatures of probe and part, and what is compensated for them.
+    contact
+        What the hand's force does to the probe; None where its design is not known.
     """
 
     point: PointOptions = field(default_factory=PointOptions)
     max_form: float = 0.5
+    climate: Climate = field(default_factory=Climate)
+    contact: ContactForce | None = None
 
 
 class InspectionSession:
@@ -113,6 +127,9 @@ class InspectionSession:
         events = job.events()
         notes = [event.text for event in events if event.kind == _UNCALIBRATED]
         self._unproven = notes[-1] if notes else ""
+        self._recorded = [event.text for event in events if event.kind == TEMPERATURE]
+        if self._points:
+            self._require_same_climate()
         self._held = {ward: held_back(events, ward) for ward in Ward}
         self._first_own = job.next_number()
         for feature in plan.features:
@@ -160,6 +177,20 @@ class InspectionSession:
                 self._job.append_event(_UNCALIBRATED, unproven)
                 self._unproven = unproven
             self._view = None
+
+    def note_climate(self) -> None:
+        """Store with which temperatures and switches the points from now on are taken.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable.
+        """
+        with self._lock:
+            text = record_text(self._options.climate.record())
+            if self._recorded[-1:] != [text]:
+                self._job.append_event(TEMPERATURE, text)
+                self._recorded.append(text)
 
     def hold_back(self, since_s: float | None, reason: str) -> list[int]:
         """Hold back the points that were taken since a moment of this run, and return them.
@@ -473,13 +504,15 @@ class InspectionSession:
             complete=not self._active,
             unproven=self._unproven,
             held=tuple(point.number for point in self._points if point.number in held),
+            temperature=self._options.climate.words,
         )
 
     def _checked_features(self) -> dict[str, ActualFeature | FitError]:
-        actual = actual_features(self._plan.features, self._points)
+        points = self._reported()
+        actual = actual_features(self._plan.features, points)
         T_part_from_world = self._part_frame(actual)
         if T_part_from_world is not None:
-            actual |= compensate_by_plan(self._plan.features, self._points, T_part_from_world)
+            actual |= compensate_by_plan(self._plan.features, points, T_part_from_world)
         for name, feature in actual.items():
             if isinstance(feature, ActualFeature) and feature.fit.form > self._options.max_form:
                 actual[name] = _scattered(feature)
@@ -503,7 +536,29 @@ class InspectionSession:
         sensitivities: Sequence[TipSensitivity] = [
             self._sensitivities[point.number] for point in self._points
         ]
-        return joint_covariance(self._points, sensitivities, self._rig, self._body)
+        options = self._options
+        return joint_covariance(
+            self._reported(),
+            sensitivities,
+            self._rig,
+            self._body,
+            options.contact,
+            options.climate.part,
+        )
+
+    def _reported(self) -> list[MeasuredPoint]:
+        return reported_points(self._points, self._options.climate.part)
+
+    def _require_same_climate(self) -> None:
+        """Raise MeasuringError where points of this job were taken with other temperatures."""
+        before = climate_of_text(self._recorded[-1]) if self._recorded else Climate()
+        if before.record() != self._options.climate.record():
+            raise MeasuringError(
+                "session.temperature",
+                f"{self._job.path}: its points were taken with other temperatures or switches. "
+                f"{before.words}",
+                "Go on with the same, or begin a new job.",
+            )
 
     def _feature_view(
         self,
@@ -522,7 +577,7 @@ class InspectionSession:
             shape=nominal.shape,
             needed=nominal.points,
             state=state,
-            points=tuple(point for point in self._points if point.feature == nominal.name),
+            points=tuple(point for point in self._reported() if point.feature == nominal.name),
             fit=actual.fit if isinstance(actual, ActualFeature) else None,
             verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fitted else None,
             note=(

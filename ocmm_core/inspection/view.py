@@ -125,6 +125,8 @@ class JobView:
         Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can.
     held
         Numbers of the points that are held back: what rests on them is NOT PROVEN.
+    temperature
+        What is known of the temperatures of probe and part, and what is compensated, in words.
     """
 
     job: str
@@ -137,3 +139,4 @@ class JobView:
     complete: bool
     unproven: str = ""
     held: tuple[int, ...] = ()
+    temperature: str = ""

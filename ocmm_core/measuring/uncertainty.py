@@ -1,11 +1,15 @@
 """The joint covariance of measured points: what they have in common and what each has alone.
 
-Four sources, propagated from their own records to all points of a job at once (GUM 5.2.2):
+Propagated from their own records to all points of a job at once (GUM 5.2.2):
 
 - the scatter of each point's window, independent from point to point;
 - the part of the spot error that stays at a place of the sensor (pixel pattern, rest of the lens
   model): a Gaussian field on each sensor, so that points taken near each other share it;
-- the calibration of the cameras and the geometry of the probe: common to all points;
+- the calibration of the cameras and the geometry of the probe: common to all points; where the
+  design of the probe is known, growth by warmth and sag are in that geometry's covariance
+  (`calibration.probe_shape.body_in_use`);
+- the force of the hand, where that design is known (`measuring.contact`);
+- the scale of a part that is reported at 20 °C (`measuring.temperature`);
 - the radius of the ball: common to all points, kept as a last, separate quantity because it acts
   on features and not on ball centres.
 
@@ -19,9 +23,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ocmm_core.calibration.probe_shape import ContactForce
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
+from ocmm_core.measuring.contact import contact_covariance
 from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring.temperature import PartWarmth, scale_covariance
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
 
@@ -34,6 +41,8 @@ def joint_covariance(
     sensitivities: Sequence[TipSensitivity],
     rig: Rig,
     body: ProbeBody,
+    contact: ContactForce | None = None,
+    part: PartWarmth | None = None,
 ) -> Float:
     """Return the covariance of all ball centres and the tip radius.
 
@@ -43,6 +52,10 @@ def joint_covariance(
         N points, in any order.
     sensitivities
         `tip_sensitivity` of the spots of each point.
+    contact
+        What the hand's force does; None where the design of the probe is not known.
+    part
+        How warm the part is; None where it is not compensated.
 
     Returns
     -------
@@ -59,6 +72,10 @@ def joint_covariance(
     for index, point in enumerate(points):
         block = slice(3 * index, 3 * index + 3)
         covariance[block, block] += point.random_covariance
+    if contact is not None:
+        covariance[:size, :size] += contact_covariance(points, sensitivities, contact)
+    if part is not None:
+        covariance += scale_covariance(points, part)
     return covariance
 
 

@@ -159,6 +159,7 @@ class MeasuringStation:
             f"{self.body.name} {self.body.identity}",
             calibration.unproven,
         )
+        self._session.note_climate()
         self._acquisition.start()
         self._calibration.start()
         self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
@@ -317,6 +318,7 @@ class MeasuringStation:
             self.plan.features,
             directory,
             calibration=self.calibration().label,
+            temperature=self._options.session.climate.label,
             T_part_from_world=self._session.T_part_from_world,
         )
 

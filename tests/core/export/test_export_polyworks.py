@@ -126,7 +126,7 @@ NOMINALS = [
 ]  # fmt: skip
 
 STATE = "VALID 0123456789ab"
-export = partial(export_polyworks, calibration=STATE)
+export = partial(export_polyworks, calibration=STATE, temperature="Probe 21 C")
 
 POINTS_PART = (
     b"BORE 1.001,0.0000,-10.0000,0.0000,0.000000,1.000000,0.000000\r\n"
@@ -150,17 +150,17 @@ FEATURES_PART = (
 )
 REPORT = (
     b"Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    b"Calibration\r\n"
+    b"Calibration,Temperature\r\n"
     b"Bore diameter,Diameter,20.0000,20.0025,0.0025,-0.0100,0.0200,Pass,0.0000,0.0038,mm,"
-    b"VALID 0123456789ab\r\n"
+    b"VALID 0123456789ab,Probe 21 C\r\n"
     b"Bore too big,Diameter,20.0000,20.0312,0.0312,-0.0100,0.0200,Fail,0.0112,0.0038,mm,"
-    b"VALID 0123456789ab\r\n"
+    b"VALID 0123456789ab,Probe 21 C\r\n"
     b"Bore too small,Diameter,20.0000,19.9812,-0.0188,-0.0100,0.0200,Fail,0.0088,0.0038,mm,"
-    b"VALID 0123456789ab\r\n"
+    b"VALID 0123456789ab,Probe 21 C\r\n"
     b"Bore in doubt,Diameter,20.0000,20.0195,0.0195,-0.0100,0.0200,Fail,0.0000,0.0038,mm,"
-    b"VALID 0123456789ab\r\n"
+    b"VALID 0123456789ab,Probe 21 C\r\n"
     b"Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,"
-    b"VALID 0123456789ab\r\n"
+    b"VALID 0123456789ab,Probe 21 C\r\n"
 )
 
 
