@@ -19,6 +19,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.inspection.view import FeatureState, JobView, LiveView
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.actions import make_button
+from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.operator.feature_panel import FeaturePanel
 from ocmm_gui.operator.guidance import Guidance
 from ocmm_gui.operator.plan_list import PlanList
@@ -61,6 +62,8 @@ class DeskView(QWidget):
         self._heading.setAccessibleName("Job")
         self._heading.setTextFormat(Qt.TextFormat.PlainText)
         self._heading.setFont(text_font(14, bold=True))
+        self._climate = sentence_label("Temperatures", 12)
+        self._climate.setProperty("role", "muted")
         self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         work = QWidget()
         beside = QHBoxLayout(work)
@@ -100,6 +103,7 @@ class DeskView(QWidget):
         done = sum(feature.state is FeatureState.DONE for feature in job.features)
         self._heading.setText(f"{job.part}   {done} / {len(job.features)} features")
         self._heading.setToolTip(f"Job {job.job}, part {job.part}, operator {job.operator}")
+        self._climate.setText(job.temperature)
         self.plan.show_job(job)
         self.points.show_job(job)
         self.feature.show_job(job)
@@ -117,6 +121,7 @@ class DeskView(QWidget):
         layout.setSpacing(6)
         layout.addWidget(self._heading)
         layout.addWidget(self.plan, 1)
+        layout.addWidget(self._climate)
         return side
 
     def _right(self, actions: dict[str, QAction]) -> QWidget:

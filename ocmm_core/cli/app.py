@@ -14,6 +14,16 @@ import typer
 from ocmm_core import __version__
 from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.calibrate import calibrate_app
+from ocmm_core.cli.climate import (
+    ClimateRequest,
+    CompensatePartOption,
+    CompensateProbeOption,
+    PartExpansionOption,
+    PartTemperatureOption,
+    ProbeDesignOption,
+    ProbeTemperatureOption,
+    TemperatureSigmaOption,
+)
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
 from ocmm_core.cli.options import (
@@ -141,6 +151,13 @@ def measure(
     ] = False,
     calibrations: CalibrationsOption = None,
     uncalibrated: UncalibratedOption = False,
+    probe_design: ProbeDesignOption = None,
+    probe_temperature: ProbeTemperatureOption = None,
+    compensate_probe: CompensateProbeOption = False,
+    part_temperature: PartTemperatureOption = None,
+    part_expansion: PartExpansionOption = None,
+    compensate_part: CompensatePartOption = False,
+    temperature_sigma: TemperatureSigmaOption = 0.5,
     force: ForceOption = False,
 ) -> None:
     """Measure a part by a plan, and write the job file and the PolyWorks report.
@@ -152,6 +169,10 @@ def measure(
         plan=plan, out=out, rig=rig, probe=probe, part=part, source=source, seed=seed, speed=speed,
         operator=operator, serial=serial, record=record, force=force,
         calibrations=calibrations, uncalibrated=uncalibrated,
+        climate=ClimateRequest(
+            probe_design, probe_temperature, part_temperature, temperature_sigma, part_expansion,
+            compensate_probe, compensate_part,
+        ),
         method="thesis" if thesis else "gauss-newton",
     )  # fmt: skip
     _measure(request, with_truth=False)

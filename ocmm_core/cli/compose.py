@@ -11,6 +11,7 @@ from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.calibration.in_use import CalibrationInUse
 from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibration
+from ocmm_core.cli.climate import climate_in_use
 from ocmm_core.cli.feeds import Feed as Feed
 from ocmm_core.cli.feeds import StationRequest as StationRequest
 from ocmm_core.cli.feeds import identities as identities
@@ -63,6 +64,7 @@ def build_station(request: StationRequest) -> BuiltStation:
         A document, the source or the folder cannot be used; nothing is left running.
     """
     plan, body = load_plan(request.plan), load_probe(request.probe)
+    climate = climate_in_use(request.climate, plan, body, None)
     calibration = calibration_of(request)
     feed = make_feed(request, plan, calibration.rig)
     calibration = checked_for_replay(calibration, feed.recorded)
@@ -83,12 +85,12 @@ def build_station(request: StationRequest) -> BuiltStation:
         station = MeasuringStation(
             plan,
             calibration,
-            body,
+            climate.body,
             JobFile.create(job_path, head),
             feed.acquisition,
             feed.ring,
             StationOptions(
-                session=SessionOptions(),
+                session=SessionOptions(climate=climate.climate, contact=climate.contact),
                 tracking=TrackingOptions(method=request.method),
                 live_source=feed.live,
                 intent=_intent(feed.virtual) if feed.virtual is not None else None,

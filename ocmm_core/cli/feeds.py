@@ -18,6 +18,7 @@ from ocmm_core.acquisition.service_client import ServiceBus
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
 from ocmm_core.camera.rig import Rig
+from ocmm_core.cli.climate import ClimateRequest
 from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.source_names import PIXEL_BUS, VIRTUAL_BUSES, VIRTUAL_WIRE
 from ocmm_core.errors import InputError
@@ -73,6 +74,8 @@ class StationRequest:
         itself for virtual ones and replays.
     uncalibrated
         Take points whatever is the matter with the calibration; they prove nothing.
+    climate
+        Temperatures of probe and part, and what is to be compensated for them.
     """
 
     plan: Path
@@ -94,6 +97,7 @@ class StationRequest:
     control: str = ""
     calibrations: Path | None = None
     uncalibrated: bool = False
+    climate: ClimateRequest = field(default_factory=ClimateRequest)
 
 
 @dataclass(frozen=True, slots=True)

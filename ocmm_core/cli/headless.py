@@ -45,6 +45,7 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
     console.print(f"Job     {built.job_path}")
     calibration = station.calibration()
     console.print(f"Calibration  {calibration.label}", highlight=False)
+    console.print(f"Temperature  {station.job().temperature}", highlight=False)
     for warning in calibration.warnings:
         console.print(f"[yellow]{warning}[/]", highlight=False)
     try:

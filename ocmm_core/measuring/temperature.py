@@ -108,6 +108,8 @@ class Climate:
     @property
     def words(self) -> str:
         """Return what the window and the terminal say."""
+        if self.probe.now is None and self.part.now is None:
+            return "Temperatures of probe and part not given; nothing is compensated."
         return f"{_probe_words(self.probe)} {_part_words(self.part)}"
 
     @property
