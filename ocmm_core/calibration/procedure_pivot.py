@@ -1,20 +1,58 @@
 """Guided pivot calibration: the ball rests in a cone and the probe is swept about it, twice.
 
 Steps: ``prepare``, ``first`` (the sweep that calibrates), ``second`` (an independent one, in
-another place or attitude, that must show the same tip), ``result``.
+another place or attitude, that must show the same tip), ``result``. Nobody needs a key: a sweep
+begins when the ball rests in the cone, and its gate opens when nothing is missing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+import msgspec
+import numpy as np
+
+from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.pivot_views import PivotView
+from ocmm_core.calibration.pivot_conclusion import PivotMaterial, conclude_pivot, laid_onto, vector
+from ocmm_core.calibration.pivot_progress import Progress, progress_of, view_of
+from ocmm_core.calibration.pivot_session import (
+    FIRST,
+    PREPARE,
+    RESULT,
+    SECOND,
+    SWEEPS,
+    PivotBegun,
+    PivotEvent,
+    PosesTaken,
+    SweepDiscarded,
+    SweepPoses,
+)
+from ocmm_core.calibration.pivot_steps import apart, steps_of
+from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM
+from ocmm_core.calibration.pivot_views import PivotOutcome, PivotView, SweepPhase, SweepView
+from ocmm_core.calibration.pivot_watch import SweepWatch
+from ocmm_core.calibration.probe_records import ProbeRecord
 from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.procedure import Kind, Live, Step
 from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.calibration.sealed import load_named
+from ocmm_core.calibration.session import ProbeProcedure
+from ocmm_core.calibration.session_events import (
+    CommonEvent,
+    Decided,
+    Entered,
+    SessionLine,
+    first_line,
+    session_path,
+    to_spots,
+    utc_text,
+)
 from ocmm_core.camera.rig import Rig
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
 
@@ -22,22 +60,45 @@ CHANGE_LIMIT_MM = 0.03
 POSES_WANTED = 400
 TIP_SIGMA_MM = 0.01
 VALID_DAYS = 365
+_RECORDED_BATCH = 200
 
-PREPARE, FIRST, SECOND, RESULT = "prepare", "first", "second", "result"
 
-
-class PivotProcedure:
+class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     """See `procedure`; made by `begin` and `resume`.
 
     Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`
-    (a batch of poses, durable when it returns); when the gate of the step is open, `advance`. Start
-    and end of a sweep come from the ball in its cone and from the coverage, nobody needs a key.
-    All other calls of `procedure.Procedure` are there too: `drop` takes the last batch back, `back`,
-    `force`, `compute`, `accept`, `keep`.
+    (a batch of poses, durable when it returns); when the gate of the step is open, `advance`.
     """
 
     kind = Kind.PIVOT
     step_names = (PREPARE, FIRST, SECOND, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[PivotEvent]],
+        begun: PivotBegun,
+        rig: Rig,
+        body: ProbeBody,
+        store: ProbeStore,
+    ) -> None:
+        super().__init__(chain, begun, rig, store, begun.tip)
+        if begun.probe_identity != body.identity:
+            raise CalibrationError(
+                "session.probe",
+                f"{chain.path}: this session was begun with another probe.",
+                "Continue it with that probe, or begin a new one.",
+            )
+        self._begun = begun
+        self._body = body
+        self._poses = {name: SweepPoses() for name in SWEEPS}
+        self._progress: dict[str, Progress] = {}
+        self._last_utc = begun.utc
+        # While the file is read nobody watches, and every progress would be computed in vain.
+        self._watching = False
+        self._watch = self._watch_of(FIRST)
+        self._fold()
+        self._watching = True
+        self._rewatch()
 
     @classmethod
     def begin(
@@ -90,11 +151,49 @@ class PivotProcedure:
         Raises
         ------
         CalibrationError
-            The tip has no name.
+            The tip has no name, or its record is of a probe with other LEDs.
         StorageError
             The session file cannot be written.
         """
-        raise NotImplementedError
+        if not tip.strip():
+            raise CalibrationError(
+                "pivot.tip_name",
+                "The tip has no name.",
+                "Give it the name that is on its stylus; each tip has a calibration of its own.",
+            )
+        active = store.active(tip)
+        expected = None if tip_unknown else body.tip_probe
+        if active is not None:
+            if len(active.calibration.leds_mm) != body.n_leds:
+                raise CalibrationError(
+                    "pivot.leds",
+                    f"The calibration of tip '{tip}' in force is of a probe with "
+                    f"{len(active.calibration.leds_mm)} LEDs, and '{body.name}' has {body.n_leds}.",
+                    "Give every probe a name of its own in its document.",
+                )
+            expected = laid_onto(body, active.calibration)[1]
+        begun = PivotBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=store.active_hash(tip) or "",
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            probe=body.name,
+            probe_identity=body.identity,
+            tip=tip,
+            expected_tip=None if expected is None else vector(expected),
+            cone=cone,
+            slack_mm=slack_mm,
+            change_limit_mm=change_limit_mm,
+            poses_wanted=poses_wanted,
+            tip_sigma_mm=tip_sigma_mm,
+            valid_days=valid_days,
+        )
+        chain = _chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, body, store)
 
     @classmethod
     def resume(cls, path: Path, rig: Rig, body: ProbeBody, store: ProbeStore) -> PivotProcedure:
@@ -107,24 +206,79 @@ class PivotProcedure:
         StorageError
             The file cannot be read, or was changed.
         """
-        raise NotImplementedError
+        chain = _chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, PivotBegun)  # noqa: S101 - the type of the first line
+        return cls(chain, begun, rig, body, store)
 
     @property
     def view(self) -> PivotView:
         """Return the snapshot."""
-        raise NotImplementedError
+        with self._lock:
+            first, second = (self._sweep_view(name) for name in SWEEPS)
+            place, attitude = apart(*(self._progress_of(name) for name in SWEEPS))
+            watching = self._step in SWEEPS
+            nothing = np.full(3, np.nan)
+            findings = self._progress_of(self._step).findings if watching else ()
+            warnings = {one.code: one for one in (*self._watch.warnings(), *findings)}
+            return PivotView(
+                base=self.base,
+                probe=self._begun.probe,
+                tip=self.tip,
+                in_cone=watching and self._watch.in_cone,
+                countdown_s=self._watch.countdown_s if watching else None,
+                direction_world=self._watch.direction_world if watching else nothing,
+                first=first,
+                second=second,
+                place_distance_mm=place,
+                attitude_distance=attitude,
+                place_wanted_mm=OTHER_PLACE_MM,
+                attitude_wanted=float(OTHER_ATTITUDE),
+                warnings=tuple(warnings.values()) if watching else (),
+                outcome=self._outcome,
+            )
 
     def watch(self, block: FrameBlock) -> None:
         """Look at frames."""
-        raise NotImplementedError
+        with self._lock:
+            if len(block) and self._step in SWEEPS and self._decided is None:
+                self._watch.feed(block)
 
     def sweep_anew(self, now: datetime) -> None:
         """Throw away all poses of the current sweep, and wait for the ball in the cone again."""
-        raise NotImplementedError
+        with self._lock:
+            if self._step in SWEEPS:
+                self._append(SweepDiscarded(utc=utc_text(now), step=self._step))
+                self._rewatch()
 
     def take_sweep(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded labelled spots (n, C, L, 2), px, NaN where not seen, into this sweep."""
-        raise NotImplementedError
+        """Take recorded labelled spots (n, C, L, 2), px, NaN where not seen, into this sweep.
+
+        Raises
+        ------
+        CalibrationError
+            No sweep is being taken, or the spots are not those of this rig and probe.
+        """
+        with self._lock:
+            wanted = (len(self.rig.cameras), self._body.n_leds, 2)
+            if self._step not in SWEEPS or uv.shape[1:] != wanted:
+                raise CalibrationError(
+                    "pivot.recorded",
+                    f"Recorded spots of shape {uv.shape[1:]} are not wanted here: the rig has "
+                    f"{wanted[0]} cameras, the probe {wanted[1]} LEDs, and the step is "
+                    f"'{self._step}'.",
+                    "Give the sweeps of this rig and probe while a sweep is to be taken.",
+                )
+            for first in range(0, len(uv), _RECORDED_BATCH):
+                part = uv[first : first + _RECORDED_BATCH]
+                self._append(
+                    PosesTaken(
+                        utc=utc_text(now),
+                        step=self._step,
+                        poses=tuple(to_spots(pose) for pose in part),
+                        sigma_px=sigma_px,
+                    )
+                )
 
     def accept(self, now: datetime, reason: str) -> None:
         """Store the result and end the procedure; see `procedure.Procedure.accept`.
@@ -134,4 +288,135 @@ class PivotProcedure:
         CalibrationError
             The tip changed by more than the limit and ``reason`` is empty, or see there.
         """
-        raise NotImplementedError
+        with self._lock:
+            outcome = self._outcome
+            if outcome is not None and outcome.must_be_confirmed and self._decided is None:
+                change = outcome.change
+                if change is not None and not reason.strip():
+                    raise CalibrationError(
+                        "pivot.unconfirmed",
+                        f"The tip is {1e3 * change.tip_distance:.0f} um from that of the "
+                        f"calibration in force, and {1e3 * change.limit_mm:.0f} um is the limit.",
+                        "Say why it changed (another stylus, a blow, a repair), or keep the old "
+                        "calibration and sweep again.",
+                    )
+            super().accept(now, reason)
+
+    def _sweep_view(self, name: str) -> SweepView:
+        begun = self._begun
+        phase = self._watch.phase if self._step == name else SweepPhase.IDLE
+        return view_of(
+            self.rig,
+            self._progress_of(name),
+            phase,
+            begun.limits(),
+            begun.poses_wanted,
+            begun.tip_sigma_mm,
+        )
+
+    def _progress_of(self, name: str) -> Progress:
+        """Return how far a sweep has come, computed once for what was taken."""
+        known = self._progress.get(name)
+        if known is None:
+            begun = self._begun
+            known = progress_of(
+                self.rig,
+                begun.expected(self._body),
+                self._poses[name].sweep(self.rig, self._body),
+                begun.limits(),
+                begun.expected_tip is not None,
+            )
+            self._progress[name] = known
+        return known
+
+    def _watch_of(self, step: str) -> SweepWatch:
+        return SweepWatch(
+            self.rig,
+            self._begun.expected(self._body),
+            tip_known=self._begun.expected_tip is not None,
+            first=self._progress_of(FIRST) if step == SECOND else None,
+        )
+
+    def _rewatch(self) -> None:
+        """Look at frames with fresh eyes: another sweep, or this one begins anew."""
+        if self._step in SWEEPS:
+            self._watch = self._watch_of(self._step)
+            if self._poses[self._step].count:
+                self._watch.stored(self._progress_of(self._step))
+
+    def _change(self, event: PivotEvent | CommonEvent) -> None:
+        super()._change(event)
+        if isinstance(event, Entered) and self._watching:
+            self._rewatch()
+
+    def _seen(self) -> Live:
+        return self._watch.live()
+
+    def _wants(self) -> bool:
+        return self._step in SWEEPS
+
+    def _observation(self, utc: str) -> PosesTaken:
+        return PosesTaken(
+            utc=utc,
+            step=self._step,
+            poses=tuple(to_spots(pose) for pose in self._watch.batch),
+            sigma_px=self._watch.sigma_px,
+        )
+
+    def _observe(self, event: PivotEvent) -> None:
+        if isinstance(event, PivotBegun):
+            return
+        self._progress.pop(event.step, None)
+        if isinstance(event, SweepDiscarded):
+            self._poses[event.step].batches.clear()
+            return
+        self._poses[event.step].add(event)
+        self._last_utc = max(self._last_utc, event.utc)
+        if self._watching:
+            self._watch.stored(self._progress_of(event.step))
+
+    def _has_observation(self, step: str) -> bool:
+        return step in SWEEPS and self._poses[step].count > 0
+
+    def _undo(self, step: str) -> None:
+        self._poses[step].batches.pop()
+        self._progress.pop(step, None)
+        if self._watching:
+            self._rewatch()
+
+    def _steps(self) -> tuple[Step, ...]:
+        first, second = (
+            (self._progress_of(name), self._sweep_view(name).missing) for name in SWEEPS
+        )
+        return steps_of(self._begun, first, second, forced=self._forced)
+
+    def _calculation(self) -> Callable[[], PivotOutcome]:
+        for step in self._steps()[:-1]:
+            gate = step.gate
+            if not gate.open:
+                raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
+        given = PivotMaterial(
+            rig=self.rig,
+            body=self._body,
+            begun=self._begun,
+            first=self._poses[FIRST].sweep(self.rig, self._body),
+            second=self._poses[SECOND].sweep(self.rig, self._body),
+            previous=self._previous(),
+            made=datetime.fromisoformat(self._last_utc),
+            force=self._forced,
+        )
+        return lambda: conclude_pivot(given)
+
+    def _previous(self) -> ProbeRecord | None:
+        running = self._begun.running
+        return load_named(self._store.folder, running, ProbeRecord) if running else None
+
+    def _put(self, outcome: PivotOutcome, decided: Decided) -> None:
+        reason = decided.reason if outcome.must_be_confirmed else ""
+        record = msgspec.structs.replace(outcome.record, change_reason=reason)
+        now = datetime.fromisoformat(decided.utc)
+        self._store.calibrate(record, self._begun.who, decided.reason, now)
+
+
+def _chain(path: Path) -> ChainFile[SessionLine[PivotEvent]]:
+    return ChainFile(path, SessionLine[PivotEvent])

@@ -1,0 +1,158 @@
+"""From two sweeps to a record that waits for being accepted, and what it changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from ocmm_core.calibration.conclusion import hash_of
+from ocmm_core.calibration.guards import let_pass
+from ocmm_core.calibration.pivot import calibrate_probe
+from ocmm_core.calibration.pivot_data import PivotCalibration, PivotSweep
+from ocmm_core.calibration.pivot_session import PivotBegun
+from ocmm_core.calibration.pivot_validation import PivotValidation, validate_pivot
+from ocmm_core.calibration.pivot_views import PivotChange, PivotOutcome
+from ocmm_core.calibration.probe_records import PROBE_SCHEMA, PivotCheck, ProbeRecord
+from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.calibration.session_events import utc_text
+from ocmm_core.camera.rig import Rig, Vector3
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.body import ProbeBody, rigid_fit
+
+
+@dataclass(frozen=True, slots=True)
+class PivotMaterial:
+    """What a result is calculated from.
+
+    Attributes
+    ----------
+    rig, body
+        The cameras, and the probe by its document.
+    begun
+        First line of the session.
+    first, second
+        The two sweeps.
+    previous
+        The record in force when the session was begun; None where there was none.
+    made
+        When the last pose was taken.
+    force
+        Somebody overruled the guards that may be overruled.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    begun: PivotBegun
+    first: PivotSweep
+    second: PivotSweep
+    previous: ProbeRecord | None
+    made: datetime
+    force: bool
+
+
+def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
+    """Return the result of two sweeps; the same sweeps always give the same.
+
+    Raises
+    ------
+    CalibrationError
+        A sweep leaves the probe open, or a guard refuses.
+    """
+    begun = given.begun
+    expected, options = begun.expected(given.body), begun.options()
+    first = calibrate_probe(given.rig, expected, given.first, options, given.force)
+    second = calibrate_probe(given.rig, expected, given.second, options, given.force)
+    validation = validate_pivot(given.rig, first, second, given.second)
+    let_pass(validation.findings, given.force)
+    findings = (*first.warnings, *second.warnings, *validation.findings)
+    # Both sweeps often say the same.
+    findings = tuple({(one.code, one.what): one for one in findings}.values())
+    change = None if given.previous is None else change_of(given.body, given.previous, first, begun)
+    overruled = given.force and any(one.refuses for one in validation.findings)
+    record = ProbeRecord(
+        schema=PROBE_SCHEMA,
+        probe=begun.probe,
+        tip=begun.tip,
+        made_utc=utc_text(given.made),
+        made_by=begun.who,
+        software=begun.software,
+        temperature_c=begun.temperature_c,
+        rig=given.rig.name,
+        rig_identity=given.rig.identity,
+        data_sha256=hash_of(given.first.uv, given.second.uv),
+        valid_until_utc=utc_text(given.made + timedelta(days=begun.valid_days)),
+        probe_identity=begun.probe_identity,
+        leds_mm=tuple(vector(led) for led in first.leds_probe),
+        tip_mm=vector(first.tip_probe),
+        covariance=_symmetric(first.covariance),
+        frames=len(given.first.uv),
+        left_out=len(first.left_out),
+        ranges_deg=vector(np.degrees(first.coverage.ranges)),
+        attitudes=first.coverage.attitudes,
+        rms_px=first.rms_px,
+        chi2_per_dof=first.chi2 / first.dof,
+        thesis_tip_mm=vector(first.thesis_tip_probe),
+        thesis_spread_mm=first.thesis.spread,
+        validation=_check(validation),
+        change_mm=None if change is None else change.tip_distance,
+        change_reason="",
+        warnings=tuple(one.what for one in findings),
+        forced=first.forced or second.forced or overruled,
+        artefacts=() if begun.cone is None else (begun.cone,),
+        previous=begun.running,
+    )
+    return PivotOutcome(
+        record=record,
+        body=first.applied_to(given.body, record_hash(record)),
+        first=first,
+        second=second,
+        validation=validation,
+        change=change,
+        findings=findings,
+    )
+
+
+def change_of(
+    body: ProbeBody, previous: ProbeRecord, found: PivotCalibration, begun: PivotBegun
+) -> PivotChange:
+    """Return how a calibration differs from the one before, both laid onto the same document."""
+    leds, tip = laid_onto(body, previous)
+    return PivotChange(
+        previous, found.tip_probe - tip, found.leds_probe - leds, begun.change_limit_mm
+    )
+
+
+def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
+    """Return LEDs (L, 3) and tip (3,), mm, of a record in the frame of a document."""
+    leds = np.array(record.leds_mm)
+    rotation, shift = rigid_fit(leds, body.leds_probe)
+    return leds @ rotation.T + shift, rotation @ np.array(record.tip_mm) + shift
+
+
+def _check(validation: PivotValidation) -> PivotCheck:
+    return PivotCheck(
+        difference_mm=vector(validation.tip_difference),
+        sigma_mm=vector(validation.tip_difference_sigma),
+        led_difference_mm=validation.led_difference,
+        place_mm=validation.place_distance,
+        attitude_deg=float(np.degrees(validation.attitude_distance)),
+        articulation_2s_mm=_finite(validation.articulation_2s),
+        articulation_max_mm=_finite(validation.articulation_max),
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _symmetric(covariance: Float) -> tuple[tuple[float, ...], ...]:
+    half = 0.5 * (covariance + covariance.T)
+    return tuple(tuple(row) for row in half.tolist())
+
+
+def vector(values: Float) -> Vector3:
+    """Return three numbers as they are written."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z

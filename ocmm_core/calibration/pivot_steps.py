@@ -1,0 +1,96 @@
+"""The steps of a pivot calibration: what to do in each, and what its gate waits for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.calibration.pivot_progress import Progress, is_forcible
+from ocmm_core.calibration.pivot_session import FIRST, PREPARE, RESULT, SECOND, PivotBegun
+from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM
+from ocmm_core.calibration.procedure import OPEN, Gate, Step
+from ocmm_core.geometry import unit
+
+SWEEP_ON = "Sweep on, with the ball in the cone and the LEDs towards the cameras."
+
+
+def steps_of(
+    begun: PivotBegun, first: tuple[Progress, str], second: tuple[Progress, str], *, forced: bool
+) -> tuple[Step, ...]:
+    """Return the steps with their gates, as things are.
+
+    Parameters
+    ----------
+    first, second
+        The sweeps, and what each of them lacks (`pivot_progress.missing_of`).
+    forced
+        Somebody overruled what may be overruled.
+    """
+    cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
+    return (
+        Step(
+            PREPARE,
+            "Prepare",
+            f"Clamp {cone} where all cameras see it well, and clean it. Screw tip '{begun.tip}' "
+            f"tight on probe '{begun.probe}' and clean its ball.",
+            OPEN,
+        ),
+        Step(
+            FIRST,
+            "First sweep",
+            "Put the ball into the cone and sweep the probe to all sides, 20 degrees and more, on "
+            "other ways each time; turn it about its handle too.",
+            _gate(begun, *first, forced=forced),
+            first[0].poses,
+            begun.poses_wanted,
+        ),
+        Step(
+            SECOND,
+            "Second sweep",
+            "Put the cone elsewhere, 30 mm or more, or lean the probe to another side, and sweep "
+            "again: the tip must be the same.",
+            _second_gate(begun, first[0], *second, forced=forced),
+            second[0].poses,
+            begun.poses_wanted,
+        ),
+        Step(
+            RESULT,
+            "Result",
+            "Look at the tip, at what changed and at the second sweep, then accept the new "
+            "calibration or keep the old one.",
+            Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+        ),
+    )
+
+
+def apart(first: Progress, second: Progress) -> tuple[float, float]:
+    """Return how far two sweeps are apart: place of the ball, mm, and mean direction, rad."""
+    if first.coverage is None or second.coverage is None:
+        return np.nan, np.nan
+    place = float(np.linalg.norm(second.centre_world - first.centre_world))
+    means = [unit(one.coverage.directions_world.mean(axis=0)) for one in (first, second)
+             if one.coverage is not None]  # fmt: skip
+    return place, float(np.arccos(np.clip(means[0] @ means[1], -1.0, 1.0)))
+
+
+def _gate(begun: PivotBegun, progress: Progress, missing: str, *, forced: bool) -> Gate:
+    if not missing or (forced and is_forcible(progress, begun.limits())):
+        return OPEN
+    return Gate(False, missing, SWEEP_ON)
+
+
+def _second_gate(
+    begun: PivotBegun, first: Progress, second: Progress, missing: str, *, forced: bool
+) -> Gate:
+    gate = _gate(begun, second, missing, forced=forced)
+    if not gate.open or forced:
+        return gate
+    place, attitude = apart(first, second)
+    if place < OTHER_PLACE_MM and attitude < OTHER_ATTITUDE:
+        return Gate(
+            False,
+            f"The second sweep is {place:.0f} mm and {np.degrees(attitude):.0f} degrees from the "
+            f"first: it would repeat the first one's errors.",
+            "Begin it anew with the cone elsewhere, 30 mm or more, or with the probe leaning 15 "
+            "degrees to another side.",
+        )
+    return OPEN
