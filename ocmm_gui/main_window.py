@@ -128,6 +128,7 @@ class MainWindow(QMainWindow):
         )
         self.wizard.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.wizard.taken.connect(lambda: self._play(Sound.TAKEN))
+        self.wizard.sounded.connect(self._play)
         self.wizard.failed.connect(self._on_wizard_failed)
         bridge.live_changed.connect(self._on_live)
         bridge.job_changed.connect(self._on_job)

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, digit_font, text_font
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 
 
 class Table(QTableWidget):
@@ -77,6 +77,45 @@ class Table(QTableWidget):
             item.setText(text)
             item.setToolTip(text)
         item.setForeground(QColor(colour or self._colours.text))
+
+
+class NumberTable(Table):
+    """A small table of numbers that does not scroll sideways.
+
+    Parameters
+    ----------
+    name, columns
+        See `Table`.
+    whole
+        It is as high as its rows.
+    """
+
+    def __init__(
+        self, name: str, columns: Sequence[tuple[str, str]], *, whole: bool = True
+    ) -> None:
+        super().__init__(name, columns)
+        self._whole = whole
+        self.setFont(digit_font(15, bold=False))
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.horizontalHeader().setStretchLastSection(True)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = theme
+        for row in range(self.rowCount()):
+            for column, word in enumerate(self.words(row)):
+                self._write(row, column, word)
+
+    def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
+        """Show rows of words."""
+        self.setRowCount(len(rows))
+        for row, words in enumerate(rows):
+            for column, word in enumerate(words):
+                self._write(row, column, word)
+        self.resizeColumnsToContents()
+        if self._whole:
+            head = self.horizontalHeader().sizeHint().height()
+            self.setFixedHeight(head + self.rowHeight(0) * len(rows) + 6)
 
 
 def panel(layout: QVBoxLayout | QGridLayout) -> QFrame:

@@ -57,7 +57,7 @@ class PointView(QWidget):
         self._follows = True
         self._mouse: QPointF | None = None
         up = upright(rig)
-        start = _seen_from(rig, up)
+        start = seen_from(rig, up)
         self._orbit = start.fitted(rig.volume_world, 1.0, 1.0)
         pyramids = [shapes.camera_pyramid(camera, 0.18 * _distance(rig)) for camera in rig.cameras]
         self._rig_lines = np.concatenate(pyramids)
@@ -265,7 +265,7 @@ def upright(rig: Rig) -> Float:
     return up
 
 
-def _seen_from(rig: Rig, up: Float) -> Orbit:
+def seen_from(rig: Rig, up: Float) -> Orbit:
     """Return a view from the cameras' side, turned and raised enough to see depth."""
     start = Orbit(np.zeros(3), 0.0, 0.0, 200.0, up)
     centre = rig.volume_world.mean(axis=0)

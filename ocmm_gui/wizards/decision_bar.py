@@ -8,6 +8,8 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 from ocmm_gui.operator.path_panel import OwnKeysField
 from ocmm_gui.theme import text_font
 
+_WELCOME, _NEEDED = "Reason, for the history", "A reason must be given"
+
 
 class DecisionBar(QFrame):
     """One line: question, reason, Yes, No. Everything else goes on while it is open."""
@@ -20,13 +22,13 @@ class DecisionBar(QFrame):
         self.setProperty("role", "panel")
         self.setAccessibleName("Decision")
         self._accepts = False
+        self._needs_reason = False
         self._question = QLabel()
         self._question.setAccessibleName("What is decided")
         self._question.setFont(text_font(17, bold=True))
         self._reason = OwnKeysField()
         self._reason.setObjectName("reason")
         self._reason.setAccessibleName("Reason")
-        self._reason.setPlaceholderText("Reason, for the history")
         self._reason.setFont(text_font(16))
         self._yes = QPushButton("Yes  [Return]")
         self._yes.setAccessibleName("Yes")
@@ -48,9 +50,12 @@ class DecisionBar(QFrame):
         self._reason.left.connect(self.hide)
         self.hide()
 
-    def ask(self, question: str, reason: str, *, accepts: bool) -> None:
-        """Ask, with a proposed reason."""
-        self._accepts = accepts
+    def ask(
+        self, question: str, reason: str, *, accepts: bool, needs_reason: bool = False
+    ) -> None:
+        """Ask, with a proposed reason; where one is needed, Yes waits for it."""
+        self._accepts, self._needs_reason = accepts, needs_reason
+        self._reason.setPlaceholderText(_NEEDED if needs_reason else _WELCOME)
         self._question.setText(question)
         self._reason.setText(reason)
         self.show()
@@ -62,5 +67,8 @@ class DecisionBar(QFrame):
         return self._question.text()
 
     def _confirm(self) -> None:
+        if self._needs_reason and not self._reason.text().strip():
+            self._reason.setFocus()
+            return
         self.hide()
         self.decided.emit(self._accepts, self._reason.text().strip())

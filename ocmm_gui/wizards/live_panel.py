@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.procedure import CameraLive, Live
 from ocmm_core.camera.model import CameraModel
@@ -134,6 +134,32 @@ class MiniCamera(Painted):
             painter.drawEllipse(place, 3.5, 3.5)
 
 
+class CameraRow(QWidget):
+    """All cameras side by side.
+
+    Parameters
+    ----------
+    rig
+        Whose cameras they are.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setAccessibleName("What the cameras see")
+        self.cameras = tuple(MiniCamera(camera) for camera in rig.cameras)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(8)
+        for camera in self.cameras:
+            row.addWidget(camera, 1)
+
+    def show_cameras(self, seen: Sequence[CameraLive]) -> None:
+        """Show what each camera sees; empty before the first frame."""
+        views: Sequence[CameraLive | None] = seen or (None,) * len(self.cameras)
+        for camera, of_camera in zip(self.cameras, views, strict=True):
+            camera.show_live(of_camera)
+
+
 class LivePanel(QFrame):
     """Whether what is seen can be taken, in a word and a sentence, with the cameras below.
 
@@ -158,25 +184,24 @@ class LivePanel(QFrame):
         self._hint.setFont(text_font(17))
         self._hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
         self._hint.setMinimumHeight(46)
-        self.cameras = tuple(MiniCamera(camera) for camera in rig.cameras)
+        self._row = CameraRow(rig)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(12, 6, 12, 8)
         layout.setSpacing(4)
         layout.addWidget(self._word)
         layout.addWidget(self._hint)
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        for camera in self.cameras:
-            row.addWidget(camera, 1)
-        layout.addLayout(row, 1)
+        layout.addWidget(self._row, 1)
 
     def show_live(self, live: Live, *, automatic: bool) -> None:
         """Show what is seen now."""
         self._live, self._automatic = live, automatic
         self._show_word()
-        views: Sequence[CameraLive | None] = live.cameras or (None,) * len(self.cameras)
-        for camera, of_camera in zip(self.cameras, views, strict=True):
-            camera.show_live(of_camera)
+        self._row.show_cameras(live.cameras)
+
+    @property
+    def cameras(self) -> tuple[MiniCamera, ...]:
+        """Return the pictures of the cameras."""
+        return self._row.cameras
 
     def word(self) -> str:
         """Return the large word."""

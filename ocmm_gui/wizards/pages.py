@@ -31,11 +31,15 @@ class StepPage(QWidget):
 
     commanded = Signal(object)
     """Emits a `Command` for the procedure that only this page has."""
+    sounded = Signal(object)
+    """Emits a `Sound` that is to be heard."""
 
     keys: tuple[str, ...] = ("back", "next")
     """Of the actions that belong to it, in `keys.WIZARD_ACTIONS`."""
     hands_are_full = False
     """What is ready is taken without a key from the beginning."""
+    goes_on_by_itself = False
+    """The next step is entered a moment after it was opened."""
 
     def show_seen(self, seen: Seen) -> None:
         """Show the snapshot."""
@@ -43,6 +47,10 @@ class StepPage(QWidget):
 
     def show_plot(self, number: int) -> None:
         """Show one of several plots; a page without any does nothing."""
+
+    def must_say_why(self) -> str:
+        """Return what is to be explained before the result is accepted; empty where nothing is."""
+        return ""
 
 
 class PreparePage(StepPage):

@@ -5,34 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QButtonGroup,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QSizePolicy,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.outcome import CalibrationOutcome, CameraChange, Comparison
-from ocmm_core.calibration.procedure import ProcedureView
-from ocmm_core.calibration.procedure_views import KnownPointsView, RelocationView
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS
 from ocmm_core.camera.rig import Rig
-from ocmm_gui.maintain.parts import Table, panel, sentence_label
-from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.maintain.parts import NumberTable, sentence_label
 from ocmm_gui.operator.marks import Mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
-from ocmm_gui.wizards.driver import Seen
-from ocmm_gui.wizards.facts import Facts
-from ocmm_gui.wizards.pages import StepPage
 from ocmm_gui.wizards.residual_plots import AllSensors, Histogram
+from ocmm_gui.wizards.result_frame import ResultFrame, Said
 from ocmm_gui.wizards.space_plot import SpaceArrows
 
-_SIDE_PX = 360
 _CHANGES = (
     ("Camera", "which camera"),
     ("Shift mm", "distance of its centres, after the common motion was taken out"),
@@ -41,41 +25,6 @@ _CHANGES = (
     ("u0 px", "principal point, after less before"),
     ("v0 px", "principal point, after less before"),
 )
-
-
-class ChangeTable(Table):
-    """How each camera differs from the calibration in force."""
-
-    def __init__(self) -> None:
-        super().__init__("Changes of the cameras", _CHANGES)
-        self.setFont(digit_font(15, bold=False))
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
-        self._colours = theme
-        for row in range(self.rowCount()):
-            for column, word in enumerate(self.words(row)):
-                self._write(row, column, word)
-
-    def show_changes(self, changes: Sequence[CameraChange]) -> None:
-        """Show one row for each camera, and be as high as they are."""
-        self.setRowCount(len(changes))
-        for row, one in enumerate(changes):
-            words = (
-                one.name,
-                f"{one.shift_mm:.4f}",
-                f"{1e3 * one.turn_rad:.4f}",
-                f"{one.focal_mm:+.5f}",
-                f"{one.u0_px:+.3f}",
-                f"{one.v0_px:+.3f}",
-            )
-            for column, word in enumerate(words):
-                self._write(row, column, word)
-        self.resizeColumnsToContents()
-        self.horizontalHeader().setStretchLastSection(True)
-        head = self.horizontalHeader().sizeHint().height()
-        self.setFixedHeight(head + self.rowHeight(0) * len(changes) + 6)
 
 
 class CompareView(QWidget):
@@ -91,7 +40,7 @@ class CompareView(QWidget):
         super().__init__()
         self.setAccessibleName("Before and after")
         self.summary = sentence_label("What changes", 16)
-        self.cameras = ChangeTable()
+        self.cameras = NumberTable("Changes of the cameras", _CHANGES)
         self.space = SpaceArrows("Points of the volume, after less before", rig)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -113,12 +62,12 @@ class CompareView(QWidget):
             f"{1e3 * comparison.turned_rad:.3f} mrad; below is what is left of each camera. "
             f"Standard uncertainty of a length: {_um(before)} before, {_um(after)} after."
         )
-        self.cameras.show_changes(comparison.cameras)
+        self.cameras.show_rows([_change_words(one) for one in comparison.cameras])
         self.space.show_vectors(comparison.nodes_world, comparison.differences_world, "no points")
 
 
-class ResultPage(StepPage):
-    """Plots on the left, chosen with the keys 1 to 4; the verdict in words on the right.
+class ResultPage(ResultFrame):
+    """Residuals, errors in space and comparison of a calibration of the cameras.
 
     Parameters
     ----------
@@ -128,134 +77,31 @@ class ResultPage(StepPage):
         What the errors in space are.
     """
 
-    keys = ("back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4")
     plots = ("Sensors", "Histogram", "Space", "Before/after")
 
     def __init__(self, rig: Rig, errors: str) -> None:
-        super().__init__()
-        self._theme = THEMES[DEFAULT_THEME]
-        self._outcome: CalibrationOutcome | None = None
-        self._base: ProcedureView | None = None
-        self._seen: Seen | None = None
-        self.sensors = AllSensors(rig)
-        self.histogram = Histogram()
-        self.space = SpaceArrows(errors, rig)
-        self.compare = CompareView(rig)
-        self._stack = QStackedWidget()
-        self._buttons = QButtonGroup(self)
-        tabs = QHBoxLayout()
-        tabs.setSpacing(6)
-        views: tuple[QWidget, ...] = (self.sensors, self.histogram, self.space, self.compare)
-        for number, (title, view) in enumerate(zip(self.plots, views, strict=True), start=1):
-            button = QPushButton(f"{title}  [{number}]")
-            button.setAccessibleName(title)
-            button.setFont(text_font(14, bold=True))
-            button.setProperty("role", "tool")
-            button.setMinimumHeight(40)
-            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-            button.setCheckable(True)
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            self._buttons.addButton(button, number - 1)
-            tabs.addWidget(button, 1)
-            self._stack.addWidget(view)
-        self._buttons.idClicked.connect(self.show_plot)
-        self._word = FitText("Result", limit=30)
-        self._word.setFixedHeight(42)
-        self.sentence = sentence_label("What the calculation says", 18)
-        self.facts = Facts("Figures of the result")
-        self.warnings = sentence_label("What speaks against it", 16)
-        left = QVBoxLayout()
-        left.setSpacing(8)
-        left.addLayout(tabs)
-        left.addWidget(self._stack, 1)
-        self._plots = panel(left)
-        right = QVBoxLayout()
-        right.setSpacing(12)
-        right.addWidget(self._word)
-        right.addWidget(self.sentence)
-        right.addWidget(self.facts)
-        right.addWidget(self.warnings)
-        right.addStretch(1)
-        side = panel(right)
-        side.setFixedWidth(_SIDE_PX)
-        self._waiting = QLabel("")
-        self._waiting.setAccessibleName("No plots yet")
-        self._waiting.setProperty("role", "muted")
-        self._waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._waiting.setFont(text_font(20))
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self._plots, 1)
-        layout.addWidget(self._waiting, 1)
-        layout.addWidget(side)
-        self.show_plot(0)
-        self._show_outcome(None)
+        views = (AllSensors(rig), Histogram(), SpaceArrows(errors, rig), CompareView(rig))
+        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        self.sensors, self.histogram, self.space, self.compare = views
 
-    def show_plot(self, number: int) -> None:
-        """Show one of the plots."""
-        self._stack.setCurrentIndex(number)
-        button = self._buttons.button(number)
-        if button is not None:
-            button.setChecked(True)
+    def judge(self, outcome: object) -> Said:
+        """Return whether something speaks against a calibration."""
+        if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
+            return Said(
+                "USABLE, LOOK",
+                Mark.DOUBT,
+                "The calibration may be used, but something speaks against it; see below.",
+            )
+        return Said(
+            "GOOD",
+            Mark.GOOD,
+            "Nothing speaks against this calibration. After accepting, verify it.",
+        )
 
-    def plot(self) -> str:
-        """Return which plot is shown."""
-        return self.plots[self._stack.currentIndex()]
-
-    def word(self) -> str:
-        """Return the large word."""
-        return self._word.text()
-
-    def show_seen(self, seen: Seen) -> None:
-        """Show the result, or how far it is."""
-        view = seen.view
-        if not isinstance(view, KnownPointsView | RelocationView):
-            return
-        self._seen = seen
-        if view.outcome is not self._outcome:
-            self._show_outcome(view.outcome)
-        self._show_word()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self._show_word()
-
-    def _show_word(self) -> None:
-        theme, seen = self._theme, self._seen
-        if seen is None:
-            return
-        error = seen.view.base.error
-        if seen.calculating_s is not None:
-            word = f"CALCULATING  {seen.calculating_s:.0f} s"
-            self._word.show_text(word, theme.accent, Mark.ACTIVE)
-            text = "The window and the session stay as they are; C gives the calculation up."
-        elif error is not None:
-            self._word.show_text("NO RESULT", theme.bad, Mark.BAD)
-            text = f"{error.what} {error.remedy}"
-        elif self._outcome is None:
-            self._word.show_text("NOT CALCULATED", theme.muted, Mark.OPEN)
-            text = "Press R to calculate."
-        elif self._outcome.warnings:
-            self._word.show_text("USABLE, LOOK", theme.warn, Mark.DOUBT)
-            text = "The calibration may be used, but something speaks against it; see below."
-        else:
-            self._word.show_text("GOOD", theme.good, Mark.GOOD)
-            text = "Nothing speaks against this calibration. After accepting, verify it."
-        if text != self.sentence.text():
-            self.sentence.setText(text)
-        waiting = "Calculating …" if seen.calculating_s is not None else "No result to show"
-        self._waiting.setText(waiting)
-
-    def _show_outcome(self, outcome: CalibrationOutcome | None) -> None:
-        self._outcome = outcome
-        self._plots.setVisible(outcome is not None)
-        self._waiting.setVisible(outcome is None)
-        if outcome is None:
-            self.facts.show_facts(())
-            self.warnings.setText("")
-            return
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        """Show a calibration in all plots; return its figures and warnings."""
+        if not isinstance(outcome, CalibrationOutcome):
+            return (), ()
         record, comparison = outcome.record, outcome.comparison
         self.sensors.show_residuals(outcome.residuals)
         self.histogram.show_residuals(outcome.residuals)
@@ -279,9 +125,18 @@ class ResultPage(StepPage):
         if comparison is not None:
             before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
             facts.append(("Length", f"{_um(before)} before, {_um(after)} after (k = 1)"))
-        self.facts.show_facts(facts)
-        said = "\n".join(f"▲ {one.what} {one.remedy}" for one in outcome.warnings)
-        self.warnings.setText(said)
+        return facts, outcome.warnings
+
+
+def _change_words(one: CameraChange) -> tuple[str, ...]:
+    return (
+        one.name,
+        f"{one.shift_mm:.4f}",
+        f"{1e3 * one.turn_rad:.4f}",
+        f"{one.focal_mm:+.5f}",
+        f"{one.u0_px:+.3f}",
+        f"{one.v0_px:+.3f}",
+    )
 
 
 def _um(value_mm: float) -> str:

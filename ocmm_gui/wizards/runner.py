@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QFrame,
@@ -21,6 +21,7 @@ from ocmm_core.calibration.procedure import Decision, ProcedureView
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
+from ocmm_gui.sound import Sound
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 from ocmm_gui.wizards.decision_bar import DecisionBar
 from ocmm_gui.wizards.driver import Seen, WizardDriver
@@ -36,6 +37,9 @@ _ORDER = (
     "next",
 )  # fmt: skip
 _PRIMARY = ("take", "accept")
+_NEXT_IS_OPEN = "Next is open: press Return."
+GO_ON_MS = 1500
+"""Between the end of a step and the next one, where it is entered by itself: time to hear it."""
 
 
 class Runner(QWidget):
@@ -55,6 +59,8 @@ class Runner(QWidget):
 
     left = Signal()
     """Back to where the wizard was opened; the session stays as it is."""
+    sounded = Signal(object)
+    """Emits a `Sound` that is to be heard."""
 
     def __init__(
         self,
@@ -68,6 +74,11 @@ class Runner(QWidget):
         self.pages = dict(pages)
         self._seen: Seen | None = None
         self._entered: StepPage | None = None
+        self._was_open = False
+        self._go_on = QTimer(self)
+        self._go_on.setSingleShot(True)
+        self._go_on.setInterval(GO_ON_MS)
+        self._go_on.timeout.connect(driver.advance)
         self._theme = THEMES[DEFAULT_THEME]
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.actions_by_key = make_wizard_actions(self, self._calls(extra))
@@ -87,6 +98,7 @@ class Runner(QWidget):
         self._stack = QStackedWidget()
         for page in self.pages.values():
             page.commanded.connect(driver.do)
+            page.sounded.connect(self.sounded)
             self._stack.addWidget(page)
         self._gate_mark = FitText("Next", limit=22)
         self._gate_mark.setFixedSize(26, 30)
@@ -119,6 +131,10 @@ class Runner(QWidget):
             self.driver.set_automatic(page.hands_are_full)
             self.decision.hide()
             self.setFocus()
+            # Whoever comes back to what is complete wants to look at it.
+            self._was_open = True
+            self._go_on.stop()
+        self._note_completion(base, page)
         self._title.show_text(base.step.title)
         if self.instruction.text() != base.step.instruction:
             self.instruction.setText(base.step.instruction)
@@ -158,13 +174,26 @@ class Runner(QWidget):
             **{f"plot{number + 1}": partial(self._show_plot, number) for number in range(4)},
         }
 
+    def _note_completion(self, base: ProcedureView, page: StepPage) -> None:
+        """Say that a step was completed, and go on where nobody has a hand for a key."""
+        is_open = base.step.gate.open and base.decision is Decision.OPEN
+        if is_open and not self._was_open and base.step.wanted:
+            self.sounded.emit(Sound.FEATURE_COMPLETE)
+            if page.goes_on_by_itself:
+                self._go_on.start()
+        elif not is_open:
+            self._go_on.stop()
+        self._was_open = is_open
+
     def _show_plot(self, number: int) -> None:
         self.page().show_plot(number)
 
     def _ask(self, *, accepts: bool) -> None:
         if self._seen is not None:
             texts = TEXTS[self._seen.view.base.kind]
-            self.decision.ask(texts.accepts if accepts else texts.keeps, "", accepts=accepts)
+            why = self.page().must_say_why() if accepts else ""
+            question = why or (texts.accepts if accepts else texts.keeps)
+            self.decision.ask(question, "", accepts=accepts, needs_reason=bool(why))
 
     def _decide(self, accepts: bool, reason: str) -> None:
         if accepts:
@@ -220,7 +249,8 @@ class Runner(QWidget):
                 text = "There is nothing to accept before the result is calculated."
                 mark, colour = Mark.DOUBT, theme.warn
         elif gate.open:
-            text, mark, colour = "Next is open: press Return.", Mark.GOOD, theme.good
+            text = "Complete: going on." if self._go_on.isActive() else _NEXT_IS_OPEN
+            mark, colour = Mark.GOOD, theme.good
         else:
             text = f"Next is closed: {gate.reason} {gate.remedy}"
             mark, colour = Mark.DOUBT, theme.warn

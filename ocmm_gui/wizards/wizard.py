@@ -50,6 +50,8 @@ class Wizard(QStackedWidget):
     """The wizard was left; what ran has ended."""
     taken = Signal()
     """An observation is on the disk."""
+    sounded = Signal(object)
+    """Emits a `Sound` that is to be heard."""
     failed = Signal(object)
     """Emits the `OcmmError` of a command."""
 
@@ -120,6 +122,7 @@ class Wizard(QStackedWidget):
         )  # fmt: skip
         runner = Runner(driver, TEXTS[self._kind].title, _pages(opened), _extra(opened, driver))
         runner.left.connect(self.leave)
+        runner.sounded.connect(self.sounded)
         driver.taken.connect(self.taken)
         driver.failed.connect(self.failed)
         self.runner = runner
