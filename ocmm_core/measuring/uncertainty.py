@@ -9,6 +9,7 @@ Propagated from their own records to all points of a job at once (GUM 5.2.2):
   design of the probe is known, growth by warmth and sag are in that geometry's covariance
   (`calibration.probe_shape.body_in_use`);
 - the force of the hand, where that design is known (`measuring.contact`);
+- the place of a reference body, where one is used: its LEDs, and the noise left in its first place;
 - the scale of a part that is reported at 20 °C (`measuring.temperature`);
 - the radius of the ball: common to all points, kept as a last, separate quantity because it acts
   on features and not on ball centres.
@@ -87,6 +88,8 @@ def systematic_covariance(
     by_geometry = np.vstack([item.by_geometry for item in sensitivities])
     covariance: Float = by_cameras @ rig.parameter_covariance @ by_cameras.T
     covariance += by_geometry @ body.geometry_covariance @ by_geometry.T
+    by_common = np.vstack([item.by_common for item in sensitivities])
+    covariance += by_common @ by_common.T
     for camera in range(len(rig.cameras)):
         covariance += _pattern_covariance(sensitivities, rig, camera)
     return covariance

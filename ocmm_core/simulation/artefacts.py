@@ -28,6 +28,12 @@ class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     translation: Vector3
     rotation_vector: Vector3
 
+    def motion(self) -> RigidTransform:
+        """Return the motion itself."""
+        return RigidTransform(
+            rotation_from_vector(np.array(self.rotation_vector)), np.array(self.translation)
+        )
+
 
 class PlaneEntry(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="plane",
@@ -127,11 +133,16 @@ Artefact = PlaneEntry | SphereEntry | BoreEntry | CylinderEntry | ConeEntry | Li
 
 
 class PartDocument(Document, frozen=True, kw_only=True):
-    """A part as it is written down; lengths in mm, part frame."""
+    """A part as it is written down; lengths in mm, part frame.
+
+    ``reference`` is where a reference body would be fixed to it: the motion from the reference
+    frame to the part frame.
+    """
 
     name: str
     pose: PartPose
     features: list[Artefact]
+    reference: PartPose | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,12 +185,15 @@ class Part:
         Its surfaces, part frame.
     identity
         SHA-256 of the document.
+    T_part_from_reference
+        Where a reference body is fixed to it; None where there is no place for one.
     """
 
     name: str
     T_world_from_part: RigidTransform
     artefacts: tuple[Artefact, ...]
     identity: str
+    T_part_from_reference: RigidTransform | None = None
 
     def artefact(self, name: str) -> Artefact:
         """Return the surface called ``name``; InputError if there is none."""
@@ -221,15 +235,12 @@ def load_part(path: Path | str) -> Part:
     """
     document = load_document(path, PartDocument, SCHEMA)
     _check(Path(path), document)
-    pose = RigidTransform(
-        rotation_from_vector(np.array(document.pose.rotation_vector)),
-        np.array(document.pose.translation),
-    )
     return Part(
         name=document.name,
-        T_world_from_part=pose,
+        T_world_from_part=document.pose.motion(),
         artefacts=tuple(document.features),
         identity=digest(path),
+        T_part_from_reference=document.reference.motion() if document.reference else None,
     )
 
 

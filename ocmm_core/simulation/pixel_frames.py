@@ -93,7 +93,7 @@ class PixelFrames:
                     sensor=sensor,
                     finder=self._finder(sensor, defaults.threshold, ()),
                     exposure_ns=defaults.exposure_ns,
-                    lit=np.ones(rig.body.n_leds, np.bool_),
+                    lit=np.ones(rig.n_leds, np.bool_),
                     black=factory if self.options.factory_black else NO_BLACK,
                 )
             )

@@ -7,7 +7,7 @@ same rig from the same script and asks for its own frames only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
 from ocmm_core.camera.model import CameraModel
-from ocmm_core.camera.rig import MAX_SLOTS, Rig, load_rig
+from ocmm_core.camera.rig import MAX_CAMERAS, MAX_SLOTS, Rig, load_rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.simulation import kernels
@@ -28,9 +28,11 @@ from ocmm_core.simulation.world import (
     bumped,
     draw_world,
     hidden_leds,
+    nudged,
     white_noise,
 )
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.tracking.body import LedBody, ProbeBody, load_probe
+from ocmm_core.tracking.reference_body import ReferenceBody, load_reference
 
 S = TypeVar("S", bound=msgspec.Struct)
 """Kinds of scripts."""
@@ -90,7 +92,11 @@ class Truth:
     features_part, features_world
         The surfaces by name, in both frames.
     touches
-        In the order of the script.
+        In the order of the script; world as it is before any nudge.
+    leds_reference, reference_slots
+        (R, 3), mm, reference frame, and (C, R): of the reference body; empty without one.
+    T_world_from_reference
+        Where it stands, before any nudge; None without one.
     """
 
     cameras: tuple[CameraModel, ...]
@@ -102,6 +108,18 @@ class Truth:
     features_part: dict[str, TrueFeature]
     features_world: dict[str, TrueFeature]
     touches: tuple[TrueTouch, ...]
+    leds_reference: Float
+    reference_slots: Int
+    T_world_from_reference: RigidTransform | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Lights:
+    """LEDs of one body: true places (L, 3), mm, what is known of it, and slots (L,) of each."""
+
+    leds: Float
+    body: LedBody
+    slots: Int
 
 
 class VirtualRig:
@@ -120,6 +138,9 @@ class VirtualRig:
         Which imperfections there are.
     frame_rate_hz
         Exposures a second; that of the rig unless given.
+    reference
+        Reference body, fixed to the part where its document says; its LEDs are numbered on after
+        those of the probe.
     """
 
     def __init__(
@@ -131,6 +152,7 @@ class VirtualRig:
         seed: int,
         options: WorldOptions | None = None,
         frame_rate_hz: int | None = None,
+        reference: ReferenceBody | None = None,
     ) -> None:
         if not 0 <= seed < 2**63:
             raise InputError(
@@ -148,9 +170,16 @@ class VirtualRig:
         self.seed = seed
         self.options = options or WorldOptions()
         self.frame_period_ns = round(1e9 / (frame_rate_hz or rig.frame_rate_hz))
-        self._world = draw_world(rig, body, seed, self.options)
+        self.reference = reference
+        self._T_world_from_reference = _place_of(part) if reference is not None else None
+        self._world = draw_world(rig, body, seed, self.options, reference)
         self._operator = Operator(part, self._world.tip_radius, touches, seed)
         self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
+
+    @property
+    def n_leds(self) -> int:
+        """Return the number of LEDs of the probe and of the reference body."""
+        return self.body.n_leds + len(self._world.leds_reference)
 
     @property
     def n_frames(self) -> int:
@@ -182,6 +211,9 @@ class VirtualRig:
                 )
                 for touch in self._operator.touches
             ),
+            leds_reference=world.leds_reference,
+            reference_slots=world.reference_slots,
+            T_world_from_reference=self._T_world_from_reference,
         )
 
     def extend(self, touches: Touches, after_frame: int = 0) -> None:
@@ -193,7 +225,21 @@ class VirtualRig:
 
     def motion(self, first: int, count: int) -> Motion:
         """Return where the probe truly is in ``count`` frames from ``first`` on."""
-        return self._operator.motion(self._times(first, count))
+        motion = self._operator.motion(self._times(first, count))
+        if not self.options.nudges:
+            return motion
+        turn, shift = nudged(self.options.nudges, np.arange(first, first + count))
+        return replace(
+            motion,
+            rotation_world_from_probe=turn @ motion.rotation_world_from_probe,
+            tip_world=np.einsum("nij,nj->ni", turn, motion.tip_world) + shift,
+        )
+
+    def reference_pose(self, first: int, count: int) -> tuple[Float, Float]:
+        """Return where the reference body truly is: (count, 3, 3) and (count, 3), mm, world."""
+        pose = self._T_world_from_reference or RigidTransform.identity()
+        turn, shift = nudged(self.options.nudges, np.arange(first, first + count))
+        return turn @ pose.rotation, turn @ pose.translation + shift
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
         """Return what one camera sees in ``count`` frames from ``first`` on."""
@@ -216,12 +262,12 @@ class VirtualRig:
         Returns
         -------
         visible
-            (count, L) bool, by number of the LED.
+            (count, L) bool, by number of the LED, those of a reference body last.
         uv
             (count, L, 2), px: without white noise, with the pattern of the optics; NaN where not
             visible.
         """
-        slots = self._world.slots[camera]
+        slots = np.concatenate([self._world.slots[camera], self._world.reference_slots[camera]])
         white = np.zeros((count, len(slots), 2))
         _, uv = self._see(camera, self.motion(first, count), first, count, white)
         by_led = uv[:, slots]
@@ -249,21 +295,47 @@ class VirtualRig:
 
     def _white(self, camera: int, first: int, count: int) -> Float:
         """Return the noise of each frame (count, L, 2), px."""
-        n_leds = len(self._world.leds_probe)
         if not (self.options.white_noise and count):
-            return np.zeros((count, n_leds, 2))
-        return white_noise(self.seed, camera, n_leds, first, count) * self.rig.noise.white_px
+            return np.zeros((count, self.n_leds, 2))
+        drawn = white_noise(self.seed, camera, self.body.n_leds, first, count)
+        if self.reference is not None:
+            # Keys of their own, so that the probe's noise is the same with and without.
+            beside = white_noise(
+                self.seed, camera + MAX_CAMERAS, self.reference.n_leds, first, count
+            )
+            drawn = np.concatenate([drawn, beside], axis=1)
+        return drawn * self.rig.noise.white_px
 
     def _see(
         self, camera: int, motion: Motion, first: int, count: int, white: Float
     ) -> tuple[NDArray[np.uint16], Float]:
-        world, leds = self._world, self._world.leds_probe
+        world, n_probe = self._world, self.body.n_leds
         hidden = hidden_leds(
-            self.options, self.seed, camera, len(leds), first, self._times(first, count)
+            self.options, self.seed, camera, self.n_leds, first, self._times(first, count)
         )
+        valid, uv = self._look(
+            camera, first, motion.rotation_world_from_probe, motion.origin_world(world.tip_probe),
+            _Lights(world.leds_probe, self.body.led_body, world.slots[camera]),
+            white[:, :n_probe], hidden & ((1 << n_probe) - 1),
+        )  # fmt: skip
+        if self.reference is None:
+            return valid, uv
+        also, beside = self._look(
+            camera, first, *self.reference_pose(first, count),
+            _Lights(world.leds_reference, self.reference.leds, world.reference_slots[camera]),
+            white[:, n_probe:], hidden >> n_probe,
+        )  # fmt: skip
+        return valid | also, np.where(np.isfinite(uv), uv, beside)
+
+    def _look(
+        self, camera: int, first: int, rotation: Float, origin: Float, lights: _Lights,
+        white: Float, hidden: Int,
+    ) -> tuple[NDArray[np.uint16], Float]:  # fmt: skip
+        """Return valid slots (n,) and spots (n, 8, 2) that a camera has of one body."""
+        count = len(origin)
         valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
-        model, pattern = world.cameras[camera], world.patterns[camera]
-        origins = motion.origin_world(world.tip_probe)
+        model, pattern = self._world.cameras[camera], self._world.patterns[camera]
+        white = np.ascontiguousarray(white)
         starts = [start for start, _ in self._packed[camera]]
         ends = [*starts[1:], first + count]
         for (start, packed), end in zip(self._packed[camera], ends, strict=True):
@@ -271,15 +343,15 @@ class VirtualRig:
             if part.start >= part.stop:
                 continue
             kernels.see(
-                motion.rotation_world_from_probe[part],
-                origins[part],
-                leds,
-                self.body.led_directions_probe,
-                float(np.cos(self.body.emission_half_angle)),
+                rotation[part],
+                origin[part],
+                lights.leds,
+                lights.body.led_directions_body,
+                float(np.cos(lights.body.emission_half_angle)),
                 packed,
                 float(model.width),
                 float(model.height),
-                world.slots[camera],
+                lights.slots,
                 pattern.nodes,
                 pattern.step_px,
                 white[part],
@@ -313,8 +385,8 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     Attributes
     ----------
-    rig, probe, part
-        Paths of the documents.
+    rig, probe, part, reference
+        Paths of the documents; that of the reference body is empty without one.
     touches
         Names of features and numbers of touches.
     seed, options, frame_rate_hz
@@ -328,6 +400,7 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     seed: int
     options: WorldOptions = WorldOptions()
     frame_rate_hz: int = 0
+    reference: str = ""
 
     def to_json(self) -> str:
         """Return the script as text."""
@@ -343,7 +416,19 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
             self.seed,
             self.options,
             self.frame_rate_hz or None,
+            load_reference(Path(self.reference)) if self.reference else None,
         )
+
+
+def _place_of(part: Part) -> RigidTransform:
+    """Return where a reference body stands on a part, world frame."""
+    if part.T_part_from_reference is None:
+        raise InputError(
+            "part.reference",
+            f"The part '{part.name}' has no place for a reference body.",
+            "Give its document a section [reference], or measure without --reference.",
+        )
+    return part.T_world_from_part.compose(part.T_part_from_reference)
 
 
 def decode_script(text: str | bytes, kind: type[S]) -> S:

@@ -6,6 +6,7 @@ that covariance, so that stated uncertainties can be held against known errors.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,11 +16,12 @@ from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector
 from ocmm_core.simulation.spot_pattern import SpotPattern, draw_pattern, no_pattern
 from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.reference_body import ReferenceBody
 
 CHUNK_FRAMES = 80
 """Frames whose white noise comes from one key."""
 
-_CAMERAS, _PROBE, _PATTERN, _SLOTS, _WHITE, _OCCLUSION = range(6)
+_CAMERAS, _PROBE, _PATTERN, _SLOTS, _WHITE, _OCCLUSION, _REFERENCE = range(7)
 _OCCLUSION_CELL_S = 1.0
 _OCCLUSION_MIN_S, _OCCLUSION_MAX_S = 0.050, 0.300
 
@@ -67,6 +69,29 @@ class ScriptedBump:
 
 
 @dataclass(frozen=True, slots=True)
+class ScriptedNudge:
+    """A motion of part, reference body and operator together against the frame of the cameras.
+
+    A table that moves, or a camera frame that is pushed: seen from the cameras they are the same.
+    It goes on from where the nudges before it ended.
+
+    Attributes
+    ----------
+    first_frame, frames
+        When it begins and how long it takes; no frames for a jump.
+    turn
+        rad, about the axes of the world through its origin.
+    shift
+        mm.
+    """
+
+    first_frame: int
+    frames: int = 0
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
 class WorldOptions:
     """Which imperfections the virtual world has.
 
@@ -82,6 +107,8 @@ class WorldOptions:
         Occlusions at given frames.
     bumps
         Cameras that are pushed, in the order of their frames.
+    nudges
+        Motions of everything that is seen, in the order of their frames.
     drops
         Frames at which the probe is dropped and caught: it feels a blow, nothing else changes.
     """
@@ -94,6 +121,7 @@ class WorldOptions:
     occlusion_rate_hz: float = 0.0
     occlusions: tuple[ScriptedOcclusion, ...] = ()
     bumps: tuple[ScriptedBump, ...] = ()
+    nudges: tuple[ScriptedNudge, ...] = ()
     drops: tuple[int, ...] = ()
 
     @classmethod
@@ -126,6 +154,10 @@ class World:
         (C, L) int64: the slot in which each camera follows each LED.
     patterns
         One for each camera.
+    leds_reference
+        (R, 3), mm, reference frame; (0, 3) without a reference body.
+    reference_slots
+        (C, R) int64: the slot in which each camera follows each LED of the reference body.
     """
 
     cameras: tuple[CameraModel, ...]
@@ -134,9 +166,17 @@ class World:
     tip_radius: float
     slots: Int
     patterns: tuple[SpotPattern, ...]
+    leds_reference: Float
+    reference_slots: Int
 
 
-def draw_world(rig: Rig, body: ProbeBody, seed: int, options: WorldOptions) -> World:
+def draw_world(
+    rig: Rig,
+    body: ProbeBody,
+    seed: int,
+    options: WorldOptions,
+    reference: ReferenceBody | None = None,
+) -> World:
     """Return the world of ``seed``: truth drawn from what the documents say about their errors."""
     cameras = rig.cameras
     if options.camera_error:
@@ -155,15 +195,24 @@ def draw_world(rig: Rig, body: ProbeBody, seed: int, options: WorldOptions) -> W
         else no_pattern(camera.width, camera.height)
         for camera in cameras
     )
+    leds_reference = np.zeros((0, 3))
+    if reference is not None:
+        leds_reference = reference.leds.leds_body
+        if options.probe_error:
+            error = _draw(reference.geometry_covariance, _generator(seed, _REFERENCE))
+            leds_reference = leds_reference + error.reshape(-1, 3)
     rng = _generator(seed, _SLOTS)
-    slots = np.stack([rng.permutation(MAX_SLOTS)[: body.n_leds] for _ in cameras])
+    n_leds = body.n_leds + len(leds_reference)
+    slots = np.stack([rng.permutation(MAX_SLOTS)[:n_leds] for _ in cameras]).astype(np.int64)
     return World(
         cameras=cameras,
         leds_probe=geometry[:-3].reshape(-1, 3),
         tip_probe=geometry[-3:],
         tip_radius=body.tip_radius + (radius_error if options.tip_error else 0.0),
-        slots=slots.astype(np.int64),
+        slots=slots[:, : body.n_leds],
         patterns=patterns,
+        leds_reference=leds_reference,
+        reference_slots=slots[:, body.n_leds :],
     )
 
 
@@ -175,6 +224,22 @@ def bumped(camera: CameraModel, bump: ScriptedBump) -> CameraModel:
         turn @ pose.rotation, turn @ (pose.translation - np.array(bump.shift))
     )
     return replace(camera, T_camera_from_world=moved)
+
+
+def nudged(nudges: Sequence[ScriptedNudge], frames: Int) -> tuple[Float, Float]:
+    """Return the motion (n, 3, 3) and (n, 3), mm, of what is seen in the frames (n,)."""
+    rotation = np.broadcast_to(np.eye(3), (len(frames), 3, 3)).copy()
+    shift = np.zeros((len(frames), 3))
+    for nudge in nudges:
+        way = np.clip((frames - nudge.first_frame + 1) / max(nudge.frames, 1), 0.0, 1.0)
+        # Minimum jerk, as a table starts and stops.
+        way = way**3 * (10.0 + way * (6.0 * way - 15.0))
+        for value in np.unique(way[way > 0.0]):
+            there = way == value
+            turn = rotation_from_vector(value * np.array(nudge.turn))
+            rotation[there] = turn @ rotation[there]
+            shift[there] = shift[there] @ turn.T + value * np.array(nudge.shift)
+    return rotation, shift
 
 
 def white_noise(seed: int, camera: int, n_leds: int, first: int, count: int) -> Float:

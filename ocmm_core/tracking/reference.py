@@ -341,6 +341,7 @@ def relative_sensitivity(
     by_now = -back.rotation @ arm_jacobian(tip.tip_world - now.origin)
     by_then = arm_jacobian(tip_world - then.origin)
     by_home_spots = by_then @ then.by_spots
+    by_leds = by_now @ now.by_leds + by_then @ then.by_leds
     return TipSensitivity(
         tip_world=tip_world,
         camera=np.concatenate([tip.camera, now.camera, then.camera]),
@@ -357,8 +358,12 @@ def relative_sensitivity(
         + by_now @ now.by_cameras
         + by_then @ then.by_cameras,
         by_geometry=back.rotation @ tip.by_geometry,
-        by_reference=by_now @ now.by_leds + by_then @ then.by_leds,
-        by_home=rig.noise.white_px / np.sqrt(home.n_frames) * by_home_spots,
+        by_common=np.hstack(
+            [
+                by_leds @ np.linalg.cholesky(reference.geometry_covariance),
+                rig.noise.white_px / np.sqrt(home.n_frames) * by_home_spots,
+            ]
+        ),
     )
 
 

@@ -25,6 +25,8 @@ from ocmm_core.tracking.body import (
 )
 
 SCHEMA = "ocmm.reference/1"
+MIN_LEDS = 4
+"""Three are enough to follow a body, but not to recognise it beyond doubt."""
 
 
 class ReferenceDocument(Document, frozen=True, kw_only=True):
@@ -87,6 +89,12 @@ def load_reference(path: Path | str) -> ReferenceBody:
     path = Path(path)
     document = load_document(path, ReferenceDocument, SCHEMA)
     check_leds(path, "reference", document.leds, rule_directions(document.orientation_rules))
+    if len(document.leds) < MIN_LEDS:
+        raise InputError(
+            "reference.leds",
+            f"{path}: the reference body has {len(document.leds)} LEDs.",
+            f"Give at least {MIN_LEDS}: of three, a reflection could be one.",
+        )
     for field in ("led_sigma", "emission_half_angle_deg"):
         if getattr(document, field) <= 0.0:
             raise InputError(

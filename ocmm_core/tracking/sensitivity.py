@@ -44,11 +44,9 @@ class TipSensitivity:
         (3, 14 C): in the order of `Rig.parameter_covariance`.
     by_geometry
         (3, 3 L + 3): in the order of `ProbeBody.geometry_covariance`.
-    by_reference
-        (3, 3 R): by the LEDs of the reference body; (3, 0) without one.
-    by_home
-        (3, k), mm: what the noise left in the first place of the reference body does, one standard
-        deviation a column; the same for all points of a job. (3, 0) without a reference body.
+    by_common
+        (3, k), mm: what else moves all points of a job together, one independent standard deviation
+        a column. It is the place of a reference body; (3, 0) without one.
     """
 
     tip_world: Float
@@ -57,8 +55,7 @@ class TipSensitivity:
     by_spots: Float
     by_cameras: Float
     by_geometry: Float
-    by_reference: Float = field(default_factory=_nothing)
-    by_home: Float = field(default_factory=_nothing)
+    by_common: Float = field(default_factory=_nothing)
 
 
 @dataclass(frozen=True, slots=True)
