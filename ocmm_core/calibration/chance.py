@@ -1,0 +1,55 @@
+"""What chance allows for the statistics of a test, from the covariance of what enters them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import chi2, norm
+
+from ocmm_core.geometry import Float
+
+
+def square_limit(covariance: Float, probability: float) -> float:
+    """Return what the sum of squares of normal numbers exceeds with a probability.
+
+    The quadratic form is given a chi-square of the same first three moments (Pearson; J. P. Imhof,
+    Biometrika 48, 1961, 419-426, equation 4.1).
+
+    Parameters
+    ----------
+    covariance
+        (n, n): of the numbers, whose expectations are zero.
+    """
+    values = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
+    first, second, third = (float(np.sum(values**power)) for power in (1, 2, 3))
+    if third <= 0.0:
+        return 0.0
+    freedom = second**3 / third**2
+    deviation = (float(chi2.isf(probability, freedom)) - freedom) / np.sqrt(freedom)
+    return float(first + deviation * np.sqrt(second))
+
+
+def range_limit(covariance: Float, probability: float) -> float:
+    """Return what largest less smallest of normal numbers exceeds with at most a probability.
+
+    The bound is the sum of the probabilities of all pairs; far out it is nearly reached.
+
+    Parameters
+    ----------
+    covariance
+        (n, n): of the numbers, whose expectations are zero.
+    """
+    variances = np.diag(covariance)
+    upper = np.triu_indices(len(variances), 1)
+    sigmas = np.sqrt(
+        np.maximum((variances[:, None] + variances[None] - 2.0 * covariance)[upper], 0.0)
+    )
+    largest = float(np.max(sigmas, initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    sigmas = sigmas[sigmas > 1e-6 * largest] / largest
+
+    def excess(limit: float) -> float:
+        return float(np.sum(2.0 * norm.sf(limit / sigmas))) - probability
+
+    return largest * float(brentq(excess, 0.1, 40.0, xtol=1e-6))

@@ -1,0 +1,136 @@
+"""What a qualification of a tip must show, and the checks that go into its record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ocmm_core.calibration.artefacts import Sphere
+from ocmm_core.calibration.articulation import Articulation
+from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.records import CameraRecord, Check, VerificationRecord
+from ocmm_core.calibration.tip_fit import BallFit
+
+
+@dataclass(frozen=True, slots=True)
+class TipLimits:
+    """What a qualification must show.
+
+    Attributes
+    ----------
+    nominal
+        Permissible difference of the ball's diameter from its nominal one, mm.
+    diameter_sigma
+        Standard uncertainty of the diameter from which on the sphere was touched enough, mm. The
+        quick check, which has to compare with it, needs it to be at most 0.0055.
+    points
+        On the sphere, at least.
+    places
+        Of the layout, at least; a stem may hide some.
+    attitudes
+        In the cone, at least.
+    """
+
+    nominal: float = 0.025
+    diameter_sigma: float = 0.0055
+    points: int = 25
+    places: int = 21
+    attitudes: int = 5
+
+
+def qualification_checks(
+    ball: BallFit, articulation: Articulation, nominal_mm: float, limits: TipLimits
+) -> tuple[Check, ...]:
+    """Return what is judged, with limits: diameter, form, and the articulation."""
+    return (
+        Check(
+            name="diameter against nominal",
+            measured_mm=ball.diameter,
+            certified_mm=nominal_mm,
+            expanded_mm=2.0 * ball.diameter_sigma,
+            limit_mm=limits.nominal,
+        ),
+        Check(
+            name="form on the sphere",
+            measured_mm=ball.form,
+            certified_mm=0.0,
+            expanded_mm=0.0,
+            limit_mm=ball.form_limit,
+        ),
+        Check(
+            name="articulation in the cone (2s)",
+            measured_mm=articulation.spread_2s,
+            certified_mm=0.0,
+            expanded_mm=0.0,
+            limit_mm=articulation.spread_limit,
+        ),
+        Check(
+            name="articulation in the cone (largest)",
+            measured_mm=articulation.largest,
+            certified_mm=0.0,
+            expanded_mm=0.0,
+            limit_mm=articulation.largest_limit,
+        ),
+    )
+
+
+def conforms(check: Check) -> bool:
+    """Return whether a check is within its limit; uncertainty is stated, the gates bound it."""
+    return abs(check.error_mm) <= check.limit_mm
+
+
+def nearest_to_limit(checks: Sequence[Check]) -> int:
+    """Return the index of the check that is nearest to its limit, or farthest beyond."""
+    shares = [abs(one.error_mm) / one.limit_mm for one in checks]
+    return shares.index(max(shares))
+
+
+def sphere_warnings(
+    sphere: Sphere,
+    calibration: CameraRecord | None,
+    verifications: Sequence[VerificationRecord],
+) -> tuple[Finding, ...]:
+    """Return warnings where the sphere also stands for something that rests on the tip.
+
+    ISO 10360-5: the sphere of the test is not the one that the tip was qualified with.
+    """
+    use = sphere.artefact.use
+    found = []
+    if calibration is not None and use.serial in {one.serial for one in calibration.artefacts}:
+        found.append(
+            Finding(
+                "tip.sphere_of_cameras",
+                f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): an "
+                f"error of its certificate would not show.",
+                "Qualify the tip on another sphere.",
+                refuses=False,
+            )
+        )
+    if any(use.serial in {used.serial for used in one.artefacts} for one in verifications):
+        found.append(
+            Finding(
+                "tip.sphere_of_verification",
+                f"The cameras are verified with the same '{use.name}' (serial {use.serial}): an "
+                f"error of its certificate goes into the tip and is not seen by the verification.",
+                "Keep one sphere for tips and another one for verifications.",
+                refuses=False,
+            )
+        )
+    return tuple(found)
+
+
+def doubtful_warning(ball: BallFit) -> tuple[Finding, ...]:
+    """Return a warning that names the points that do not fit; nothing where all do."""
+    if not ball.doubtful:
+        return ()
+    named = ", ".join(
+        f"{point + 1} ({1e3 * ball.residuals[point]:+.0f} um)" for point in ball.doubtful
+    )
+    return (
+        Finding(
+            "tip.doubtful",
+            f"Points on the sphere that do not fit the others: {named}. They were not left out.",
+            "Take them back and touch these places again, with the ball resting on the sphere.",
+            refuses=False,
+        ),
+    )
