@@ -44,6 +44,7 @@ from ocmm_core.cli.options import (
     SpeedOption,
     UncalibratedOption,
 )
+from ocmm_core.cli.probe import probe_app
 from ocmm_core.cli.rig import rig_app
 from ocmm_core.cli.study import study_app
 from ocmm_core.cli.truth import true_values
@@ -65,6 +66,7 @@ app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(study_app, name="study")
+app.add_typer(probe_app, name="probe")
 calibrate_app.command()(write_cameras)
 
 

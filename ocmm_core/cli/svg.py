@@ -19,9 +19,9 @@ _VIEW = rotation_xyz(-np.radians(65.0), 0.0, 0.0) @ rotation_xyz(0.0, 0.0, np.ra
 
 def histogram(values: Float, title: str, subtitle: str, x_label: str, bins: int = 50) -> str:
     """Return a histogram of ``values`` from zero on."""
-    top = _nice_limit(float(values.max()))
+    top = nice_limit(float(values.max()))
     counts, edges = np.histogram(values, bins=bins, range=(0.0, top))
-    most = _nice_limit(float(counts.max()))
+    most = nice_limit(float(counts.max()))
 
     def at_x(value: float) -> float:
         return _LEFT + value / top * (WIDTH - _LEFT - _RIGHT)
@@ -37,12 +37,12 @@ def histogram(values: Float, title: str, subtitle: str, x_label: str, bins: int 
                 f'width="{at_x(high) - at_x(low) - 1.0:.1f}" '
                 f'height="{at_y(0.0) - at_y(count):.1f}" fill="{_COLOURS[0]}"/>'
             )
-    parts.append(_text(0.5 * WIDTH, HEIGHT - 14, x_label, 15, "middle"))
+    parts.append(label(0.5 * WIDTH, HEIGHT - 14, x_label, 15, "middle"))
     parts.append(
         f'<text transform="translate(20 {0.5 * HEIGHT:.0f}) rotate(-90)" font-size="15" '
         f'text-anchor="middle" {_TEXT}>runs</text>'
     )
-    return _page(title, subtitle, parts)
+    return page(title, subtitle, parts)
 
 
 def points_in_space(
@@ -77,7 +77,7 @@ def points_in_space(
         ends[1, axis] = high[axis]
         x, y = place(ends.mean(axis=0))
         words = f"{name} {low[axis]:.0f} to {high[axis]:.0f} mm"
-        parts.append(_text(x, y + 16, words, 12, "middle"))
+        parts.append(label(x, y + 16, words, 12, "middle"))
     for number, (group, name) in enumerate(zip(groups, names, strict=True)):
         colour = _COLOURS[number % len(_COLOURS)]
         dots = "".join(f"M{x:.1f} {y:.1f}h.1" for x, y in place(group))
@@ -86,11 +86,11 @@ def points_in_space(
         )
         y = 80 + 22 * number
         parts.append(f'<circle cx="{WIDTH - 90}" cy="{y - 4}" r="5" fill="{colour}"/>')
-        parts.append(_text(WIDTH - 78, y, name, 13, "start"))
+        parts.append(label(WIDTH - 78, y, name, 13, "start"))
     x, y = place(np.zeros(3))
     parts.append(f'<path d="M{x - 7:.1f} {y:.1f}h14m-7 -7v14" stroke="#000" stroke-width="2"/>')
-    parts.append(_text(x + 10, y + 14, "tip", 13, "start"))
-    return _page(title, subtitle, parts)
+    parts.append(label(x + 10, y + 14, "tip", 13, "start"))
+    return page(title, subtitle, parts)
 
 
 def _grid(
@@ -102,29 +102,31 @@ def _grid(
         parts.append(
             f'<path d="M{left:.1f} {y:.1f}H{right:.1f}M{x:.1f} {bottom:.1f}v5" stroke="#ccc"/>'
         )
-        parts.append(_text(x, bottom + 20, f"{step / 5 * top:g}", 13, "middle"))
-        parts.append(_text(left - 8, y + 4, f"{step / 5 * most:g}", 13, "end"))
+        parts.append(label(x, bottom + 20, f"{step / 5 * top:g}", 13, "middle"))
+        parts.append(label(left - 8, y + 4, f"{step / 5 * most:g}", 13, "end"))
     return parts
 
 
-def _text(x: float, y: float, words: str, size: int, anchor: str) -> str:
+def label(x: float, y: float, words: str, size: int, anchor: str) -> str:
+    """Return words of a size at a place; ``anchor`` is start, middle or end."""
     return (
         f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" text-anchor="{anchor}" {_TEXT}>'
         f"{escape(words)}</text>"
     )
 
 
-def _page(title: str, subtitle: str, parts: Sequence[str]) -> str:
+def page(title: str, subtitle: str, parts: Sequence[str]) -> str:
+    """Return the whole picture with its title above the parts."""
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" '
         f'viewBox="0 0 {WIDTH} {HEIGHT}" fill="none">'
         f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>'
     )
-    words = [_text(20, 26, title, 18, "start"), _text(20, 46, subtitle, 13, "start")]
+    words = [label(20, 26, title, 18, "start"), label(20, 46, subtitle, 13, "start")]
     return "\n".join([head, *words, *parts, "</svg>", ""])
 
 
-def _nice_limit(largest: float) -> float:
+def nice_limit(largest: float) -> float:
     """Return a round number that is not below ``largest`` and divides well by five."""
     if not largest > 0.0:
         return 1.0

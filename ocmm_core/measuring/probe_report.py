@@ -1,0 +1,320 @@
+"""Everything that can be said about a probe before it is built: number, maps, labels, budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.beam import compression, sag, side_load, upright_shortening
+from ocmm_core.calibration.layout import (
+    Postures,
+    TipMap,
+    TipNumber,
+    View,
+    tilt_map,
+    tip_number,
+    volume_map,
+)
+from ocmm_core.calibration.layout_labels import WrongLabels, wrong_labels
+from ocmm_core.calibration.probe_design import ProbeDesign
+from ocmm_core.calibration.probe_shape import (
+    Warmth,
+    body_in_use,
+    force_shapes,
+    growth_shape,
+    sag_shape,
+    tip_shift,
+)
+from ocmm_core.calibration.thermal import REFERENCE_C, Temperature
+from ocmm_core.camera.model import project
+from ocmm_core.camera.rig import Rig
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.uncertainty import systematic_covariance
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+
+_BUDGET_POSES = 60
+_WINDOW_FRAMES = 2000
+"""A quarter of a second at 8 kHz."""
+_KNOWN_SIGMA_K = 0.5
+_UM, _NM = 1e3, 1e6
+
+Step = Callable[[str, float], None]
+"""Told what is computed next, and the share that is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """What is examined.
+
+    Attributes
+    ----------
+    postures
+        How and where the probe is held.
+    sigma_px
+        Noise of a spot, as it is averaged.
+    poses
+        Of the number.
+    cells
+        Of each side of a map.
+    everything_seen
+        LEDs that face away are taken to be seen all the same.
+    seed
+        Of the poses.
+    """
+
+    postures: Postures
+    sigma_px: float = 0.0105
+    poses: int = 4000
+    cells: int = 25
+    everything_seen: bool = False
+    seed: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetTerm:
+    """One source of error of a single point: name, standard uncertainty in space, µm, and why."""
+
+    name: str
+    sigma_um: float
+    rests_on: str
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanics:
+    """What a design does by itself, without cameras.
+
+    Attributes
+    ----------
+    growth_um_per_k
+        Of the whole probe (thesis, appendix A).
+    tip_um_per_k
+        How far the tip is computed wrong for each kelvin that nobody corrects.
+    weight_n, reactions_n
+        Of the probe, and of ball and handle when it is held level (appendix B.1).
+    sag_nm
+        How far the tip is computed wrong because the level probe bends.
+    side_nm_per_n, side_stiff_nm_per_n, axial_nm_per_n
+        How far the ball gives way to a force across the panel, along it, and along the probe.
+    tip_nm_per_n
+        How far the tip is computed wrong by a force across the panel.
+    upright_nm
+        By how much it gets shorter standing on its ball (appendix B.2).
+    x_mm, sag_line_nm, side_line_nm
+        Places along the probe, and how much they sag, and give way to 1 N on the ball.
+    handle_mm, leds_mm
+        Where the hand holds it, and where the LEDs are along it.
+    """
+
+    growth_um_per_k: float
+    tip_um_per_k: float
+    weight_n: float
+    reactions_n: tuple[float, float]
+    sag_nm: float
+    side_nm_per_n: float
+    side_stiff_nm_per_n: float
+    axial_nm_per_n: float
+    tip_nm_per_n: float
+    upright_nm: float
+    x_mm: Float
+    sag_line_nm: Float
+    side_line_nm: Float
+    handle_mm: float
+    leds_mm: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeReport:
+    """What was found.
+
+    Attributes
+    ----------
+    probe, rig, n_leds
+        Names, and LEDs.
+    examination
+        What was asked.
+    number
+        Error of the tip by the noise of the spots alone.
+    maps
+        Over tilt, and over the volume from above and from the front.
+    labels
+        Nearest wrong labelling with all LEDs, then with each of them hidden.
+    mechanics
+        None without a design.
+    budget
+        Sources of the error of one point; those of the design only with one.
+    """
+
+    probe: str
+    rig: str
+    n_leds: int
+    examination: Examination
+    number: TipNumber
+    maps: tuple[TipMap, ...]
+    labels: tuple[WrongLabels, ...]
+    mechanics: Mechanics | None
+    budget: tuple[BudgetTerm, ...]
+
+
+def examine(
+    rig: Rig,
+    body: ProbeBody,
+    design: ProbeDesign | None,
+    asked: Examination,
+    step: Step = lambda what, share: None,
+) -> ProbeReport:
+    """Return everything about a probe seen by a rig; takes a few seconds."""
+    view = View(rig, body, asked.sigma_px, asked.everything_seen)
+    step("Number", 0.0)
+    number = tip_number(view, asked.postures, asked.poses, asked.seed)
+    step("Map of the tilt", 0.1)
+    maps = [tilt_map(view, asked.postures, asked.cells, asked.seed)]
+    for top in (True, False):
+        step("Map of the volume", 0.3 if top else 0.5)
+        maps.append(volume_map(view, asked.postures, asked.cells, asked.seed, top=top))
+    step("Labels", 0.7)
+    labels = wrong_labels(body)
+    step("Budget", 0.9)
+    return ProbeReport(
+        probe=body.name,
+        rig=rig.name,
+        n_leds=body.n_leds,
+        examination=asked,
+        number=number,
+        maps=tuple(maps),
+        labels=labels,
+        mechanics=None if design is None else mechanics_of(design, body),
+        budget=budget_of(view, design, asked),
+    )
+
+
+def mechanics_of(design: ProbeDesign, body: ProbeBody) -> Mechanics:
+    """Return growth and bending of a design."""
+    level = sag(design.beam, (0.0, design.handle_mm))
+    pushed = side_load(design.beam, design.handle_mm)
+    along_panel = side_load(design.beam, design.handle_mm, stiff=True)
+    forces = force_shapes(design, body) @ design.soft_probe
+    return Mechanics(
+        growth_um_per_k=_UM * design.chain.growth_per_k,
+        tip_um_per_k=_UM * _length(tip_shift(body, growth_shape(design, body))),
+        weight_n=design.beam.weight,
+        reactions_n=(level.reactions[0], level.reactions[1]),
+        sag_nm=_NM * _length(tip_shift(body, sag_shape(design, body))),
+        side_nm_per_n=_NM * float(pushed.deflection_mm[0]),
+        side_stiff_nm_per_n=_NM * float(along_panel.deflection_mm[0]),
+        axial_nm_per_n=_NM * compression(design.beam, 0.0, design.handle_mm),
+        tip_nm_per_n=_NM * _length(tip_shift(body, forces)),
+        upright_nm=_NM * upright_shortening(design.beam),
+        x_mm=level.x_mm,
+        sag_line_nm=_NM * level.deflection_mm,
+        side_line_nm=_NM * pushed.deflection_mm,
+        handle_mm=design.handle_mm,
+        leds_mm=tuple(
+            float(value) for value in (body.leds_probe - body.tip_probe) @ design.axis_probe
+        ),
+    )
+
+
+def budget_of(view: View, design: ProbeDesign | None, asked: Examination) -> tuple[BudgetTerm, ...]:
+    """Return the sources of the error of one point, RMS over poses of the postures.
+
+    Each source is propagated through the pose as `measuring.uncertainty` does it for a job.
+    """
+    rig, body = view.rig, view.body
+    found = _sensitivities(view, asked)
+    if not found:
+        return ()
+    bare_rig = replace(rig, parameter_covariance=np.zeros_like(rig.parameter_covariance))
+    bare_body = replace(body, geometry_covariance=np.zeros_like(body.geometry_covariance))
+    white = rig.noise.white_px / np.sqrt(_WINDOW_FRAMES)
+
+    def by_geometry(covariance: Float) -> float:
+        return _rms([item.by_geometry @ covariance @ item.by_geometry.T for item in found])
+
+    terms = [
+        BudgetTerm(
+            "Noise of the spots",
+            _rms([white**2 * _squares(item) for item in found]),
+            f"{rig.noise.white_px:g} px a frame, {_WINDOW_FRAMES} frames a point",
+        ),
+        BudgetTerm(
+            "Pattern of the sensors",
+            _rms([systematic_covariance([item], bare_rig, bare_body) for item in found]),
+            f"{rig.noise.pattern_px:g} px, stays at its place of the sensor",
+        ),
+        BudgetTerm(
+            "Calibration of the cameras",
+            _rms(
+                [item.by_cameras @ rig.parameter_covariance @ item.by_cameras.T for item in found]
+            ),
+            "covariance of the rig document",
+        ),
+        BudgetTerm(
+            "Calibration of the probe",
+            by_geometry(body.geometry_covariance),
+            "covariance of LEDs and tip",
+        ),
+    ]
+    if design is None:
+        return tuple(terms)
+    growth = growth_shape(design, body)
+    weight = sag_shape(design, body)
+    forces = force_shapes(design, body)
+    sure = Temperature(REFERENCE_C + design.temperature_range_k, _KNOWN_SIGMA_K, "")
+    made = Temperature(REFERENCE_C, _KNOWN_SIGMA_K, "")
+    used = body_in_use(bare_body, design, Warmth(sure, made, compensated=True))
+    left = used.geometry_covariance - np.outer(weight, weight) / 3.0
+    free = design.temperature_range_k**2 / 3.0 * np.outer(growth, growth)
+    force = design.contact_force_n**2 / 9.0 * forces @ forces.T
+    return (
+        *terms,
+        BudgetTerm(
+            "Warmth of the probe, not measured",
+            by_geometry(free),
+            f"within ±{design.temperature_range_k:g} K of its calibration",
+        ),
+        BudgetTerm(
+            "Warmth of the probe, compensated",
+            by_geometry(left),
+            f"{design.temperature_range_k:g} K warmer, both temperatures ±{_KNOWN_SIGMA_K:g} K; "
+            "instead of the line above",
+        ),
+        BudgetTerm(
+            "Weight of the probe", by_geometry(np.outer(weight, weight) / 3.0), "any attitude"
+        ),
+        BudgetTerm(
+            "Force of the hand",
+            by_geometry(force),
+            f"0 to {design.contact_force_n:g} N from any side",
+        ),
+    )
+
+
+def _sensitivities(view: View, asked: Examination) -> list[TipSensitivity]:
+    rotations, tips = asked.postures.draw(_BUDGET_POSES, np.random.default_rng(asked.seed))
+    good = np.isfinite(view.covariance(rotations, tips)[:, 0, 0])
+    seen = view.seen(rotations, tips)
+    arms = view.body.leds_probe - view.body.tip_probe
+    found = []
+    for rotation, tip, mask in zip(rotations[good], tips[good], seen[good], strict=True):
+        leds = arms @ rotation.T + tip
+        spots = np.stack([project(camera, leds) for camera in view.rig.cameras])
+        spots[~mask] = np.nan
+        found.append(tip_sensitivity(spots, view.rig, view.body))
+    return found
+
+
+def _squares(item: TipSensitivity) -> Float:
+    by_spots = item.by_spots.reshape(3, -1)
+    squares: Float = by_spots @ by_spots.T
+    return squares
+
+
+def _rms(covariances: list[Float]) -> float:
+    return _UM * float(np.sqrt(np.mean([np.trace(each) for each in covariances])))
+
+
+def _length(vector: Float) -> float:
+    return float(np.linalg.norm(vector))
