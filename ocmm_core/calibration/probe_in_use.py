@@ -142,6 +142,17 @@ class ProbeView:
         return min(ends, key=datetime.fromisoformat)
 
     @property
+    def note(self) -> str:
+        """Return word, names and all hashes, for the job file."""
+        hashes = [self.identity]
+        if self.records is not None:
+            hashes.append(f"calibration {record_hash(self.records.calibration)}")
+        if self.records is not None and self.records.qualification is not None:
+            hashes.append(f"qualification {record_hash(self.records.qualification)}")
+        due = [f"due {self.due_utc}"] if self.due_utc else []
+        return " ".join([self.word.value, f"{self.title}:", *hashes, *due])
+
+    @property
     def label(self) -> str:
         """Return word, names, shortened hash and due date, for reports; pure ASCII, no commas."""
         word = "UNCALIBRATED" if self.uncalibrated else self.word.value

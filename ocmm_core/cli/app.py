@@ -33,15 +33,18 @@ from ocmm_core.cli.options import (
     RECOMMENDED_RIG,
     STANDARD_PROBE,
     CalibrationsOption,
+    CheckAfterOption,
     ForceOption,
     OutOption,
     PartOption,
     PlanOption,
     ProbeOption,
+    ProbesOption,
     RigOption,
     SeedOption,
     SourceOption,
     SpeedOption,
+    TipOption,
     UncalibratedOption,
 )
 from ocmm_core.cli.probe import probe_app
@@ -153,6 +156,9 @@ def measure(
     ] = False,
     calibrations: CalibrationsOption = None,
     uncalibrated: UncalibratedOption = False,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    check_after: CheckAfterOption = 8.0,
     probe_design: ProbeDesignOption = None,
     probe_temperature: ProbeTemperatureOption = None,
     compensate_probe: CompensateProbeOption = False,
@@ -170,7 +176,8 @@ def measure(
     request = StationRequest(
         plan=plan, out=out, rig=rig, probe=probe, part=part, source=source, seed=seed, speed=speed,
         operator=operator, serial=serial, record=record, force=force,
-        calibrations=calibrations, uncalibrated=uncalibrated,
+        calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
+        check_after_h=check_after,
         climate=ClimateRequest(
             probe_design, probe_temperature, part_temperature, temperature_sigma, part_expansion,
             compensate_probe, compensate_part,

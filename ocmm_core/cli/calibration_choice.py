@@ -1,4 +1,4 @@
-"""Which calibration belongs to a source of frames."""
+"""Which calibration and which records of a probe belong to a source of frames."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ from ocmm_core.calibration.in_use import (
     open_calibration,
     open_design,
 )
+from ocmm_core.calibration.probe_in_use import (
+    ProbeInUse,
+    default_probe_folder,
+    open_probe,
+    open_probe_design,
+)
 from ocmm_core.cli.source_names import VIRTUAL_BUSES, VIRTUAL_NAMES
+from ocmm_core.errors import InputError
 
 
 def choose_calibration(
@@ -38,11 +45,53 @@ def choose_calibration(
     InputError
         The rig document cannot be used.
     """
-    if folder is None and source.startswith("ethercat:") and source not in VIRTUAL_BUSES:
+    if folder is None and is_real(source):
         folder = default_folder()
     if folder is None:
         return open_design(rig, uncalibrated=uncalibrated)
     return open_calibration(rig, folder, uncalibrated=uncalibrated)
+
+
+def choose_probe(
+    source: str, probe: Path, folder: Path | None, tip: str | None, *, uncalibrated: bool
+) -> ProbeInUse:
+    """Return the probe that a source is measured with: its document, or records of its tip.
+
+    Parameters
+    ----------
+    source
+        As the commands take it.
+    probe
+        The probe document.
+    folder
+        Of records of probes; None is that of this user for real cameras, and the document itself
+        for virtual ones.
+    tip
+        Name of the tip that is on the probe; None for the one that its records say.
+    uncalibrated
+        Points are taken whatever is the matter with the tip.
+
+    Raises
+    ------
+    InputError
+        The probe document cannot be used, or a tip is named without records.
+    """
+    if folder is None and is_real(source):
+        folder = default_probe_folder()
+    if folder is not None:
+        return open_probe(probe, folder, tip, uncalibrated=uncalibrated)
+    if tip is not None:
+        raise InputError(
+            "probe.tip",
+            f"Tip {tip!r} is asked for, but a virtual probe is measured with its document.",
+            "Give the folder of records of probes, --probes, or leave --tip out.",
+        )
+    return open_probe_design(probe, uncalibrated=uncalibrated)
+
+
+def is_real(source: str) -> bool:
+    """Return whether frames come from real cameras."""
+    return source.startswith("ethercat:") and source not in VIRTUAL_BUSES
 
 
 def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> CalibrationInUse:
@@ -56,10 +105,26 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
         Name of the source that was recorded; empty where nothing is replayed.
     """
     is_design = calibration.record is None and calibration.fault is None
-    if not recorded or not is_design or recorded.startswith(VIRTUAL_NAMES):
+    if not is_design or not _is_recorded_real(recorded):
         return calibration
     why = Obstacle(
         f"The recording is of real cameras ({recorded}), and a rig document is no calibration.",
         "Give the folder of their calibrations: --calibrations.",
     )
     return replace(calibration, fault=(Word.NONE, why))
+
+
+def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
+    """Return the probe, at fault where a document stands for a real probe that was recorded."""
+    is_design = probe.records is None and probe.fault is None
+    if not is_design or not _is_recorded_real(recorded):
+        return probe
+    why = Obstacle(
+        f"The recording is of a real probe ({recorded}), and a probe document is no calibration.",
+        "Give the folder of its records: --probes.",
+    )
+    return replace(probe, fault=(Word.NONE, why))
+
+
+def _is_recorded_real(recorded: str) -> bool:
+    return bool(recorded) and not recorded.startswith(VIRTUAL_NAMES)

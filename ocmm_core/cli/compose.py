@@ -5,12 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from datetime import timedelta
 from pathlib import Path
 
 from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.calibration.in_use import CalibrationInUse
-from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibration
+from ocmm_core.calibration.probe_in_use import ProbeInUse
+from ocmm_core.cli.calibration_choice import (
+    checked_for_replay,
+    checked_probe_for_replay,
+    choose_calibration,
+    choose_probe,
+)
 from ocmm_core.cli.climate import climate_in_use
 from ocmm_core.cli.feeds import Feed as Feed
 from ocmm_core.cli.feeds import StationRequest as StationRequest
@@ -26,7 +33,6 @@ from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
-from ocmm_core.tracking.body import load_probe
 from ocmm_core.tracking.pipeline import TrackingOptions
 
 
@@ -63,11 +69,13 @@ def build_station(request: StationRequest) -> BuiltStation:
     OcmmError
         A document, the source or the folder cannot be used; nothing is left running.
     """
-    plan, body = load_plan(request.plan), load_probe(request.probe)
-    climate = climate_in_use(request.climate, plan, body, None)
+    plan, probe = load_plan(request.plan), probe_of(request)
+    made = probe.records.calibration if probe.records is not None else None
+    climate = climate_in_use(request.climate, plan, probe.body, made)
     calibration = calibration_of(request)
     feed = make_feed(request, plan, calibration.rig)
     calibration = checked_for_replay(calibration, feed.recorded)
+    probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
     recorder = None
     try:
         job_path = _job_path(request.out, plan)
@@ -79,13 +87,13 @@ def build_station(request: StationRequest) -> BuiltStation:
             part=plan.part,
             serial=request.serial,
         )
-        head = replace(head, rig_text=calibration.rig_text)
+        head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
         if request.record is not None:
             recorder = FrameRecorder(request.record, feed.description, calibration.rig)
         station = MeasuringStation(
             plan,
             calibration,
-            climate.body,
+            probe,
             JobFile.create(job_path, head),
             feed.acquisition,
             feed.ring,
@@ -94,6 +102,7 @@ def build_station(request: StationRequest) -> BuiltStation:
                 tracking=TrackingOptions(method=request.method),
                 live_source=feed.live,
                 intent=_intent(feed.virtual) if feed.virtual is not None else None,
+                pause=timedelta(hours=request.check_after_h),
             ),
             recorder,
         )
@@ -111,6 +120,17 @@ def calibration_of(request: StationRequest) -> CalibrationInUse:
     """Return what the request is measured with; raise InputError as `choose_calibration`."""
     return choose_calibration(
         request.source, request.rig, request.calibrations, uncalibrated=request.uncalibrated
+    )
+
+
+def probe_of(request: StationRequest) -> ProbeInUse:
+    """Return the probe that the request is measured with; InputError as `choose_probe`."""
+    return choose_probe(
+        request.source,
+        request.probe,
+        request.probes,
+        request.tip,
+        uncalibrated=request.uncalibrated,
     )
 
 

@@ -73,7 +73,12 @@ class StationRequest:
         Folder of calibrations; None is that of this user for real cameras, and the rig document
         itself for virtual ones and replays.
     uncalibrated
-        Take points whatever is the matter with the calibration; they prove nothing.
+        Take points whatever is the matter with calibration and tip; they prove nothing.
+    probes, tip
+        Folder of records of probes, as ``calibrations``; name of the tip that is on the probe, or
+        None for the one that the records say.
+    check_after_h
+        After so many hours without a point or a check the tip must be checked.
     climate
         Temperatures of probe and part, and what is to be compensated for them.
     """
@@ -97,6 +102,9 @@ class StationRequest:
     control: str = ""
     calibrations: Path | None = None
     uncalibrated: bool = False
+    probes: Path | None = None
+    tip: str | None = None
+    check_after_h: float = 8.0
     climate: ClimateRequest = field(default_factory=ClimateRequest)
 
 

@@ -55,7 +55,31 @@ UncalibratedOption = Annotated[
     bool,
     typer.Option(
         "--uncalibrated",
-        help="Measure although the calibration is missing or does not hold: every verdict is NOT "
-        "PROVEN, and the report says so.",
+        help="Measure although the calibration or the records of the tip are missing or do not "
+        "hold: every verdict is NOT PROVEN, and the report says so.",
+    ),
+]
+ProbesOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--probes",
+        help="Folder of records of probes. Real cameras use that of this user without it; virtual "
+        "ones are measured with the probe document itself.",
+    ),
+]
+TipOption = Annotated[
+    str | None,
+    typer.Option(
+        "--tip",
+        help="Name of the tip that is on the probe now. Another one than before is mounted by "
+        "this, and must be checked.",
+    ),
+]
+CheckAfterOption = Annotated[
+    float,
+    typer.Option(
+        "--check-after",
+        min=0.0,
+        help="After so many hours without a point or a check the tip must be checked.",
     ),
 ]

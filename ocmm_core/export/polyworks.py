@@ -30,7 +30,7 @@ FEATURES_HEADER = (
 )
 REPORT_HEADER = (
     "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    "Calibration,Temperature"
+    "Calibration,Temperature,Probe"
 )
 
 _NO_VECTOR = ["", "", ""]
@@ -44,6 +44,7 @@ def export_polyworks(
     T_part_from_world: RigidTransform | None,
     calibration: str,
     temperature: str = "",
+    probe: str = "",
 ) -> tuple[Path, Path, Path]:
     """Write ``<job>_points.csv``, ``<job>_features.csv`` and ``<job>_report.csv``.
 
@@ -65,6 +66,8 @@ def export_polyworks(
         State and hash of the calibration of the cameras, ASCII, for the report.
     temperature
         Temperatures and switches of their compensation, ASCII without commas, for the report.
+    probe
+        State, names, hash and due date of probe and tip, likewise.
 
     Returns
     -------
@@ -98,7 +101,7 @@ def export_polyworks(
     report = [REPORT_HEADER.split(",")]
     for result in job.characteristics:
         _check_name("characteristic", result.name)
-        report.append([*_report_row(result), calibration, temperature])
+        report.append([*_report_row(result), calibration, temperature, probe])
     folder = Path(directory)
     stem = f"{job.job}_UNCALIBRATED" if job.unproven else job.job
     paths = (

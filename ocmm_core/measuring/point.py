@@ -43,6 +43,9 @@ class MeasuredPoint:
         Mean over the window.
     approach
         How ``direction`` was found: ``"trail"``, ``"nominal"`` or ``"flipped"``.
+    reference_spots
+        (C, R, 2), px: mean spots of the reference body in the same frames; None without one. With
+        one, "world" is the world of the job (`tracking.reference`).
     """
 
     number: int
@@ -59,6 +62,7 @@ class MeasuredPoint:
     spots: Float
     chi2_per_dof: float
     approach: str
+    reference_spots: Float | None = None
 
     @property
     def surface_world(self) -> Float:
@@ -82,6 +86,8 @@ class RefusalCode(Enum):
     GAP = "gap"
     NOT_READY = "not_ready"
     CALIBRATION = "calibration"
+    REFERENCE = "reference"
+    TIP = "tip"
     UNCERTAIN = "uncertain"
     OUTSIDE = "outside"
     NO_FEATURE = "no_feature"

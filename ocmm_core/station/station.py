@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import timedelta
 from functools import partial
 from pathlib import Path
 from typing import ClassVar, Protocol
@@ -29,6 +30,7 @@ from ocmm_core.acquisition.worker import (
 )
 from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle
 from ocmm_core.calibration.overview import CalibrationOverview, overview
+from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.polyworks import export_polyworks
@@ -42,8 +44,8 @@ from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
 from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.change_watch import ChangeWatch
 from ocmm_core.station.live import LiveState
+from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
 from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
 from ocmm_core.tracking.result import TrackBlock
 
@@ -81,12 +83,15 @@ class StationOptions:
     intent
         For scripted operators: which feature the touch that ends at an exposure is meant for;
         None where the active feature of the session takes every point.
+    pause
+        After so long without a point or a check the tip must be checked.
     """
 
     session: SessionOptions
     tracking: TrackingOptions
     live_source: bool = False
     intent: Callable[[int], str | None] | None = None
+    pause: timedelta = PAUSE
 
 
 class MeasuringStation:
@@ -94,7 +99,7 @@ class MeasuringStation:
 
     Parameters
     ----------
-    plan, calibration, body
+    plan, calibration, probe
         What is measured and with what.
     job
         The open job file; closed by `close`.
@@ -121,7 +126,7 @@ class MeasuringStation:
         self,
         plan: Plan,
         calibration: CalibrationInUse,
-        body: ProbeBody,
+        probe: ProbeInUse,
         job: JobFile,
         acquisition: Acquisition,
         ring: FrameRing,
@@ -130,7 +135,7 @@ class MeasuringStation:
     ) -> None:
         self.plan = plan
         self.rig = rig = calibration.rig
-        self.body = body
+        self.body = body = probe.body
         self._job = job
         self._acquisition = acquisition
         self._ring = ring
@@ -144,6 +149,7 @@ class MeasuringStation:
             objects = partial(RemoteObjects, acquisition)
         self._calibration = CalibrationWatch(calibration, self._bus, objects)
         self._changes = ChangeWatch(calibration, body, self._session)
+        self._probe = ProbeWatch(probe, self._session, job, options.pause)
         self._watcher: Callable[[FrameBlock], None] | None = None
         self._take = threading.Event()
         self._stop = threading.Event()
@@ -153,11 +159,13 @@ class MeasuringStation:
 
     def start(self) -> None:
         """Start acquisition and reconstruction."""
-        calibration = self.calibration()
+        self._probe.start()
+        calibration, probe = self.calibration(), self.probe_view()
+        unproven = calibration.unproven
+        if unproven and probe.obstacle is not None:
+            unproven = f"{unproven} {probe.obstacle.what}"
         self._session.note_calibration(
-            f"{calibration.word.value} {calibration.identity}",
-            f"{self.body.name} {self.body.identity}",
-            calibration.unproven,
+            f"{calibration.word.value} {calibration.identity}", probe.note, unproven
         )
         self._session.note_climate()
         self._acquisition.start()
@@ -219,6 +227,41 @@ class MeasuringStation:
     def calibration_in_use(self) -> CalibrationInUse:
         """Return the calibration that the job was begun with, and its store."""
         return self._calibration.in_use
+
+    def probe_view(self) -> ProbeView:
+        """Return what is to be said about probe and tip, at most 0.2 s old."""
+        return self._probe.view()
+
+    @property
+    def probe_in_use(self) -> ProbeInUse:
+        """Return the probe that the job was begun with, and its records."""
+        return self._probe.in_use
+
+    def mount_tip(self, tip: str) -> None:
+        """Say that a tip, maybe the same one again, was screwed on; it must be checked.
+
+        With another tip than that of this job no points are taken any more: the geometry of a job
+        does not change.
+
+        Raises
+        ------
+        CalibrationError
+            The probe has no records, or was never calibrated with this tip.
+        StorageError
+            It could not be made durable.
+        """
+        self._probe.mount(tip)
+        self.changed.emit()
+
+    def probe_records_changed(self) -> None:
+        """Look at the records of the probe anew: something was appended to them.
+
+        A check that passed lets points be taken again at once. A new calibration or qualification
+        is for the next job: this one goes on only with the geometry that it was begun with.
+        """
+        self._probe.forget()
+        self._probe.settle()
+        self.changed.emit()
 
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in the cameras and read them back.
@@ -318,14 +361,21 @@ class MeasuringStation:
             self.plan.features,
             directory,
             calibration=self.calibration().label,
+            probe=self.probe_view().label,
             temperature=self._options.session.climate.label,
             T_part_from_world=self._session.T_part_from_world,
         )
 
     def _obstacle(self) -> Obstacle | None:
-        """Return why no points may be taken because of the calibration, or None."""
+        """Return why no points may be taken because of calibration or tip, or None."""
+        return self._hindrance()[1]
+
+    def _hindrance(self) -> tuple[RefusalCode, Obstacle | None]:
         view = self._calibration.view()
-        return view.hindrance or (None if view.uncalibrated else self._changes.doubt)
+        cameras = view.hindrance or (None if view.uncalibrated else self._changes.doubt)
+        if cameras is not None:
+            return RefusalCode.CALIBRATION, cameras
+        return RefusalCode.TIP, self._probe.view().hindrance
 
     def _watch_changes(self, track: TrackBlock) -> None:
         """Let the monitor see the frames; what it holds back is told as a change of the job."""
@@ -336,6 +386,16 @@ class MeasuringStation:
             turned = True
         if turned:
             self._calibration.forget()
+            self.changed.emit()
+
+    def _watch_probe(self, block: FrameBlock) -> None:
+        """Look for what can change the tip; what it holds back is told as a change of the job."""
+        try:
+            changed = self._probe.feed(block)
+        except OcmmError as error:
+            self.failed.emit(error)
+            changed = True
+        if changed:
             self.changed.emit()
 
     def _refuse(self, refusal: Refusal) -> None:
@@ -379,17 +439,20 @@ class MeasuringStation:
             collector.arm()
         touches = collector.feed(track)
         self._live.feed(block, track, pipeline, collecting=collector.collecting)
+        self._watch_probe(block)
         watcher = self._watcher
         if watcher is not None:
             watcher(block)
             return
         self._watch_changes(track)
-        obstacle = self._obstacle() if touches else None
+        if not touches:
+            return
+        code, obstacle = self._hindrance()
         for touch in touches:
             if obstacle is not None:
                 self._refuse(
                     Refusal(
-                        RefusalCode.CALIBRATION,
+                        code,
                         obstacle.what,
                         obstacle.remedy,
                         float(block.time_ns[-1]) * 1e-9,
@@ -404,6 +467,8 @@ class MeasuringStation:
                 # A point that could not be made durable is no point; measuring goes on.
                 self.failed.emit(error)
                 continue
+            if not isinstance(outcome, Refusal):
+                self._probe.used()
             signal = self.point_refused if isinstance(outcome, Refusal) else self.point_taken
             signal.emit(outcome)
             self.changed.emit()

@@ -13,6 +13,7 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker
 from ocmm_core.calibration.in_use import open_design
+from ocmm_core.calibration.probe_in_use import open_probe_design
 from ocmm_core.cli.compose import StationRequest, script_of
 from ocmm_core.documents import resource
 from ocmm_core.fieldbus.alarms import TEXTS, Alarm
@@ -31,7 +32,6 @@ from ocmm_core.simulation.source import SimulatedSource
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
-from ocmm_core.tracking.body import load_probe
 from ocmm_core.tracking.pipeline import TrackingOptions
 
 MORNING_NS = 1_763_712_000_000_000_000
@@ -200,7 +200,7 @@ def station_on_bus(folder: Path, *, plan: str = "quick.toml") -> BusStation:
     request = StationRequest(
         plan=resource("plans", plan), out=folder, speed=1.0, stay=True, frame_rate_hz=800
     )
-    plan_read, body = load_plan(request.plan), load_probe(request.probe)
+    plan_read, probe = load_plan(request.plan), open_probe_design(request.probe)
     calibration = open_design(request.rig)
     virtual = script_of(request, plan_read).build()
     switch = Switch(SimulatedSource(virtual, request.speed, hover=True))
@@ -212,7 +212,7 @@ def station_on_bus(folder: Path, *, plan: str = "quick.toml") -> BusStation:
     station = MeasuringStation(
         plan_read,
         calibration,
-        body,
+        probe,
         JobFile.create(folder / "job.ocmm", head),
         AcquisitionWorker(switch, ring),
         ring,

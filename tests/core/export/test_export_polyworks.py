@@ -126,7 +126,9 @@ NOMINALS = [
 ]  # fmt: skip
 
 STATE = "VALID 0123456789ab"
-export = partial(export_polyworks, calibration=STATE, temperature="Probe 21 C")
+TIP = "VALID standard/6 mm 0123456789ab due 2027-01-01"
+export = partial(export_polyworks, calibration=STATE, temperature="Probe 21 C", probe=TIP)
+LAST = f"{STATE},Probe 21 C,{TIP}"
 
 POINTS_PART = (
     b"BORE 1.001,0.0000,-10.0000,0.0000,0.000000,1.000000,0.000000\r\n"
@@ -149,19 +151,19 @@ FEATURES_PART = (
     b"BALL,Sphere,Nominal,100.0000,0.0000,50.0000,,,,19.9890,,,,,,Part,mm\r\n"
 )
 REPORT = (
-    b"Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    b"Calibration,Temperature\r\n"
-    b"Bore diameter,Diameter,20.0000,20.0025,0.0025,-0.0100,0.0200,Pass,0.0000,0.0038,mm,"
-    b"VALID 0123456789ab,Probe 21 C\r\n"
-    b"Bore too big,Diameter,20.0000,20.0312,0.0312,-0.0100,0.0200,Fail,0.0112,0.0038,mm,"
-    b"VALID 0123456789ab,Probe 21 C\r\n"
-    b"Bore too small,Diameter,20.0000,19.9812,-0.0188,-0.0100,0.0200,Fail,0.0088,0.0038,mm,"
-    b"VALID 0123456789ab,Probe 21 C\r\n"
-    b"Bore in doubt,Diameter,20.0000,20.0195,0.0195,-0.0100,0.0200,Fail,0.0000,0.0038,mm,"
-    b"VALID 0123456789ab,Probe 21 C\r\n"
-    b"Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,"
-    b"VALID 0123456789ab,Probe 21 C\r\n"
-)
+    "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
+    "Calibration,Temperature,Probe\r\n"
+    "Bore diameter,Diameter,20.0000,20.0025,0.0025,-0.0100,0.0200,Pass,0.0000,0.0038,mm,"
+    f"{LAST}\r\n"
+    "Bore too big,Diameter,20.0000,20.0312,0.0312,-0.0100,0.0200,Fail,0.0112,0.0038,mm,"
+    f"{LAST}\r\n"
+    "Bore too small,Diameter,20.0000,19.9812,-0.0188,-0.0100,0.0200,Fail,0.0088,0.0038,mm,"
+    f"{LAST}\r\n"
+    "Bore in doubt,Diameter,20.0000,20.0195,0.0195,-0.0100,0.0200,Fail,0.0000,0.0038,mm,"
+    f"{LAST}\r\n"
+    "Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,"
+    f"{LAST}\r\n"
+).encode("ascii")
 
 
 def test_the_three_files_are_as_agreed_to_the_byte(tmp_path: Path) -> None:
@@ -288,7 +290,7 @@ def test_a_result_without_one_of_its_numbers_never_passes(tmp_path: Path, missin
     job = dataclasses.replace(sample_job(), characteristics=(parts[missing],))
     report = export(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
     row = report.read_text("ascii").splitlines()[1]
-    assert row == "Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,VALID 0123456789ab"
+    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,{LAST}"
 
 
 def test_a_value_that_is_not_trusted_is_not_printed(tmp_path: Path) -> None:
@@ -296,7 +298,7 @@ def test_a_value_that_is_not_trusted_is_not_printed(tmp_path: Path) -> None:
     job = dataclasses.replace(sample_job(), characteristics=(doubtful,))
     report = export(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
     row = report.read_text("ascii").splitlines()[1]
-    assert row == "Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,VALID 0123456789ab"
+    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,{LAST}"
 
 
 def test_a_feature_that_the_plan_does_not_know_is_refused(tmp_path: Path) -> None:
