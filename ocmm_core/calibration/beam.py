@@ -142,7 +142,7 @@ def make_beam(sections: Sequence[Section], gravity: float = GRAVITY) -> Beam:
 def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
     """Return how a level beam on two supports bends under its own weight (appendix B.1).
 
-    It bends across its soft direction. Deflections are positive downwards and zero at the supports.
+    It bends across its soft direction. Deflections are positive upwards and zero at the supports.
     """
     x = beam.x_mm
     first, second = supports_mm

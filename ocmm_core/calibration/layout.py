@@ -20,7 +20,7 @@ from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.kernel import MAX_TIP_SIGMA
 
 _CHUNK = 1000
-_AT_ONCE = 12
+_AT_ONCE = 24
 """Poses that a cell of a map is the mean of."""
 
 
@@ -182,14 +182,15 @@ def tip_number(view: View, postures: Postures, poses: int, seed: int) -> TipNumb
 
 def tilt_map(view: View, postures: Postures, cells: int, seed: int) -> TipMap:
     """Return the error over the tilts about X and Y, everywhere in the volume."""
-    rng = np.random.default_rng(seed)
     about_x, about_y = (
         np.linspace(-1.0, 1.0, cells) * (angle or 1.0) for angle in postures.tilt_deg[:2]
     )
+    # The same places in every cell: the map shows the tilt, and not which places were drawn.
+    rng = np.random.default_rng(seed)
+    _, tips = postures.draw(_AT_ONCE, rng)
+    turns = rng.uniform(-1.0, 1.0, _AT_ONCE) * postures.tilt_deg[2]
 
     def poses(x: float, y: float) -> tuple[Float, Float]:
-        _, tips = postures.draw(_AT_ONCE, rng)
-        turns = rng.uniform(-1.0, 1.0, _AT_ONCE) * postures.tilt_deg[2]
         angles = np.radians(np.column_stack([np.full(_AT_ONCE, x), np.full(_AT_ONCE, y), turns]))
         return _rotations(angles), tips
 
@@ -204,13 +205,13 @@ def tilt_map(view: View, postures: Postures, cells: int, seed: int) -> TipMap:
 
 def volume_map(view: View, postures: Postures, cells: int, seed: int, *, top: bool) -> TipMap:
     """Return the error over the volume, at every tilt, seen from above or from the front."""
-    rng = np.random.default_rng(seed)
+    rotations, drawn = postures.draw(_AT_ONCE, np.random.default_rng(seed))
     low, high = postures.volume_world
     other = 1 if top else 2
     across, along = (np.linspace(low[axis], high[axis], cells) for axis in (0, other))
 
     def poses(x: float, y: float) -> tuple[Float, Float]:
-        rotations, tips = postures.draw(_AT_ONCE, rng)
+        tips = drawn.copy()
         tips[:, 0], tips[:, other] = x, y
         return rotations, tips
 

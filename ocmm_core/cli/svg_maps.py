@@ -63,7 +63,10 @@ def tip_map(found: TipMap, limits: tuple[float, float], subtitle: str) -> str:
         )
         parts.append(label(_LEFT - 8, y + 4, f"{_at(found.rows, share):.0f}", 13, "end"))
     parts.append(label(_LEFT + 0.5 * columns * wide, HEIGHT - 14, found.names[0], 15, "middle"))
-    parts.append(label(16, _TOP - 8, found.names[1], 15, "start"))
+    parts.append(
+        f'<g transform="translate(24 {0.5 * (HEIGHT + _TOP - _BOTTOM):.0f}) rotate(-90)">'
+        f"{label(0, 0, found.names[1], 15, 'middle')}</g>"
+    )
     parts += _scale(limits)
     return page(f"Uncertainty of the tip. {found.title}", subtitle, parts)
 
@@ -93,8 +96,8 @@ def bending(found: Mechanics, title: str) -> str:
             f'<polyline points="{" ".join(dots)}" stroke="{colour_at(0.4)}" stroke-width="2.5"/>'
         )
         parts.append(label(left, top - 6, words, 14, "start"))
-        parts.append(label(left - 8, top + 5, f"{most:.0f}", 13, "end"))
-        parts.append(label(left - 8, bottom + 5, f"{least:.0f}", 13, "end"))
+        parts.append(label(left - 8, top + 5, f"{round(most)}", 13, "end"))
+        parts.append(label(left - 8, bottom + 5, f"{round(least)}", 13, "end"))
         for place in sorted(set(found.leds_mm)):
             x = left + place / length * (right - left)
             parts.append(f'<path d="M{x:.1f} {zero - 5:.1f}v10" stroke="#333" stroke-width="2"/>')
