@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.point import Refusal, RefusalCode
-from ocmm_core.tracking.result import FrameStatus, TrackBlock
+from ocmm_core.tracking.reference import motion_to_world, simultaneous
+from ocmm_core.tracking.result import FrameStatus, ReferenceTrack, TrackBlock, in_rig
 
 _BATCHES = 10
 _OUTLIER_SIGMAS = 5.0
@@ -59,6 +60,11 @@ class StablePoint:
         (C, L, 2), px, mean, NaN where not seen throughout.
     chi2_per_dof
         Mean.
+    tip_rig
+        (3,), mm: where the ball is for the cameras as they stand now; ``tip_world`` itself without
+        a reference body.
+    reference_spots
+        (C, R, 2), px, mean spots of the reference body in the same frames; None without one.
     """
 
     time_s: float
@@ -70,6 +76,8 @@ class StablePoint:
     rotation_world_from_probe: Float
     spots: Float
     chi2_per_dof: float
+    tip_rig: Float
+    reference_spots: Float | None
 
 
 def average(
@@ -92,6 +100,8 @@ def average(
         The random covariance comes from ten batch means, so that slow tremor counts as what it
         is, and is never less than what independent spot noise predicts.
     """
+    # The poses of the very frames that are averaged: nothing lags behind, whatever moved.
+    window = simultaneous(window)
     time_s = float(window.time_ns[len(window) // 2]) * 1e-9 if len(window) else 0.0
     good = window.status == FrameStatus.OK
     if len(window) < options.min_share * expected:
@@ -103,7 +113,9 @@ def average(
         )
     if np.count_nonzero(good) < options.min_share * expected:
         return explain(window, rig, time_s)
-    used = good & (_most_common(window.seen[good]) == window.seen).all(axis=1)
+    used = good & _alike(window.seen, good)
+    if window.reference is not None:
+        used &= _alike(window.reference.body.seen, good)
     if np.count_nonzero(used) < 0.5 * options.min_share * expected:
         return _disagreeing(int(np.count_nonzero(used)), expected, time_s)
     tips = window.tip_world[used]
@@ -119,6 +131,14 @@ def average(
             "Hold the ball still on the surface until the sound.",
             time_s,
         )
+    moved = _wander_of_reference(window, used)
+    if moved > options.still_mm:
+        return Refusal(
+            RefusalCode.REFERENCE,
+            f"The reference body moved, {moved:.3f} mm at the ball, while the point was measured.",
+            "Let part and cameras come to rest, then touch again.",
+            time_s,
+        )
     keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
     if len(keep) < 0.5 * options.min_share * expected:
         return _disagreeing(len(keep), expected, time_s)
@@ -132,6 +152,10 @@ def average(
         rotation_world_from_probe=_mean_rotation(window.rotation_world_from_probe[keep]),
         spots=window.uv[keep].mean(axis=0),
         chi2_per_dof=float(np.mean(window.chi2[keep] / window.dof[keep])),
+        tip_rig=in_rig(window).tip_world[keep].mean(axis=0),
+        reference_spots=(
+            window.reference.body.uv[keep].mean(axis=0) if window.reference is not None else None
+        ),
     )
 
 
@@ -144,10 +168,10 @@ def _disagreeing(count: int, expected: int, time_s: float) -> Refusal:
     )
 
 
-def _most_common(seen: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    patterns, counts = np.unique(seen, axis=0, return_counts=True)
-    common: NDArray[np.uint16] = patterns[np.argmax(counts)]
-    return common
+def _alike(seen: NDArray[np.uint16], good: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return in which frames (n,) the same LEDs are seen as in most of the good ones."""
+    patterns, counts = np.unique(seen[good], axis=0, return_counts=True)
+    return np.asarray((seen == patterns[np.argmax(counts)]).all(axis=1))
 
 
 def _batch_means(tips: Float) -> Float:
@@ -164,6 +188,22 @@ def _wander_of_noise(covariances: Float) -> float:
     """Return the wander, mm, that spot noise alone hardly ever exceeds."""
     variance = float(np.linalg.eigvalsh(covariances.mean(axis=0))[-1])
     return 2.0 * _OUTLIER_SIGMAS * float(np.sqrt(variance * _BATCHES / len(covariances)))
+
+
+def _wander_of_reference(window: TrackBlock, used: NDArray[np.bool_]) -> float:
+    """Return how far the reference body alone would carry the ball, beyond its noise, mm."""
+    seen = window.reference
+    if seen is None or seen.home is None:
+        return 0.0
+    turn, shift = motion_to_world(
+        seen.home, seen.body.rotation_world_from_probe[used], seen.body.origin_world[used]
+    )
+    tip_rig = np.median(seen.probe.tip_world[used], axis=0)
+    noise = window.tip_covariance[used] - (
+        turn @ seen.probe.tip_covariance[used] @ turn.transpose(0, 2, 1)
+    )
+    wander = _wander(turn @ tip_rig + shift)
+    return wander if wander > _wander_of_noise(noise) else 0.0
 
 
 def _covariance_of_mean(tips: Float, covariances: Float) -> Float:
@@ -190,6 +230,8 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
     """Return the refusal for a window in which too few frames have a tip."""
     bad = window.status[window.status != FrameStatus.OK]
     worst = FrameStatus(int(np.bincount(bad).argmax()))
+    if worst is FrameStatus.REFERENCE_LOST and window.reference is not None:
+        return _explain_reference(window.reference, rig, time_s)
     if worst is FrameStatus.DOUBTFUL:
         return Refusal(
             RefusalCode.DOUBTFUL,
@@ -206,23 +248,61 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
         )
     return Refusal(
         RefusalCode.LOST,
-        _who_sees_nothing(window, rig),
+        _who_sees_nothing(window, rig, "the probe", "LED ", ""),
         "Turn the LEDs towards the cameras and clear the view, then touch again.",
         time_s,
     )
 
 
-def _who_sees_nothing(window: TrackBlock, rig: Rig) -> str:
-    """Return the sentence that names the cameras and the LEDs that they do not see."""
+def _explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
+    body = seen.body
+    bad = body.status[body.status != FrameStatus.OK]
+    if not len(bad):
+        return Refusal(
+            RefusalCode.REFERENCE,
+            "The place of the reference body is not known yet.",
+            "Let part and cameras come to rest until the machine is ready.",
+            time_s,
+        )
+    worst = FrameStatus(int(np.bincount(bad).argmax()))
+    if worst is FrameStatus.DOUBTFUL:
+        return Refusal(
+            RefusalCode.REFERENCE,
+            "The spots do not fit the reference body: a reflection, another body or a moved "
+            "camera.",
+            "Cover reflections and check the reference body; if it stays, verify the cameras.",
+            time_s,
+        )
+    if worst is FrameStatus.UNIDENTIFIED:
+        return Refusal(
+            RefusalCode.REFERENCE,
+            "The reference body is not recognised among the lights that are seen.",
+            "Clear the view of all its LEDs and cover reflections.",
+            time_s,
+        )
+    who = _who_sees_nothing(body, rig, "the reference body", "", "R")
+    return Refusal(
+        RefusalCode.REFERENCE,
+        f"The reference body is lost. {who}",
+        "Clear the view of its LEDs, also of hand and probe; then touch again.",
+        time_s,
+    )
+
+
+def _who_sees_nothing(window: TrackBlock, rig: Rig, what: str, before: str, each: str) -> str:
+    """Return the sentence that names the cameras and the LEDs that they do not see.
+
+    ``before`` stands before all LED numbers, ``each`` before each of them.
+    """
     hidden = np.mean(np.isfinite(window.uv[..., 0]), axis=0) < 0.5
     if hidden.all():
-        return "The cameras do not see the probe."
+        return f"The cameras do not see {what}."
     parts = []
     for camera, leds in zip(rig.cameras, hidden, strict=True):
         if leds.all():
-            parts.append(f"camera {camera.name} does not see the probe")
+            parts.append(f"camera {camera.name} does not see {what}")
         elif leds.any():
-            numbers = ", ".join(str(led + 1) for led in np.flatnonzero(leds))
-            parts.append(f"camera {camera.name} does not see LED {numbers}")
+            numbers = ", ".join(f"{each}{led + 1}" for led in np.flatnonzero(leds))
+            parts.append(f"camera {camera.name} does not see {before}{numbers}")
     sentence = " and ".join(parts) or "too few targets are seen by two cameras"
     return f"{sentence[0].upper()}{sentence[1:]}."

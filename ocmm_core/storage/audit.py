@@ -29,6 +29,8 @@ AUDITED: dict[str, tuple[str, ...]] = {
     ),
     "annulment": ("number", "time_utc", "reason"),
     "event": ("id", "time_utc", "kind", "text"),
+    "reference": ("id", "text", "sha256", "spots_shape", "spots", "n_frames"),
+    "reference_observation": ("number", "spots_shape", "spots"),
 }  # fmt: skip
 """The insert-only tables and the columns that their digests cover; the first one is the key."""
 

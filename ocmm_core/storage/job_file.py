@@ -12,6 +12,7 @@ import os
 import sqlite3
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
@@ -32,10 +33,15 @@ from ocmm_core.storage.migrations import APPLICATION_ID, bring_up_to_date
 from ocmm_core.storage.rows import (
     JobEvent,
     JobHead,
+    JobReference,
     head_from_row,
     point_from_row,
+    reference_from_row,
+    reference_row_from_point,
     row_from_head,
     row_from_point,
+    row_from_reference,
+    spots_from,
 )
 
 _WAIT_S = 1.0
@@ -154,6 +160,9 @@ class JobFile:
                     "Take the point again; every point needs a new number.",
                 )
             insert_audited(db, "observation", row_from_point(point))
+            beside = reference_row_from_point(point)
+            if beside is not None:
+                insert_audited(db, "reference_observation", beside)
 
     def annul_point(self, number: int, reason: str) -> None:
         """Take a point out of `points`, and say why; the observation stays in the file.
@@ -196,10 +205,53 @@ class JobFile:
                 "LEFT JOIN audit ON subject = 'observation' AND key = number "
                 "WHERE number NOT IN (SELECT number FROM annulment) ORDER BY number"
             ).fetchall()
-        for *row, content in rows:
+            beside = db.execute(
+                "SELECT number, spots_shape, spots, content_sha256 FROM reference_observation "
+                "LEFT JOIN audit ON subject = 'reference_observation' AND key = number"
+            ).fetchall()
+        for *row, content in (*rows, *beside):
             if digest_row(row) != content:
                 raise damaged(self.path, f"point {row[0]} is not as it was stored")
-        return [point_from_row(row) for *row, _ in rows]
+        spots = {number: spots_from(shape, blob) for number, shape, blob, _ in beside}
+        points = [point_from_row(row) for *row, _ in rows]
+        return [replace(point, reference_spots=spots.get(point.number)) for point in points]
+
+    def store_reference(self, reference: JobReference) -> None:
+        """Store the reference body of the job and its first place; on the disk when this returns.
+
+        Raises
+        ------
+        StorageError
+            The job has one already, or the file cannot be written.
+        """
+        with self._transaction() as db:
+            if db.execute("SELECT count(*) FROM reference").fetchone()[0]:
+                raise StorageError(
+                    "job.reference",
+                    f"{self.path}: the job has a reference body already.",
+                    "Begin a new job for another one.",
+                )
+            insert_audited(db, "reference", row_from_reference(reference))
+
+    def reference(self) -> JobReference | None:
+        """Return the reference body that the points are relative to, or None.
+
+        Raises
+        ------
+        StorageError
+            It is not the one that was stored; `verify` says more.
+        """
+        with self._reading() as db:
+            row = db.execute(
+                f"SELECT {','.join(AUDITED['reference'])}, content_sha256 FROM reference "  # noqa: S608 - constants
+                "LEFT JOIN audit ON subject = 'reference' AND key = id"
+            ).fetchone()
+        if row is None:
+            return None
+        *stored, content = row
+        if digest_row(stored) != content:
+            raise damaged(self.path, "the reference body is not as it was stored")
+        return reference_from_row(stored)
 
     def taken_utc(self) -> dict[int, str]:
         """Return when each point was stored, also annulled ones: ISO 8601 text by number."""

@@ -52,28 +52,51 @@ _TABLES = (
         previous TEXT NOT NULL, hash TEXT NOT NULL) STRICT""",
 )
 
+_REFERENCE_TABLES = (
+    # Mean spots of its first place, little-endian float64; shape "cameras,leds,2".
+    """CREATE TABLE reference (
+        id INTEGER PRIMARY KEY CHECK (id = 1),
+        text TEXT NOT NULL, sha256 TEXT NOT NULL,
+        spots_shape TEXT NOT NULL, spots BLOB NOT NULL, n_frames INTEGER NOT NULL) STRICT""",
+    """CREATE TABLE reference_observation (
+        number INTEGER PRIMARY KEY REFERENCES observation (number),
+        spots_shape TEXT NOT NULL, spots BLOB NOT NULL) STRICT""",
+)
+
 
 def _version_1(db: sqlite3.Connection) -> None:
     """Make the tables of an empty file and forbid to change or remove any row of them."""
     db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     for statement in _TABLES:
         db.execute(statement)
-    keys = {table: columns[0] for table, columns in AUDITED.items()} | {"audit": "sequence"}
-    for table, key in keys.items():
-        for action in ("UPDATE", "DELETE"):
-            db.execute(
-                f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table} "
-                f"BEGIN SELECT RAISE(ABORT, 'rows of {table} are never changed'); END"
-            )
-        # INSERT OR REPLACE would remove the old row without asking the trigger above.
+    for table in ("head", "observation", "annulment", "event"):
+        _forbid_change(db, table, AUDITED[table][0])
+    _forbid_change(db, "audit", "sequence")
+
+
+def _version_2(db: sqlite3.Connection) -> None:
+    """Add the reference body: the document, its first place, and its spots beside every point."""
+    for statement in _REFERENCE_TABLES:
+        db.execute(statement)
+    for table in ("reference", "reference_observation"):
+        _forbid_change(db, table, AUDITED[table][0])
+
+
+def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
+    for action in ("UPDATE", "DELETE"):
         db.execute(
-            f"CREATE TRIGGER {table}_no_replace BEFORE INSERT ON {table} "  # noqa: S608 - constants
-            f"WHEN EXISTS (SELECT 1 FROM {table} WHERE {key} = NEW.{key}) "
+            f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table} "
             f"BEGIN SELECT RAISE(ABORT, 'rows of {table} are never changed'); END"
         )
+    # INSERT OR REPLACE would remove the old row without asking the trigger above.
+    db.execute(
+        f"CREATE TRIGGER {table}_no_replace BEFORE INSERT ON {table} "  # noqa: S608 - constants
+        f"WHEN EXISTS (SELECT 1 FROM {table} WHERE {key} = NEW.{key}) "
+        f"BEGIN SELECT RAISE(ABORT, 'rows of {table} are never changed'); END"
+    )
 
 
-MIGRATIONS: tuple[Step, ...] = (_version_1,)
+MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2)
 
 
 def bring_up_to_date(

@@ -73,6 +73,30 @@ class JobEvent:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class JobReference:
+    """The reference body of a job and where it stood when the job began; written once.
+
+    Attributes
+    ----------
+    text
+        Its document.
+    spots
+        (C, R, 2), px: mean spots by its LED number, NaN where not seen.
+    n_frames
+        Frames that were averaged.
+    """
+
+    text: str
+    spots: Float
+    n_frames: int
+
+    @property
+    def identity(self) -> str:
+        """Return the SHA-256 of the document, equal to ``ReferenceBody.identity``."""
+        return _sha256(self.text)
+
+
 def make_head(
     *, plan: Path, rig: Path, probe: Path, operator: str, part: str, serial: str
 ) -> JobHead:
@@ -115,6 +139,26 @@ def head_from_row(row: Sequence[Any]) -> JobHead:
     )  # fmt: skip
 
 
+def row_from_reference(reference: JobReference) -> tuple[Value, ...]:
+    """Return the row of table ``reference``."""
+    return (
+        1, reference.text, reference.identity, *_spots(reference.spots), int(reference.n_frames),
+    )  # fmt: skip
+
+
+def reference_from_row(row: Sequence[Any]) -> JobReference:
+    """Return the reference body held by a row of table ``reference``."""
+    _, text, _, shape, spots, n_frames = row
+    return JobReference(text, spots_from(shape, spots), n_frames)
+
+
+def reference_row_from_point(point: MeasuredPoint) -> tuple[Value, ...] | None:
+    """Return the row of table ``reference_observation``; None without a reference body."""
+    if point.reference_spots is None:
+        return None
+    return (int(point.number), *_spots(point.reference_spots))
+
+
 def row_from_point(point: MeasuredPoint) -> tuple[Value, ...]:
     """Return the row of table ``observation``.
 
@@ -135,8 +179,8 @@ def row_from_point(point: MeasuredPoint) -> tuple[Value, ...]:
         int(point.number), point.feature, float(point.time_s) + 0.0, int(point.first_frame),
         int(point.last_frame), int(point.n_frames), _blob(point.tip_world),
         _blob(point.random_covariance), _blob(point.direction), float(point.tip_radius) + 0.0,
-        _blob(point.rotation_world_from_probe), ",".join(str(n) for n in point.spots.shape),
-        _blob(point.spots), float(point.chi2_per_dof) + 0.0, point.approach,
+        _blob(point.rotation_world_from_probe), *_spots(point.spots),
+        float(point.chi2_per_dof) + 0.0, point.approach,
     )  # fmt: skip
 
 
@@ -156,10 +200,19 @@ def point_from_row(row: Sequence[Any]) -> MeasuredPoint:
         direction=_array(direction, (3,)),
         tip_radius=radius,
         rotation_world_from_probe=_array(rotation, (3, 3)),
-        spots=_array(spots, tuple(int(part) for part in shape.split(","))),
+        spots=spots_from(shape, spots),
         chi2_per_dof=chi2,
         approach=approach,
     )
+
+
+def spots_from(shape: str, blob: bytes) -> Float:
+    """Return spots of the columns ``spots_shape`` and ``spots``."""
+    return _array(blob, tuple(int(part) for part in shape.split(",")))
+
+
+def _spots(spots: Float) -> tuple[str, bytes]:
+    return ",".join(str(n) for n in spots.shape), _blob(spots)
 
 
 def _blob(array: Float) -> bytes:

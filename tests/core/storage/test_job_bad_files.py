@@ -123,10 +123,10 @@ def test_a_head_that_cannot_be_stored_leaves_no_file(tmp_path: Path, head: JobHe
     assert list(tmp_path.iterdir()) == []
 
 
-def test_version_1_is_made_from_an_empty_file_in_one_transaction(tmp_path: Path) -> None:
+def test_the_latest_version_is_made_from_an_empty_file(tmp_path: Path) -> None:
     db = sqlite3.connect(tmp_path / "a.ocmm", isolation_level=None)
     bring_up_to_date(db, tmp_path / "a.ocmm", read_only=False)
-    assert db.execute("PRAGMA user_version").fetchone() == (1,)
+    assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS),)
     assert db.execute("PRAGMA application_id").fetchone() == (APPLICATION_ID,)
     db.close()
     assert [item.name for item in tmp_path.iterdir()] == ["a.ocmm"]
@@ -147,10 +147,10 @@ def test_an_older_job_is_stepped_up_after_a_backup(job_path: Path) -> None:
     before.close()
     db = sqlite3.connect(job_path, isolation_level=None)
     bring_up_to_date(db, job_path, read_only=False, steps=(*MIGRATIONS, _add_colour))
-    assert db.execute("PRAGMA user_version").fetchone() == (2,)
+    assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS) + 1,)
     db.execute("SELECT colour FROM event")
     db.close()
-    backup = job_path.with_name("a.ocmm.v1.bak")
+    backup = job_path.with_name(f"a.ocmm.v{len(MIGRATIONS)}.bak")
     assert backup.read_bytes() == old
     with JobFile.open(backup) as job:
         assert len(job.points()) == 40
@@ -162,7 +162,7 @@ def test_a_step_that_fails_leaves_the_version_before_it(job_path: Path) -> None:
     steps = (*MIGRATIONS, _add_colour, _fail_half_way)
     with pytest.raises(sqlite3.OperationalError):
         bring_up_to_date(db, job_path, read_only=False, steps=steps)
-    assert db.execute("PRAGMA user_version").fetchone() == (2,)
+    assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS) + 1,)
     columns = [row[1] for row in db.execute("PRAGMA table_info(event)")]
     assert columns == ["id", "time_utc", "kind", "text", "colour"]
     db.close()
@@ -173,15 +173,15 @@ def test_an_older_job_is_not_changed_for_reading(job_path: Path) -> None:
     with pytest.raises(StorageError) as caught:
         bring_up_to_date(db, job_path, read_only=True, steps=(*MIGRATIONS, _add_colour))
     assert caught.value.code == "job.older"
-    assert db.execute("PRAGMA user_version").fetchone() == (1,)
+    assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS),)
     db.close()
 
 
 def test_without_a_backup_there_is_no_step(job_path: Path) -> None:
-    job_path.with_name("a.ocmm.v1.bak").mkdir()
+    job_path.with_name(f"a.ocmm.v{len(MIGRATIONS)}.bak").mkdir()
     db = sqlite3.connect(job_path, isolation_level=None)
     with pytest.raises(StorageError) as caught:
         bring_up_to_date(db, job_path, read_only=False, steps=(*MIGRATIONS, _add_colour))
     assert caught.value.code == "job.backup"
-    assert db.execute("PRAGMA user_version").fetchone() == (1,)
+    assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS),)
     db.close()
