@@ -29,6 +29,7 @@ from ocmm_core.inspection.quarantine import (
     notes_of,
     with_doubt,
 )
+from ocmm_core.inspection.reference_use import ReferenceUse
 from ocmm_core.inspection.single_points import compensate_by_plan
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
@@ -47,7 +48,9 @@ from ocmm_core.tolerances.decision import not_measured, not_proven
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+from ocmm_core.tracking.reference_body import ReferenceBody
+from ocmm_core.tracking.result import ReferenceHome
+from ocmm_core.tracking.sensitivity import TipSensitivity
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 """Kinds of events of the job file."""
@@ -75,12 +78,15 @@ class SessionOptions:
         Temperatures of probe and part, and what is compensated for them.
     contact
         What the hand's force does to the probe; None where its design is not known.
+    reference
+        Reference body to which all points are given; None without one.
     """
 
     point: PointOptions = field(default_factory=PointOptions)
     max_form: float = 0.5
     climate: Climate = field(default_factory=Climate)
     contact: ContactForce | None = None
+    reference: ReferenceBody | None = None
 
 
 class InspectionSession:
@@ -99,7 +105,7 @@ class InspectionSession:
     Raises
     ------
     MeasuringError
-        The job holds points of another probe or tip.
+        The job holds points of another probe or tip, or relative to another reference body.
     """
 
     def __init__(
@@ -119,8 +125,12 @@ class InspectionSession:
                 f"tip, or before the tip was calibrated or qualified anew.",
                 "Begin a new job; or give the probe and the tip that this one was begun with.",
             )
+        self._reference = ReferenceUse(
+            rig, body, options.reference, job, begun=bool(self._points)
+        )
         self._sensitivities: dict[int, TipSensitivity] = {
-            point.number: tip_sensitivity(point.spots, rig, body) for point in self._points
+            point.number: self._reference.sensitivity(point.spots, point.reference_spots)
+            for point in self._points
         }
         self._done: set[str] = set()
         self._refusal: Refusal | None = None
@@ -152,6 +162,22 @@ class InspectionSession:
         """Return the part frame, or None while its datums are not measured."""
         with self._lock:
             return self._part_frame(self._checked_features())
+
+    @property
+    def reference_home(self) -> ReferenceHome | None:
+        """Return where the reference body stood when the job began; None before that is known."""
+        return self._reference.home
+
+    def keep_reference(self, home: ReferenceHome) -> None:
+        """Make the first place of the reference body durable; the first one counts.
+
+        Raises
+        ------
+        StorageError
+            It could not be; no point may be taken then.
+        """
+        with self._lock:
+            self._reference.keep(home)
 
     def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:
         """Store with which calibration and probe the points from now on are taken.
@@ -406,7 +432,7 @@ class InspectionSession:
                 f"Move it away by {self._options.point.approach_mm:g} mm or more and touch again.",
                 stable.time_s,
             )
-        sensitivity = tip_sensitivity(stable.spots, self._rig, self._body)
+        sensitivity = self._reference.sensitivity(stable.spots, stable.reference_spots)
         refusal = self._doubt(stable, sensitivity)
         if refusal is not None:
             return refusal
@@ -427,11 +453,12 @@ class InspectionSession:
             spots=stable.spots,
             chi2_per_dof=stable.chi2_per_dof,
             approach="trail",
+            reference_spots=stable.reference_spots,
         )
 
     def _doubt(self, stable: StablePoint, sensitivity: TipSensitivity) -> Refusal | None:
         low, high = self._rig.volume_world
-        if np.any(stable.tip_world < low) or np.any(stable.tip_world > high):
+        if np.any(stable.tip_rig < low) or np.any(stable.tip_rig > high):
             return Refusal(
                 RefusalCode.OUTSIDE,
                 "The ball is outside the volume in which the cameras are calibrated.",

@@ -1,0 +1,96 @@
+"""The reference body of a job: the same one for all its points, or none."""
+
+from __future__ import annotations
+
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import MeasuringError
+from ocmm_core.geometry import Float
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage.rows import JobReference
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.reference import home_of, relative_sensitivity
+from ocmm_core.tracking.reference_body import ReferenceBody
+from ocmm_core.tracking.result import ReferenceHome
+from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+
+
+class ReferenceUse:
+    """Keep a job with the reference body that it was begun with.
+
+    Parameters
+    ----------
+    rig, body
+        What is measured with.
+    reference
+        The reference body; None without one.
+    job
+        Holds the first place of the reference body, as soon as it is known.
+    begun
+        The job has points already.
+
+    Attributes
+    ----------
+    home
+        Where the reference body stood when the job began; None before that is known.
+
+    Raises
+    ------
+    MeasuringError
+        The points of the job are relative to another reference body, or to none.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        body: ProbeBody,
+        reference: ReferenceBody | None,
+        job: JobFile,
+        *,
+        begun: bool,
+    ) -> None:
+        self.home: ReferenceHome | None = None
+        self._rig, self._body, self._reference = rig, body, reference
+        self._job = job
+        stored = job.reference()
+        if stored is not None and (reference is None or reference.identity != stored.identity):
+            raise MeasuringError(
+                "session.other_reference",
+                f"{job.path}: the points of this job are relative to a reference body, and it is "
+                + ("not given now." if reference is None else f"not '{reference.name}'."),
+                "Give the reference body that the job was begun with (--reference), as it was "
+                "fixed then; or begin a new job.",
+            )
+        if stored is None and reference is not None and begun:
+            raise MeasuringError(
+                "session.no_reference",
+                f"{job.path}: the points of this job were taken without a reference body.",
+                "Go on without --reference, or begin a new job.",
+            )
+        if stored is not None and reference is not None:
+            self.home = home_of(stored.spots, stored.n_frames, rig, reference)
+
+    def keep(self, home: ReferenceHome) -> None:
+        """Make the first place of the reference body durable, once.
+
+        Raises
+        ------
+        StorageError
+            It could not be; no point may be taken then.
+        """
+        if self.home is None and self._reference is not None:
+            self._job.store_reference(JobReference(self._reference.text, home.spots, home.n_frames))
+            self.home = home
+
+    def sensitivity(self, spots: Float, reference_spots: Float | None) -> TipSensitivity:
+        """Return the tip of mean spots (C, L, 2) and (C, R, 2), px, with its derivatives.
+
+        Raises
+        ------
+        TrackingError
+            The spots do not determine a pose.
+        """
+        if self._reference is None or self.home is None or reference_spots is None:
+            return tip_sensitivity(spots, self._rig, self._body)
+        return relative_sensitivity(
+            spots, reference_spots, self.home, self._rig, self._body, self._reference
+        )
