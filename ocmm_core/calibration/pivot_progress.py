@@ -16,6 +16,7 @@ from ocmm_core.calibration.pivot_poses import pivot_of_poses
 from ocmm_core.calibration.pivot_robust import free_poses
 from ocmm_core.calibration.pivot_start import locate_targets, mean_shape
 from ocmm_core.calibration.pivot_views import MapCell, SweepPhase, SweepView
+from ocmm_core.calibration.procedure import OPEN, Gate
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
@@ -24,6 +25,8 @@ from ocmm_core.tracking.pose import solve
 
 ENOUGH_TIMES = 2.5
 """With so many times the poses that are wanted, more of them do not make the tip any better."""
+
+SWEEP_ON = "Keep the ball in the cone and the LEDs towards the cameras."
 
 _TIP_POSES = 40
 _TIP_RANGE = np.radians(8.0)
@@ -103,7 +106,9 @@ def progress_of(
         centre_world=preview.centre_world,
         middle_world=middle,
         cells=cells,
-        findings=() if tip is None else _judge(rig, body, own, sweep, preview.centre_world, limits),
+        findings=()
+        if tip is None
+        else _judge(rig, body, own, sweep, preview.centre_world, preview.coverage, limits),
     )
 
 
@@ -114,12 +119,14 @@ def view_of(
     limits: PivotLimits,
     poses_wanted: int,
     sigma_wanted: float,
+    *,
+    forced: bool,
 ) -> SweepView:
     """Return what a screen shows of a sweep."""
     coverage = progress.coverage
-    missing = missing_of(rig, progress, limits, poses_wanted, sigma_wanted)
+    gate = gate_of(rig, progress, limits, poses_wanted, sigma_wanted, forced=forced)
     return SweepView(
-        phase=SweepPhase.GOOD if not missing else phase,
+        phase=SweepPhase.GOOD if gate.open else phase,
         poses=progress.poses,
         poses_wanted=poses_wanted,
         attitudes=0 if coverage is None else coverage.attitudes,
@@ -131,20 +138,41 @@ def view_of(
         map_middle_world=progress.middle_world,
         cells=progress.cells,
         centre_world=progress.centre_world,
-        good=not missing,
-        missing=missing,
+        good=gate.open,
+        missing="" if gate.open else gate.reason,
+        may_end=gate.open or (forced and is_forcible(progress, limits)),
     )
 
 
-def missing_of(
+def gate_of(
+    rig: Rig,
+    progress: Progress,
+    limits: PivotLimits,
+    poses_wanted: int,
+    sigma_wanted: float,
+    *,
+    forced: bool,
+) -> Gate:
+    """Return whether a sweep is complete, and what is missing or wrong.
+
+    Parameters
+    ----------
+    forced
+        Somebody overruled the guards that may be overruled; the sweep must be complete all the
+        same.
+    """
+    refused = [one for one in progress.findings if one.refuses and not (forced and one.forcible)]
+    if refused:
+        return Gate(False, refused[0].what, refused[0].remedy)
+    missing = _missing(rig, progress, limits, poses_wanted, sigma_wanted)
+    return Gate(False, missing, SWEEP_ON) if missing else OPEN
+
+
+def _missing(
     rig: Rig, progress: Progress, limits: PivotLimits, poses_wanted: int, sigma_wanted: float
 ) -> str:
-    """Return what a sweep still lacks, in one sentence; empty where nothing is missing."""
-    refused = [one for one in progress.findings if one.refuses]
-    if refused:
-        return f"{refused[0].what} {refused[0].remedy}"
     if progress.coverage is None:
-        return "Sweep the probe to all sides."
+        return "The probe was hardly swept yet."
     first, second, third = np.degrees(progress.coverage.ranges)
     if second < limits.wanted_deg:
         side = where_missing(rig, progress.middle_world, progress.cells)
@@ -162,6 +190,8 @@ def missing_of(
         return f"Sweep on, on other ways: {left} attitudes are missing."
     if progress.poses < poses_wanted:
         return f"Sweep on: {poses_wanted - progress.poses} poses are missing."
+    if not np.isfinite(progress.tip_sigma):
+        return "Sweep on: the tip cannot be told yet."
     if progress.tip_sigma > sigma_wanted and progress.poses < ENOUGH_TIMES * poses_wanted:
         return (
             f"Sweep on: the tip would be known to {1e3 * progress.tip_sigma:.1f} um, and "
@@ -211,19 +241,33 @@ def second_range(rotations: Float) -> float:
 
 
 def _judge(
-    rig: Rig, body: ProbeBody, own: ProbeBody, sweep: PivotSweep, centre: Float, limits: PivotLimits
+    rig: Rig,
+    body: ProbeBody,
+    own: ProbeBody,
+    sweep: PivotSweep,
+    centre: Float,
+    coverage: Coverage,
+    limits: PivotLimits,
 ) -> tuple[Finding, ...]:
     """Return what speaks against the probe and against the cone."""
-    some = sweep.uv[:: max(1, len(sweep.uv) // _SHAPE_POSES)]
+    targets = locate_targets(rig, sweep.uv)
+    if not np.isfinite(targets).all(axis=(1, 2)).any():
+        led = int(np.isfinite(targets[..., 0]).sum(axis=0).argmin())
+        return (
+            Finding(
+                "pivot.no_complete_frame",
+                f"In no pose all LEDs of the probe were seen by two cameras; LED {led + 1} least.",
+                "Turn the LEDs towards the cameras and take the hand off them; check that all of "
+                "them shine.",
+                refuses=True,
+            ),
+        )
     leds = body.leds_probe
-    try:
-        shape = mean_shape(locate_targets(rig, some))
-    except CalibrationError:
-        shape = leds
+    shape = mean_shape(targets, _SHAPE_POSES)
     rotation, shift = rigid_fit(shape, leds)
+    found = judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits)
+    if np.degrees(coverage.ranges[1]) < limits.small_deg:
+        # A tip that is hardly known yet wanders with the attitude.
+        return tuple(found)
     free = free_poses(rig, sweep, own.leds_probe - own.tip_probe)
-    good = free.solved & (np.linalg.norm(free.tips - centre, axis=1) <= limits.tip_change_mm)
-    return (
-        *judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits),
-        *judge_jump(find_jump(free, good, centre), limits),
-    )
+    return (*found, *judge_jump(find_jump(free, free.solved, centre), limits))

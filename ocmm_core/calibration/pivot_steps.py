@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.calibration.pivot_progress import Progress, is_forcible
+from ocmm_core.calibration.pivot_progress import Progress
 from ocmm_core.calibration.pivot_session import FIRST, PREPARE, RESULT, SECOND, PivotBegun
 from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM
 from ocmm_core.calibration.procedure import OPEN, Gate, Step
 from ocmm_core.geometry import unit
 
-SWEEP_ON = "Sweep on, with the ball in the cone and the LEDs towards the cameras."
-
 
 def steps_of(
-    begun: PivotBegun, first: tuple[Progress, str], second: tuple[Progress, str], *, forced: bool
+    begun: PivotBegun, poses: tuple[int, int], gates: tuple[Gate, Gate]
 ) -> tuple[Step, ...]:
     """Return the steps with their gates, as things are.
 
     Parameters
     ----------
-    first, second
-        The sweeps, and what each of them lacks (`pivot_progress.missing_of`).
-    forced
-        Somebody overruled what may be overruled.
+    poses, gates
+        Of both sweeps.
     """
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (
@@ -39,8 +35,8 @@ def steps_of(
             "First sweep",
             "Put the ball into the cone and sweep the probe to all sides, 20 degrees and more, on "
             "other ways each time; turn it about its handle too.",
-            _gate(begun, *first, forced=forced),
-            first[0].poses,
+            gates[0],
+            poses[0],
             begun.poses_wanted,
         ),
         Step(
@@ -48,8 +44,8 @@ def steps_of(
             "Second sweep",
             "Put the cone elsewhere, 30 mm or more, or lean the probe to another side, and sweep "
             "again: the tip must be the same.",
-            _second_gate(begun, first[0], *second, forced=forced),
-            second[0].poses,
+            gates[1],
+            poses[1],
             begun.poses_wanted,
         ),
         Step(
@@ -72,16 +68,8 @@ def apart(first: Progress, second: Progress) -> tuple[float, float]:
     return place, float(np.arccos(np.clip(means[0] @ means[1], -1.0, 1.0)))
 
 
-def _gate(begun: PivotBegun, progress: Progress, missing: str, *, forced: bool) -> Gate:
-    if not missing or (forced and is_forcible(progress, begun.limits())):
-        return OPEN
-    return Gate(False, missing, SWEEP_ON)
-
-
-def _second_gate(
-    begun: PivotBegun, first: Progress, second: Progress, missing: str, *, forced: bool
-) -> Gate:
-    gate = _gate(begun, second, missing, forced=forced)
+def second_gate(gate: Gate, first: Progress, second: Progress, *, forced: bool) -> Gate:
+    """Return the gate out of the second sweep, which must be another one than the first."""
     if not gate.open or forced:
         return gate
     place, attitude = apart(first, second)
@@ -93,4 +81,4 @@ def _second_gate(
             "Begin it anew with the cone elsewhere, 30 mm or more, or with the probe leaning 15 "
             "degrees to another side.",
         )
-    return OPEN
+    return gate

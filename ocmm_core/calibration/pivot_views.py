@@ -77,7 +77,10 @@ class SweepView:
     good
         Nothing is missing: the sweep ends by itself.
     missing
-        What is missing, in one sentence; empty when good.
+        What is missing or wrong, in one sentence; empty when good.
+    may_end
+        `PivotProcedure.end_sweep` would end it now: it is good, or somebody overruled the guards
+        and it holds at least what they never let go.
     """
 
     phase: SweepPhase
@@ -94,6 +97,7 @@ class SweepView:
     centre_world: Float
     good: bool
     missing: str
+    may_end: bool
 
     @property
     def covered(self) -> float:

@@ -17,7 +17,6 @@ from ocmm_core.calibration.collecting import STRANGE, WAVED_FRAMES, ProbeSpots, 
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.pivot_poses import pivot_of_poses
 from ocmm_core.calibration.pivot_progress import Progress, second_range
-from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM
 from ocmm_core.calibration.pivot_views import SweepPhase
 from ocmm_core.calibration.procedure import Live
 from ocmm_core.camera.rig import Rig
@@ -51,8 +50,8 @@ _HIDDEN = 0.3
 
 INTO_CONE = "Put the ball into the cone and sweep the probe: taking begins by itself."
 LIFT = (
-    "The first sweep is complete: put the cone elsewhere, 30 mm or more, or lean the probe to "
-    "another side."
+    "The first sweep is complete: lift the ball out of the cone, and put the cone elsewhere, 30 mm "
+    "or more, or lean the probe to another side."
 )
 BACK = "The ball left its place: put it back into the cone and sweep on."
 FULL = "So many poses are more than enough: end the sweep."
@@ -261,8 +260,7 @@ class SweepWatch:
                 self._lifted = True
             return
         if self._phase is SweepPhase.WAITING:
-            if self._lifted or self._is_other(centre):
-                self._lifted = True
+            if self._lifted:
                 self._phase, self._since_ns = SweepPhase.COUNTDOWN, look.time_ns
         elif self._phase is SweepPhase.COUNTDOWN:
             if look.time_ns - self._since_ns >= COUNTDOWN_S * 1e9:
@@ -354,17 +352,6 @@ class SweepWatch:
         last = self._recent[-1]
         tip = last.rotation @ self._first.tip_probe + last.origin
         return bool(np.linalg.norm(tip - self._first.centre_world) > _LIFTED_MM)
-
-    def _is_other(self, centre: Float) -> bool:
-        """Return whether the ball rests elsewhere, or the probe leans elsewhere, than at first."""
-        if self._first is None or self._first.coverage is None:
-            return True
-        if np.linalg.norm(centre - self._first.centre_world) >= OTHER_PLACE_MM:
-            return True
-        before = unit(self._first.coverage.directions_world.mean(axis=0))
-        arm = self._arm()
-        now = unit(np.mean([one.rotation @ arm for one in self._turned], axis=0))
-        return bool(len(self._turned) == _WINDOW and now @ before <= np.cos(OTHER_ATTITUDE))
 
 
 def _turn(a: Float, b: Float) -> float:

@@ -8,6 +8,7 @@ begins when the ball rests in the cone, and its gate opens when nothing is missi
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -17,7 +18,12 @@ import numpy as np
 from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.pivot_conclusion import PivotMaterial, conclude_pivot, laid_onto, vector
-from ocmm_core.calibration.pivot_progress import Progress, progress_of, view_of
+from ocmm_core.calibration.pivot_progress import (
+    Progress,
+    gate_of,
+    progress_of,
+    view_of,
+)
 from ocmm_core.calibration.pivot_session import (
     FIRST,
     PREPARE,
@@ -30,13 +36,13 @@ from ocmm_core.calibration.pivot_session import (
     SweepDiscarded,
     SweepPoses,
 )
-from ocmm_core.calibration.pivot_steps import apart, steps_of
+from ocmm_core.calibration.pivot_steps import apart, second_gate, steps_of
 from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM
 from ocmm_core.calibration.pivot_views import PivotOutcome, PivotView, SweepPhase, SweepView
 from ocmm_core.calibration.pivot_watch import SweepWatch
 from ocmm_core.calibration.probe_records import ProbeRecord
 from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind, Live, Step
+from ocmm_core.calibration.procedure import Gate, Kind, Live, Step
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.calibration.sealed import load_named
 from ocmm_core.calibration.session import ProbeProcedure
@@ -251,6 +257,21 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 self._append(SweepDiscarded(utc=utc_text(now), step=self._step))
                 self._rewatch()
 
+    def end_sweep(self, now: datetime) -> None:
+        """Enter the next step although the sweep is not complete; only after `force`.
+
+        Raises
+        ------
+        CalibrationError
+            Nobody overruled the guards, or the sweep lacks what they never let go.
+        """
+        with self._lock:
+            if self._step not in SWEEPS or not self._sweep_view(self._step).may_end:
+                gate = self._steps()[self.step_names.index(self._step)].gate
+                raise CalibrationError("session.gate", gate.reason, gate.remedy)
+            following = self.step_names[self.step_names.index(self._step) + 1]
+            self._append(Entered(utc=utc_text(now), step=following))
+
     def take_sweep(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Take recorded labelled spots (n, C, L, 2), px, NaN where not seen, into this sweep.
 
@@ -312,6 +333,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             begun.limits(),
             begun.poses_wanted,
             begun.tip_sigma_mm,
+            forced=self._forced,
         )
 
     def _progress_of(self, name: str) -> Progress:
@@ -350,7 +372,10 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._rewatch()
 
     def _seen(self) -> Live:
-        return self._watch.live()
+        live = self._watch.live()
+        if live.ready or live.hint:
+            return live
+        return replace(live, hint=self._sweep_view(self._step).missing or "The sweep is complete.")
 
     def _wants(self) -> bool:
         return self._step in SWEEPS
@@ -385,15 +410,23 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._rewatch()
 
     def _steps(self) -> tuple[Step, ...]:
-        first, second = (
-            (self._progress_of(name), self._sweep_view(name).missing) for name in SWEEPS
+        first, second = (self._progress_of(name) for name in SWEEPS)
+        gates = self._gate(FIRST), second_gate(
+            self._gate(SECOND), first, second, forced=self._forced
         )
-        return steps_of(self._begun, first, second, forced=self._forced)
+        return steps_of(self._begun, (first.poses, second.poses), gates)
+
+    def _gate(self, name: str) -> Gate:
+        begun = self._begun
+        return gate_of(
+            self.rig, self._progress_of(name), begun.limits(), begun.poses_wanted,
+            begun.tip_sigma_mm, forced=self._forced,
+        )  # fmt: skip
 
     def _calculation(self) -> Callable[[], PivotOutcome]:
-        for step in self._steps()[:-1]:
+        for step in self._steps()[1:-1]:
             gate = step.gate
-            if not gate.open:
+            if not gate.open and not self._sweep_view(step.name).may_end:
                 raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
         given = PivotMaterial(
             rig=self.rig,
