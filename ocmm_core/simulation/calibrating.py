@@ -23,13 +23,15 @@ from ocmm_core.camera.rig import MAX_SLOTS, Rig, Vector3, load_rig
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, rotation_from_vector, unit
 from ocmm_core.simulation import kernels
 from ocmm_core.simulation.attitude import attitude_at
+from ocmm_core.simulation.pivot_scenes import SweepProbe, hidden_bits, sweep_segments
 from ocmm_core.simulation.rig import CameraFrames
 from ocmm_core.simulation.world import World, WorldOptions, draw_world, white_noise
 from ocmm_core.tracking.body import ProbeBody, load_probe, satisfies_rules
 
 STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
-_TREMOR = np.array([2e-3, 0.0])
-"""Amplitude of a hand in attitude (rad) and place (mm): the ball is held by its seat."""
+_TREMOR = np.array([2e-3, 1.0])
+"""Amplitude of a hand in attitude (rad) and place (mm), where a segment lets the ball sway at all:
+else it is held by its seat."""
 
 _MOVE = 32
 _ATTEMPTS = 60
@@ -92,7 +94,7 @@ class TouchSphere(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     seed: int
 
 
-Scene: TypeAlias = ShowTarget | Wave | ShowBar | TouchSeats | TouchSphere
+Scene: TypeAlias = ShowTarget | Wave | ShowBar | TouchSeats | TouchSphere | SweepProbe
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +109,7 @@ class _Shown:
     tremor: Float
     first: int
     frames: int
+    hidden: int
 
 
 class CalibratingRig:
@@ -199,7 +202,7 @@ class CalibratingRig:
             pattern.nodes,
             pattern.step_px,
             white,
-            np.zeros(count, dtype=np.int64),
+            np.full(count, shown.hidden, dtype=np.int64),
             valid,
             uv,
         )
@@ -209,7 +212,7 @@ class CalibratingRig:
         world, body = self.world, self.body
         leds, directions = world.leds_probe, body.led_directions_probe
         cos_emission, origin = float(np.cos(body.emission_half_angle)), world.tip_probe
-        tremor = _tremor(self.seed)
+        tremor, hidden = _tremor(self.seed), 0
         if isinstance(scene, ShowTarget | ShowBar):
             still = np.zeros(3)
             leds, origin, tremor = np.zeros((1, 3)), still, np.zeros_like(tremor)
@@ -226,12 +229,15 @@ class CalibratingRig:
             )
         elif isinstance(scene, Wave):
             segments = _waves(self.rig.volume_world, scene, body)
+        elif isinstance(scene, SweepProbe):
+            segments, hidden = sweep_segments(scene, body), hidden_bits(scene)
+            origin = origin + np.array(scene.tip_shift_mm)
         else:
             segments = _touches(scene, world, body, self.rig.volume_world)
         duration = float(segments[-1, kernels.T1])
         return _Shown(
             leds, directions, cos_emission, origin, segments, tremor, first,
-            int(np.ceil(duration * 1e9 / self.frame_period_ns)),
+            int(np.ceil(duration * 1e9 / self.frame_period_ns)), hidden,
         )  # fmt: skip
 
 
