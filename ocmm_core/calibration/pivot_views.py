@@ -97,7 +97,7 @@ class SweepView:
     centre_world: Float
     good: bool
     missing: str
-    may_end: bool
+    may_end: bool = False
 
     @property
     def covered(self) -> float:
