@@ -6,35 +6,94 @@ yet known well enough), ``cone`` (five attitudes), ``result``.
 
 from __future__ import annotations
 
-from datetime import datetime
+from collections.abc import Callable
+from datetime import datetime, timedelta
 from pathlib import Path
 
-from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core import __version__
 from ocmm_core.calibration.artefacts import Sphere
+from ocmm_core.calibration.articulation import articulate
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.probe_records import TIP_SCHEMA, TipRecord
+from ocmm_core.calibration.probe_store import ProbeStore, TipRecords
+from ocmm_core.calibration.procedure import Gate, Kind
 from ocmm_core.calibration.records import ArtefactUse
-from ocmm_core.calibration.tip_views import TipView
+from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.calibration.session_events import (
+    Decided,
+    SessionLine,
+    first_line,
+    session_path,
+    utc_text,
+)
+from ocmm_core.calibration.sphere_layout import (
+    QUALIFICATION_RINGS,
+    cone_layout,
+    frame_about,
+    sphere_layout,
+)
+from ocmm_core.calibration.tip_events import TipBegun, TouchEvent
+from ocmm_core.calibration.tip_fit import fit_ball_on
+from ocmm_core.calibration.tip_qualification import (
+    TipLimits,
+    conforms,
+    doubtful_warning,
+    nearest_to_limit,
+    qualification_checks,
+)
+from ocmm_core.calibration.tip_state import Wanted
+from ocmm_core.calibration.tip_views import TipOutcome, TipView
+from ocmm_core.calibration.touch_hints import attitudes_gate, places_gate
+from ocmm_core.calibration.touch_session import (
+    POLE,
+    TouchProcedure,
+    continued_records,
+    judge_sphere,
+    mounted_records,
+    open_chain,
+)
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking.body import ProbeBody
 
 VALID_DAYS = 30
 
-PREPARE, SPHERE, CONE, RESULT = "prepare", "sphere", "cone", "result"
 
-
-class TipQualificationProcedure:
+class TipQualificationProcedure(TouchProcedure[TipOutcome]):
     """See `procedure`; made by `begin` and `resume`.
 
     Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`;
     when the gate of the step is open, `advance`; in the last step `compute`, then `accept` (which
-    stores the qualification, also one that failed) or `keep`. `drop` takes the last point back.
+    stores the qualification, also one that failed) or `keep`. `drop` takes the last point back,
+    `take_back` any.
     """
 
     kind = Kind.QUALIFICATION
-    step_names = (PREPARE, SPHERE, CONE, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[TouchEvent]],
+        begun: TipBegun,
+        rig: Rig,
+        body: ProbeBody,
+        store: ProbeStore,
+        records: TipRecords,
+        cameras: CalibrationStore | None,
+        hold_s: float,
+    ) -> None:
+        self._begun = begun
+        frame, limits = frame_about(POLE, rig), begun.limits
+        wanted = Wanted(
+            frame=frame,
+            places=sphere_layout(QUALIFICATION_RINGS, frame),
+            attitudes=cone_layout(frame),
+            points=limits.points,
+            places_needed=limits.places,
+            diameter_sigma=limits.diameter_sigma,
+            artefact_limit=limits.nominal,
+        )
+        super().__init__(chain, begun, rig, body, store, records, wanted, cameras, hold_s)
 
     @classmethod
     def begin(
@@ -51,6 +110,7 @@ class TipQualificationProcedure:
         temperature_c: float | None = None,
         cone: ArtefactUse | None = None,
         nominal_mm: float | None = None,
+        limits: TipLimits | None = None,
         valid_days: int = VALID_DAYS,
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
@@ -75,6 +135,8 @@ class TipQualificationProcedure:
             Where it has a name.
         nominal_mm
             Diameter that the ball should have; None is that of the document.
+        limits
+            What it must show.
         valid_days
             For how long the qualification may be used.
         cameras
@@ -89,7 +151,27 @@ class TipQualificationProcedure:
         StorageError
             The session file cannot be written.
         """
-        raise NotImplementedError
+        records, chosen = mounted_records(store, tip), limits or TipLimits()
+        judge_sphere(sphere, chosen.nominal, now)
+        begun = TipBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=record_hash(records.calibration),
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            tip=tip,
+            probe_identity=body.identity,
+            sphere=sphere,
+            cone=cone,
+            nominal_mm=2.0 * body.tip_radius if nominal_mm is None else nominal_mm,
+            limits=chosen,
+            valid_days=valid_days,
+        )
+        chain = open_chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @classmethod
     def resume(
@@ -111,27 +193,73 @@ class TipQualificationProcedure:
         StorageError
             The file is not as it was written.
         """
-        raise NotImplementedError
+        chain = open_chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, TipBegun)  # noqa: S101 - the only first line of this kind
+        records = continued_records(store, begun, path)
+        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @property
     def view(self) -> TipView:
         """Return the snapshot."""
-        raise NotImplementedError
+        with self._lock:
+            return self._snapshot(TipView, outcome=self._outcome)
 
-    def watch(self, block: FrameBlock) -> None:
-        """Look at frames."""
-        raise NotImplementedError
+    def _sphere_said(self) -> Gate:
+        gate = places_gate(self._state)
+        progress = self._state.sphere
+        if not gate.open or progress.diameter_sigma_mm <= progress.diameter_sigma_limit_mm:
+            return gate
+        return Gate(
+            False,
+            f"The diameter is known to {1e3 * progress.diameter_sigma_mm:.1f} um only, and "
+            f"{1e3 * progress.diameter_sigma_limit_mm:.1f} um are wanted.",
+            f"Go closer to the equator: touch the sphere {self._state.next_words()}.",
+        )
 
-    def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded averaged spots (C, L, 2), px, as the next observation.
+    def _cone_said(self) -> Gate:
+        return attitudes_gate(self._state)
 
-        Raises
-        ------
-        CalibrationError
-            Nothing is taken in this step.
-        """
-        raise NotImplementedError
+    def _calculation(self) -> Callable[[], TipOutcome]:
+        # Quick: there is nothing to be calculated apart from the state.
+        outcome = self._concluded()
+        return lambda: outcome
 
-    def take_back(self, point: int, now: datetime) -> None:
-        """Take back one observation of the current step by its index in the snapshot."""
-        raise NotImplementedError
+    def _concluded(self) -> TipOutcome:
+        for gate in (self._sphere_said(), self._cone_said()):
+            if not gate.open:
+                raise CalibrationError("tip.incomplete", gate.reason, gate.remedy)
+        state, begun = self._state, self._begun
+        ball = fit_ball_on(
+            state.sphere_touches, begun.sphere, state.rig, state.body, begun.temperature_c
+        )
+        found = articulate(state.cone_touches, state.rig, state.body)
+        checks = qualification_checks(ball, found, begun.nominal_mm, begun.limits)
+        made = datetime.fromisoformat(self._made_utc)
+        record = self._record(
+            TipRecord,
+            schema=TIP_SCHEMA,
+            valid_until_utc=utc_text(made + timedelta(days=begun.valid_days)),
+            diameter_mm=ball.diameter,
+            diameter_sigma_mm=ball.diameter_sigma,
+            form_mm=ball.form,
+            points=len(state.on_sphere),
+            point_sigma_mm=ball.point_sigma,
+            articulation_2s_mm=found.spread_2s,
+            articulation_max_mm=found.largest,
+            attitudes=len(state.in_cone),
+            checks=checks,
+            passed=all(conforms(check) for check in checks),
+        )
+        return TipOutcome(
+            record=record,
+            largest=nearest_to_limit(checks),
+            warnings=(*doubtful_warning(ball), *self._warned()),
+            previous=self._records.qualification,
+            residuals_mm=ball.residuals,
+            directions_world=ball.directions_world,
+            cone_off_world=found.off_world,
+        )
+
+    def _put(self, outcome: TipOutcome, decided: Decided) -> None:
+        self._store.qualify(outcome.record, datetime.fromisoformat(decided.utc))

@@ -1,4 +1,4 @@
-"""Guided quick check of a tip, one minute: is it still the one that was qualified?
+"""Guided quick check of a tip, one minute: whether it is still the one that was qualified.
 
 Steps: ``prepare``, ``sphere`` (13 points), ``cone`` (five attitudes), ``result``. A check that
 cannot tell asks for more points; it never passes because of too large an uncertainty.
@@ -6,33 +6,97 @@ cannot tell asks for more points; it never passes because of too large an uncert
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core import __version__
 from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.probe_records import CHECK_SCHEMA, TipCheckRecord, TipRecord
+from ocmm_core.calibration.probe_store import ProbeStore, TipRecords
+from ocmm_core.calibration.procedure import OPEN, Gate, Kind
 from ocmm_core.calibration.records import ArtefactUse
-from ocmm_core.calibration.tip_views import TipCheckView
+from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.calibration.session_events import (
+    Decided,
+    SessionLine,
+    first_line,
+    session_path,
+    utc_text,
+)
+from ocmm_core.calibration.sphere_layout import (
+    CHECK_RINGS,
+    cone_layout,
+    frame_about,
+    sphere_layout,
+)
+from ocmm_core.calibration.tip_check import (
+    CHANCE,
+    DIAMETER_DEFECT_MM,
+    TipCheckDecision,
+    decide_check,
+    sigma_wanted,
+)
+from ocmm_core.calibration.tip_events import TipCheckBegun, TouchEvent
+from ocmm_core.calibration.tip_qualification import doubtful_warning, nearest_to_limit
+from ocmm_core.calibration.tip_state import Wanted
+from ocmm_core.calibration.tip_views import CheckVerdict, TipCheckOutcome, TipCheckView
+from ocmm_core.calibration.touch_hints import attitudes_gate, places_gate
+from ocmm_core.calibration.touch_session import (
+    POLE,
+    TouchProcedure,
+    continued_records,
+    judge_sphere,
+    mounted_records,
+    open_chain,
+)
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking.body import ProbeBody
 
-PREPARE, SPHERE, CONE, RESULT = "prepare", "sphere", "cone", "result"
+_ARTEFACT_LIMIT_MM = 0.5 * DIAMETER_DEFECT_MM
 
 
-class TipCheckProcedure:
+class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
     """See `procedure`; made by `begin` and `resume`.
 
     Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`;
     when the gate of the step is open, `advance`; in the last step `compute`, then `accept` (which
-    stores the check, also one that failed) or `keep`. `drop` takes the last point back.
+    stores the check, also one that failed) or `keep`. `drop` takes the last point back, `take_back`
+    any.
     """
 
     kind = Kind.TIP_CHECK
-    step_names = (PREPARE, SPHERE, CONE, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[TouchEvent]],
+        begun: TipCheckBegun,
+        rig: Rig,
+        body: ProbeBody,
+        store: ProbeStore,
+        records: TipRecords,
+        cameras: CalibrationStore | None,
+        hold_s: float,
+    ) -> None:
+        self._begun = begun
+        self._qualification = _qualified(records, begun.qualification)
+        frame = frame_about(POLE, rig)
+        places = sphere_layout(CHECK_RINGS, frame)
+        wanted = Wanted(
+            frame=frame,
+            places=places,
+            attitudes=cone_layout(frame),
+            points=len(places.names),
+            places_needed=len(places.names) - 2,
+            diameter_sigma=sigma_wanted(self._qualification),
+            artefact_limit=_ARTEFACT_LIMIT_MM,
+            chance=CHANCE,
+        )
+        self._decision: tuple[int, TipCheckDecision] | None = None
+        super().__init__(chain, begun, rig, body, store, records, wanted, cameras, hold_s)
 
     @classmethod
     def begin(
@@ -81,7 +145,27 @@ class TipCheckProcedure:
         StorageError
             The session file cannot be written.
         """
-        raise NotImplementedError
+        records = mounted_records(store, tip)
+        qualification = _qualified(records, None)
+        judge_sphere(sphere, _ARTEFACT_LIMIT_MM, now)
+        begun = TipCheckBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=record_hash(records.calibration),
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            tip=tip,
+            probe_identity=body.identity,
+            sphere=sphere,
+            cone=cone,
+            nominal_mm=qualification.diameter_mm,
+            qualification=record_hash(qualification),
+        )
+        chain = open_chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @classmethod
     def resume(
@@ -103,27 +187,130 @@ class TipCheckProcedure:
         StorageError
             The file is not as it was written.
         """
-        raise NotImplementedError
+        chain = open_chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, TipCheckBegun)  # noqa: S101 - the only first line of this kind
+        records = continued_records(store, begun, path)
+        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @property
     def view(self) -> TipCheckView:
         """Return the snapshot."""
-        raise NotImplementedError
+        with self._lock:
+            decision = self._decide_now()
+            return self._snapshot(
+                TipCheckView,
+                so_far=decision.verdict,
+                advice=decision.advice,
+                outcome=self._outcome,
+            )
 
-    def watch(self, block: FrameBlock) -> None:
-        """Look at frames."""
-        raise NotImplementedError
+    def _decide_now(self) -> TipCheckDecision:
+        if self._decision is None or self._decision[0] != self._version:
+            state, begun = self._state, self._begun
+            decision = decide_check(
+                state.sphere_touches, state.cone_touches, begun.sphere, self._qualification,
+                state.rig, state.body, begun.temperature_c,
+            )  # fmt: skip
+            self._decision = (self._version, decision)
+        return self._decision[1]
 
-    def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded averaged spots (C, L, 2), px, as the next observation.
+    def _sphere_said(self) -> Gate:
+        gate = places_gate(self._state)
+        progress = self._state.sphere
+        if not gate.open or progress.diameter_sigma_mm <= progress.diameter_sigma_limit_mm:
+            return gate
+        reason = (
+            f"Inconclusive: the diameter is known to {1e3 * progress.diameter_sigma_mm:.1f} um "
+            f"only, and {1e3 * progress.diameter_sigma_limit_mm:.1f} um are needed."
+        )
+        if progress.diameter_sigma_limit_mm == 0.0:
+            return Gate(
+                False,
+                f"The qualification knows the diameter to "
+                f"{1e3 * self._qualification.diameter_sigma_mm:.1f} um only: no check can "
+                f"compare with it.",
+                "Qualify the tip again.",
+            )
+        return Gate(
+            False, reason, f"More points: touch the sphere {self._state.next_words()}."
+        )
 
-        Raises
-        ------
-        CalibrationError
-            Nothing is taken in this step.
-        """
-        raise NotImplementedError
+    def _cone_said(self) -> Gate:
+        gate = attitudes_gate(self._state)
+        decision = self._decide_now()
+        if gate.open and decision.verdict is CheckVerdict.INCONCLUSIVE:
+            return Gate(False, "The check is inconclusive.", decision.advice)
+        return OPEN if gate.open else gate
 
-    def take_back(self, point: int, now: datetime) -> None:
-        """Take back one observation of the current step by its index in the snapshot."""
-        raise NotImplementedError
+    def _calculation(self) -> Callable[[], TipCheckOutcome]:
+        # Quick: there is nothing to be calculated apart from the state.
+        outcome = self._concluded()
+        return lambda: outcome
+
+    def _concluded(self) -> TipCheckOutcome:
+        gate = attitudes_gate(self._state)
+        if gate.open:
+            gate = places_gate(self._state)
+        if not gate.open:
+            raise CalibrationError("tip_check.incomplete", gate.reason, gate.remedy)
+        decision = self._decide_now()
+        if decision.verdict is CheckVerdict.INCONCLUSIVE or decision.ball is None:
+            raise CalibrationError(
+                "tip_check.inconclusive", "The check is inconclusive.", decision.advice
+            )
+        checks = decision.checks
+        record = self._record(
+            TipCheckRecord,
+            schema=CHECK_SCHEMA,
+            qualification=self._begun.qualification,
+            checks=checks,
+            passed=decision.verdict is CheckVerdict.PASSED,
+        )
+        return TipCheckOutcome(
+            record=record,
+            largest=nearest_to_limit(checks),
+            findings=decision.findings,
+            warnings=(*doubtful_warning(decision.ball), *self._warned()),
+        )
+
+    def _check(self, outcome: TipCheckOutcome) -> None:
+        super()._check(outcome)
+        active = self._store.active(self.tip)
+        if active is None or (
+            active.qualification is None
+            or record_hash(active.qualification) != self._begun.qualification
+        ):
+            raise _requalified()
+
+    def _put(self, outcome: TipCheckOutcome, decided: Decided) -> None:
+        self._store.check(outcome.record, datetime.fromisoformat(decided.utc))
+
+
+def _qualified(records: TipRecords, digest: str | None) -> TipRecord:
+    """Return the qualification in force, which must have a hash where one is given.
+
+    Raises
+    ------
+    CalibrationError
+        There is none, or it is another one.
+    """
+    found = records.qualification
+    if found is None:
+        raise CalibrationError(
+            "tip_check.not_qualified",
+            f"Tip '{records.calibration.tip}' was not qualified since the probe was calibrated: "
+            f"there is nothing to check against.",
+            "Qualify the tip on the sphere.",
+        )
+    if digest is not None and record_hash(found) != digest:
+        raise _requalified()
+    return found
+
+
+def _requalified() -> CalibrationError:
+    return CalibrationError(
+        "session.qualification",
+        "The tip was qualified anew since this session was begun.",
+        "Begin a new session.",
+    )
