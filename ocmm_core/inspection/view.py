@@ -23,6 +23,31 @@ class StatusWord(Enum):
 
 
 @dataclass(frozen=True, slots=True)
+class ReferenceView:
+    """The reference body to which everything is given.
+
+    Attributes
+    ----------
+    name, n_leds
+        Its name and how many LEDs it has.
+    seen
+        How many of them two cameras see now.
+    moved_mm, turned_rad
+        How far it and the part were carried against the cameras since the job began; None while
+        that is not known.
+    leds_world
+        (R, 3), mm, world of the job; None before its place is known.
+    """
+
+    name: str
+    n_leds: int
+    seen: int
+    moved_mm: float | None
+    turned_rad: float | None
+    leds_world: Float | None
+
+
+@dataclass(frozen=True, slots=True)
 class LiveView:
     """The latest state of the machine; pulled 30 to 60 times a second.
 
@@ -48,6 +73,11 @@ class LiveView:
         Frames tracked a second, over the last second of bus time.
     acquisition
         Counters of the acquisition.
+    slot_references
+        (C, 8) int64: LED of the reference body that the slot follows, -1 for none; None without a
+        reference body.
+    reference
+        The reference body; None without one.
     """
 
     status: StatusWord
@@ -62,6 +92,8 @@ class LiveView:
     time_s: float
     frames_per_second: float
     acquisition: AcquisitionStatus
+    slot_references: Int | None = None
+    reference: ReferenceView | None = None
 
 
 class FeatureState(Enum):

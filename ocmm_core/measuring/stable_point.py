@@ -231,7 +231,7 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
     bad = window.status[window.status != FrameStatus.OK]
     worst = FrameStatus(int(np.bincount(bad).argmax()))
     if worst is FrameStatus.REFERENCE_LOST and window.reference is not None:
-        return _explain_reference(window.reference, rig, time_s)
+        return explain_reference(window.reference, rig, time_s)
     if worst is FrameStatus.DOUBTFUL:
         return Refusal(
             RefusalCode.DOUBTFUL,
@@ -254,7 +254,8 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
     )
 
 
-def _explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
+def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
+    """Return the refusal for a window in which the reference body was of no use."""
     body = seen.body
     bad = body.status[body.status != FrameStatus.OK]
     if not len(bad):

@@ -14,13 +14,16 @@ from ocmm_core.errors import TrackingError
 from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.fieldbus.report_words import trouble_words
 from ocmm_core.geometry import Float, Int
-from ocmm_core.inspection.view import LiveView, StatusWord
+from ocmm_core.inspection.view import LiveView, ReferenceView, StatusWord
 from ocmm_core.measuring.stable_point import PointOptions, explain
 from ocmm_core.measuring.uncertainty import point_uncertainty
 from ocmm_core.station.bus_watch import SILENCE_S, BusWatch
+from ocmm_core.station.reference_watch import judge_reference, reference_view
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.result import FrameStatus, TrackBlock
+from ocmm_core.tracking.reference import relative_sensitivity
+from ocmm_core.tracking.reference_body import ReferenceBody
+from ocmm_core.tracking.result import FrameStatus, TrackBlock, in_rig
 from ocmm_core.tracking.sensitivity import tip_sensitivity
 
 _STALE_S = 0.3
@@ -44,10 +47,17 @@ class LiveState:
         For the limit of the uncertainty.
     bus
         Where the frames come by themselves, so that silence means a fault; None elsewhere.
+    reference
+        The reference body; None without one.
     """
 
     def __init__(
-        self, rig: Rig, body: ProbeBody, options: PointOptions, bus: BusWatch | None
+        self,
+        rig: Rig,
+        body: ProbeBody,
+        options: PointOptions,
+        bus: BusWatch | None,
+        reference: ReferenceBody | None = None,
     ) -> None:
         self._rig = rig
         self._body = body
@@ -58,6 +68,10 @@ class LiveState:
         self._raw: FrameBlock | None = None
         self._track: TrackBlock | None = None
         self._labels: Int = self._no_labels
+        self._reference = reference
+        self._references: Int | None = None
+        self._reference_view: ReferenceView | None = None
+        self._reference_lost = (StatusWord.NOT_READY, "")
         self._reason = ""
         self._collecting = False
         self._uncertainty: float | None = None
@@ -82,7 +96,12 @@ class LiveState:
         good = np.flatnonzero(track.status == FrameStatus.OK)
         if len(good) and now - self._uncertainty_at > _UNCERTAINTY_EVERY_S:
             self._uncertainty_at = now
-            self._uncertainty = self._uncertainty_of(track.uv[good[-1]])
+            self._uncertainty = self._uncertainty_of(track, int(good[-1]))
+        if self._reference is not None:
+            self._references = pipeline.slot_references()
+            self._reference_view = reference_view(track, self._reference)
+            if track.status[-1] == FrameStatus.REFERENCE_LOST:
+                self._reference_lost = judge_reference(track, pipeline, self._rig)
         self._track = track
         self._fed_at = now
 
@@ -119,6 +138,8 @@ class LiveState:
             time_s=float(raw.time_ns[-1]) * 1e-9 if raw is not None else 0.0,
             frames_per_second=_frames_per_second(rate),
             acquisition=acquisition,
+            slot_references=self._references,
+            reference=self._reference_view,
         )
 
     def _judge(
@@ -137,13 +158,15 @@ class LiveState:
         if track is None:
             return StatusWord.NOT_READY, "Waiting for the cameras."
         status = FrameStatus(int(track.status[-1]))
+        if status is FrameStatus.REFERENCE_LOST:
+            return self._reference_lost
         if status is FrameStatus.LOST:
             return StatusWord.LOST, explain(track, self._rig, 0.0).what
         if status is FrameStatus.UNIDENTIFIED:
             return StatusWord.LOST, f"Which LED is which is in doubt: {self._reason}."
         if status is FrameStatus.DOUBTFUL:
             return StatusWord.INACCURATE, "The spots do not fit the probe."
-        return self._judge_tip(track.tip_world[-1])
+        return self._judge_tip(in_rig(track).tip_world[-1])
 
     def _trouble_of(self, bus: BusWatch, acquisition: AcquisitionStatus) -> str:
         """Return why nothing that comes from the bus can be trusted now, or an empty text."""
@@ -162,9 +185,9 @@ class LiveState:
         # What was tracked last is of before the disturbance until new frames went through.
         return "Waiting for the cameras." if self._fed_at < self._disturbed_at else ""
 
-    def _judge_tip(self, tip_world: Float) -> tuple[StatusWord, str]:
+    def _judge_tip(self, tip_rig: Float) -> tuple[StatusWord, str]:
         low, high = self._rig.volume_world
-        if np.any(tip_world < low) or np.any(tip_world > high):
+        if np.any(tip_rig < low) or np.any(tip_rig > high):
             return StatusWord.INACCURATE, "The ball is outside the calibrated volume."
         limit = self._options.max_uncertainty
         if self._uncertainty is None or self._uncertainty > limit:
@@ -175,9 +198,15 @@ class LiveState:
             )
         return (StatusWord.MEASURING if self._collecting else StatusWord.READY), ""
 
-    def _uncertainty_of(self, spots: Float) -> float | None:
+    def _uncertainty_of(self, track: TrackBlock, frame: int) -> float | None:
+        seen, spots = track.reference, track.uv[frame]
         try:
-            sensitivity = tip_sensitivity(spots, self._rig, self._body)
+            if self._reference is None or seen is None or seen.home is None:
+                sensitivity = tip_sensitivity(spots, self._rig, self._body)
+            else:
+                sensitivity = relative_sensitivity(
+                    spots, seen.body.uv[frame], seen.home, self._rig, self._body, self._reference
+                )
         except TrackingError:
             return None
         return point_uncertainty(sensitivity, self._rig, self._body)

@@ -47,7 +47,7 @@ from ocmm_core.station.live import LiveState
 from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
-from ocmm_core.tracking.result import TrackBlock
+from ocmm_core.tracking.result import TrackBlock, in_rig
 
 _log = logging.getLogger(__name__)
 
@@ -143,7 +143,9 @@ class MeasuringStation:
         self._recorder = recorder
         self._session = InspectionSession(plan, rig, body, job, options.session)
         self._bus = BusWatch(ring) if options.live_source else None
-        self._live = LiveState(rig, body, options.session.point, self._bus)
+        self._live = LiveState(
+            rig, body, options.session.point, self._bus, options.session.reference
+        )
         objects = None
         if isinstance(acquisition, ChildProcess):
             objects = partial(RemoteObjects, acquisition)
@@ -380,7 +382,7 @@ class MeasuringStation:
     def _watch_changes(self, track: TrackBlock) -> None:
         """Let the monitor see the frames; what it holds back is told as a change of the job."""
         try:
-            turned = self._changes.feed(track, self._calibration.view())
+            turned = self._changes.feed(in_rig(track), self._calibration.view())
         except OcmmError as error:
             self.failed.emit(error)
             turned = True
@@ -404,7 +406,13 @@ class MeasuringStation:
         self.changed.emit()
 
     def _run(self) -> None:
-        pipeline = TrackingPipeline(self.rig, self.body, self._options.tracking)
+        pipeline = TrackingPipeline(
+            self.rig,
+            self.body,
+            self._options.tracking,
+            self._options.session.reference,
+            self._session.reference_home,
+        )
         collector: TouchCollector | None = None
         try:
             while not self._stop.is_set():
@@ -434,6 +442,9 @@ class MeasuringStation:
         if self._recorder is not None:
             self._recorder.append(block)
         track = pipeline.process(block)
+        if pipeline.home is not None and self._session.reference_home is None:
+            # Durable before the first point that rests on it.
+            self._session.keep_reference(pipeline.home)
         if self._take.is_set():
             self._take.clear()
             collector.arm()
