@@ -33,6 +33,9 @@ TOLERANCE = np.radians(15.0)
 CONE_LEAN = np.radians(25.0)
 """Farther back, the LEDs would turn away from the cameras."""
 
+CONE_TOLERANCE = np.radians(12.0)
+"""Half of what lies between two attitudes."""
+
 _SIDES = (
     "right", "back right", "back", "back left", "left", "front left", "front", "front right"
 )  # fmt: skip
@@ -102,10 +105,27 @@ def sphere_layout(rings: Rings, frame: LayoutFrame) -> Layout:
                 np.sin(p) * (np.cos(a) * frame.right + np.sin(a) * frame.back)
                 + np.cos(p) * frame.pole
             )
-            side = _SIDES[int(azimuth / 45.0 + 0.5) % 8]
-            ring = "at the equator" if polar == 90.0 else f"{polar:g} degrees below the pole"
-            names.append("at the pole" if polar == 0.0 else f"{ring}, {side}")
+            names.append(place_name(directions[-1], frame))
     return Layout(tuple(names), np.array(directions))
+
+
+def place_name(direction: Float, frame: LayoutFrame) -> str:
+    """Return a direction in words, as seen from where the cameras are."""
+    polar = float(np.degrees(np.arccos(np.clip(direction @ frame.pole, -1.0, 1.0))))
+    if polar < 5.0:
+        return "at the pole"
+    azimuth = float(np.degrees(np.arctan2(direction @ frame.back, direction @ frame.right)))
+    # Halfway between two sides the next one is said, whatever rounding makes of it.
+    side = _SIDES[int(np.floor(azimuth / 45.0 + 0.5 + 1e-6)) % 8]
+    ring = "at the equator" if abs(polar - 90.0) < 5.0 else f"{polar:.0f} degrees below the pole"
+    return f"{ring}, {side}"
+
+
+def round_equator(frame: LayoutFrame, count: int = 24) -> Points3:
+    """Return directions (count, 3) all around the equator."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    around: Points3 = np.outer(np.cos(angle), frame.right) + np.outer(np.sin(angle), frame.back)
+    return around
 
 
 def cone_layout(frame: LayoutFrame) -> Layout:
