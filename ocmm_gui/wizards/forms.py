@@ -33,7 +33,7 @@ class Field:
 
 
 WHO = Field("who", "Done by", "Your name; it goes into the record")
-_WARMTH = Field(
+TEMPERATURE = Field(
     "temperature", "Temperature, °C", "Of the room; leave it empty if nobody measured it", ""
 )
 _BAR = Field(
@@ -43,12 +43,12 @@ _BAR = Field(
 FIELDS: Mapping[Kind, tuple[Field, ...]] = {
     Kind.KNOWN_POINTS: (
         WHO,
-        _WARMTH,
+        TEMPERATURE,
         Field("points", "Reference points", "The list of positions: unit, uncertainty, points"),
     ),
     Kind.RELOCATION: (
         WHO,
-        _WARMTH,
+        TEMPERATURE,
         _BAR,
         Field(
             "world", "World frame", "What the coordinates refer to afterwards",
@@ -78,7 +78,7 @@ FIELDS: Mapping[Kind, tuple[Field, ...]] = {
     ),
     Kind.VERIFICATION: (
         WHO,
-        _WARMTH,
+        TEMPERATURE,
         _BAR,
         Field(
             "sphere", "Sphere", "Its document; leave it empty for none",

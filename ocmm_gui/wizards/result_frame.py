@@ -99,7 +99,9 @@ class ResultFrame(StepPage):
         Titles with what they show.
     """
 
-    keys = ("back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4")
+    keys: tuple[str, ...] = (
+        "back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4",
+    )  # fmt: skip
 
     def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
         super().__init__()

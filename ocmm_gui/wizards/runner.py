@@ -33,8 +33,8 @@ from ocmm_gui.wizards.texts import TEXTS
 _RAIL_PX, _BUTTON_PX = 190, 60
 _INSTRUCTION_PX = 52
 _ORDER = (
-    "back", "drop", "skip", "repeat", "calculate", "cancel", "automatic", "keep", "take", "accept",
-    "next",
+    "back", "drop", "skip", "repeat", "anew", "calculate", "cancel", "automatic", "keep", "take",
+    "accept", "next",
 )  # fmt: skip
 _PRIMARY = ("take", "accept")
 _NEXT_IS_OPEN = "Next is open: press Return."
@@ -54,7 +54,7 @@ class Runner(QWidget):
     pages
         One for each step, by the step's name.
     extra
-        What the actions ``skip`` and ``repeat`` do, where a page has them.
+        What the actions ``skip``, ``repeat`` and ``anew`` do, where a page has them.
     """
 
     left = Signal()
@@ -166,6 +166,7 @@ class Runner(QWidget):
             "automatic": lambda: driver.set_automatic(not driver.now.automatic),
             "skip": extra.get("skip", _nothing),
             "repeat": extra.get("repeat", _nothing),
+            "anew": extra.get("anew", _nothing),
             "calculate": driver.calculate,
             "cancel": driver.cancel,
             "accept": lambda: self._ask(accepts=True),
@@ -220,6 +221,7 @@ class Runner(QWidget):
             "automatic": is_open,
             "skip": is_open,
             "repeat": is_open,
+            "anew": is_open and base.step.done > 0,
             "calculate": is_open and not calculating,
             "cancel": calculating,
             "accept": has_outcome and (is_open or _is_unstored(base)),

@@ -1,41 +1,46 @@
-"""What a wizard works on: rig, probe, store and frames; how its sessions begin and go on."""
+"""What a wizard works on: rig, probe, records and frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import datetime
-from functools import partial
 from pathlib import Path
-from typing import TypeVar, get_args
+from typing import TypeVar
 
-from ocmm_core.calibration.artefacts import load_bar, load_sphere
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.procedure import Decision, Kind
-from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
-from ocmm_core.calibration.procedure_relocation import RelocationProcedure
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.records import rig_from_record
-from ocmm_core.calibration.reference_points import load_reference_points
-from ocmm_core.calibration.relocation_data import GeometryMode, LensMode
-from ocmm_core.calibration.relocation_state import World
-from ocmm_core.calibration.session_events import sessions
 from ocmm_core.camera.rig import Rig
-from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.wizards.calculation import ProcessCalculation
 from ocmm_gui.wizards.driver import Calculation, ShownProcedure, Tap, Warmth
-from ocmm_gui.wizards.forms import FIELDS, WHO, Field
 
 C = TypeVar("C", bound=str)
 
-_PAST = ("session.rig", "session.empty")
-"""Codes of sessions that nobody misses: of a calibration that is no longer in force, or without
-anything in them."""
-
 SESSIONS = "sessions"
 """Folder of the sessions in that of the store."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeSite:
+    """What wizards about the probe work on.
+
+    Attributes
+    ----------
+    design
+        The probe by its document.
+    store
+        Folder of its records; None where none are kept.
+    tip
+        Name of the tip that is proposed.
+    obstacle
+        Why no records are kept, and what to do; empty where they are.
+    """
+
+    design: ProbeBody
+    store: Path | None
+    tip: str = "1"
+    obstacle: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +63,8 @@ class WizardSite:
         How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows.
     obstacle
         Why no calibrations are kept, and what to do; empty where they are.
+    probe
+        Where wizards about the probe work; None where nobody asks for them.
     """
 
     rig: Rig
@@ -67,6 +74,7 @@ class WizardSite:
     tap: Tap
     warmth: Warmth = tuple
     obstacle: tuple[str, str] = ("", "")
+    probe: ProbeSite | None = None
 
 
 def site_of(bridge: StationBridge) -> WizardSite:
@@ -92,7 +100,20 @@ def site_of(bridge: StationBridge) -> WizardSite:
         tap=bridge.show_frames_to,
         warmth=warmth,
         obstacle=obstacle,
+        probe=_probe_site(bridge),
     )
+
+
+def _probe_site(bridge: StationBridge) -> ProbeSite:
+    in_use = bridge.station.probe_in_use
+    obstacle = (
+        "The probe is taken to be as its document says: no records of it are kept.",
+        "Start the program with --probes FOLDER, or with real cameras.",
+    )
+    if in_use.store is None and in_use.fault is not None:
+        obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
+    store = None if in_use.store is None else in_use.store.folder
+    return ProbeSite(in_use.design, store, in_use.tip or "1", obstacle)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,104 +171,6 @@ class DirectCalculation:
         """Do nothing: there is never time for it."""
 
 
-def fields(site: WizardSite, kind: Kind) -> tuple[Field, ...]:
-    """Return what is filled in before a session of a kind begins."""
-    return tuple(
-        Field(one.key, one.label, one.tip, site.who) if one is WHO else one
-        for one in FIELDS[kind]
-    )
-
-
-def begin(site: WizardSite, kind: Kind, values: Mapping[str, str], now: datetime) -> Opened:
-    """Begin a session with what was filled in.
-
-    Raises
-    ------
-    OcmmError
-        A document cannot be used, something is missing, or the session cannot be stored.
-    """
-    folder = store_folder_of(site)
-    store = CalibrationStore(folder)
-    rig = _running(site, store)
-    who = values["who"].strip()
-    if not who:
-        raise InputError(
-            "wizard.who", "Nobody is named who does this.", "Write your name into 'Done by'."
-        )
-    temperature = _temperature(values["temperature"])
-    if kind is Kind.KNOWN_POINTS:
-        points = load_reference_points(_given(values, "points", "the list of reference points"))
-        return _opened(
-            site, kind, rig, folder,
-            KnownPointsProcedure.begin(
-                folder / SESSIONS, rig, store, points, now, who=who, temperature_c=temperature
-            ),
-        )  # fmt: skip
-    bar = load_bar(_given(values, "bar", "the document of the length bar"))
-    if kind is Kind.RELOCATION:
-        control = None
-        if values["world"] == "points":
-            control = load_reference_points(_given(values, "control", "the control points"))
-        return _opened(
-            site, kind, rig, folder,
-            RelocationProcedure.begin(
-                folder / SESSIONS, rig, site.body, store, bar, now, who=who,
-                temperature_c=temperature, control=control,
-                world=_chosen(values["world"], get_args(World)),
-                lens=_chosen(values["lens"], get_args(LensMode)),
-                geometry=_chosen(values["geometry"], get_args(GeometryMode)),
-            ),
-        )  # fmt: skip
-    sphere = values["sphere"].strip()
-    return _opened(
-        site, kind, rig, folder,
-        VerificationProcedure.begin(
-            folder / SESSIONS, rig, site.body, store, bar, now, who=who,
-            temperature_c=temperature, spheres=(load_sphere(Path(sphere)),) if sphere else (),
-        ),
-    )  # fmt: skip
-
-
-def resume(site: WizardSite, kind: Kind, path: Path) -> Opened:
-    """Go on with a session; raise OcmmError where that is not possible."""
-    folder = store_folder_of(site)
-    rig = _running(site, CalibrationStore(folder))
-    return _opened(site, kind, rig, folder, resumed(kind, path, rig, site.body, folder))
-
-
-def resumed(kind: Kind, path: Path, rig: Rig, body: ProbeBody, folder: Path) -> ShownProcedure:
-    """Return the procedure of a session file; also what a process that calculates begins with."""
-    store = CalibrationStore(folder)
-    if kind is Kind.KNOWN_POINTS:
-        return KnownPointsProcedure.resume(path, rig, store)
-    if kind is Kind.RELOCATION:
-        return RelocationProcedure.resume(path, rig, body, store)
-    return VerificationProcedure.resume(path, rig, body, store)
-
-
-def offers(site: WizardSite, kind: Kind) -> tuple[Offer, ...]:
-    """Return the sessions of a kind that were not ended, the newest first."""
-    if site.store is None:
-        return ()
-    found = []
-    for path in sessions(site.store / SESSIONS, kind):
-        try:
-            base = resume(site, kind, path).procedure.base
-        except OcmmError as error:
-            if error.code not in _PAST:
-                found.append(Offer(path, path.name, f"{error.what} {error.remedy}"))
-            continue
-        # What was accepted, but is not in the store, was interrupted just before it got there.
-        if not (base.stored or base.decision is Decision.KEPT):
-            begun = datetime.fromisoformat(base.begun_utc).astimezone()
-            step = base.step
-            count = f", {step.done} of {step.wanted}" if step.wanted else ""
-            found.append(
-                Offer(path, f"{begun:%Y-%m-%d %H:%M}, {base.who}: {step.title.lower()}{count}")
-            )
-    return tuple(found)
-
-
 def store_folder_of(site: WizardSite) -> Path:
     """Return where the calibrations are kept; raise CalibrationError where they are not."""
     if site.store is None:
@@ -255,37 +178,46 @@ def store_folder_of(site: WizardSite) -> Path:
     return site.store
 
 
-def _running(site: WizardSite, store: CalibrationStore) -> Rig:
+def probe_site_of(site: WizardSite) -> tuple[ProbeSite, Path]:
+    """Return where the records of the probe are kept; raise CalibrationError where they are not."""
+    probe = site.probe
+    if probe is None or probe.store is None:
+        what, remedy = ("No probe is known.", "") if probe is None else probe.obstacle
+        raise CalibrationError("wizard.no_probe_store", what, remedy)
+    return probe, probe.store
+
+
+def running_rig(site: WizardSite) -> Rig:
     """Return the rig with the calibration in force, or what is measured with before the first."""
-    record = store.active()
+    record = None if site.store is None else CalibrationStore(site.store).active()
     return site.rig if record is None else rig_from_record(record)
 
 
-def _opened(
-    site: WizardSite, kind: Kind, rig: Rig, folder: Path, procedure: ShownProcedure
-) -> Opened:
-    again: Callable[[], ShownProcedure] = partial(
-        resumed, kind, procedure.base.session, rig, site.body, folder
-    )
-    if kind is Kind.VERIFICATION:
-        return Opened(procedure, rig, DirectCalculation(procedure))
-    predict = procedure.predict if isinstance(procedure, RelocationProcedure) else None
-    return Opened(procedure, rig, ProcessCalculation(procedure, again), predict)
+def named(values: Mapping[str, str]) -> str:
+    """Return who does it; raise InputError where nobody is named."""
+    who = values["who"].strip()
+    if not who:
+        raise InputError(
+            "wizard.who", "Nobody is named who does this.", "Write your name into 'Done by'."
+        )
+    return who
 
 
-def _chosen(value: str, possible: tuple[C, ...]) -> C:
+def chosen(value: str, possible: tuple[C, ...]) -> C:
     """Return a choice as what it stands for."""
     return next(one for one in possible if one == value)
 
 
-def _given(values: Mapping[str, str], key: str, what: str) -> Path:
+def given(values: Mapping[str, str], key: str, what: str) -> Path:
+    """Return a file that must be given; raise InputError where it is not."""
     text = values[key].strip()
     if not text:
         raise InputError("wizard.missing", f"There is no file for {what}.", "Name one.")
     return Path(text).expanduser()
 
 
-def _temperature(text: str) -> float | None:
+def temperature(text: str) -> float | None:
+    """Return a temperature, degrees Celsius; None where nothing is written."""
     if not text.strip():
         return None
     try:

@@ -99,7 +99,8 @@ class StartPage(QWidget):
             self.list.setFocus()
         else:
             lines = [field for field in self.fields.values() if isinstance(field, QLineEdit)]
-            next((field for field in lines if not field.text()), lines[0]).setFocus()
+            empty = (field for field in lines if not field.text())
+            next(empty, lines[0] if lines else self.leave_button).setFocus()
         self._show_choice()
 
     def show_trouble(self, text: str) -> None:

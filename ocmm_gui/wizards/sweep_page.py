@@ -36,7 +36,7 @@ class SweepPage(HandsPage):
         It is the sweep that must be taken elsewhere.
     """
 
-    keys = ("back", "drop", "repeat", "next")
+    keys = ("back", "drop", "anew", "next")
 
     def __init__(self, rig: Rig, *, second: bool) -> None:
         super().__init__(rig, "Sweep", "Directions of the probe")

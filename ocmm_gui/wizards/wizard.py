@@ -11,27 +11,28 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core.calibration.procedure import Kind
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.procedure_pivot import PivotProcedure
 from ocmm_core.calibration.procedure_relocation import RelocationProcedure
+from ocmm_core.calibration.procedure_tip import TipQualificationProcedure
+from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.errors import OcmmError
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, Themed
 from ocmm_gui.wizards.driver import WizardDriver
+from ocmm_gui.wizards.forms import Field
 from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, StepPage
+from ocmm_gui.wizards.pivot_result_page import PivotResultPage
 from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage
 from ocmm_gui.wizards.result_page import ResultPage
 from ocmm_gui.wizards.runner import Runner
-from ocmm_gui.wizards.site import (
-    Opened,
-    WizardSite,
-    begin,
-    fields,
-    offers,
-    resume,
-    store_folder_of,
-)
+from ocmm_gui.wizards.sessions import begin, fields, offers, require_store, resume
+from ocmm_gui.wizards.site import Offer, Opened, WizardSite
 from ocmm_gui.wizards.sphere_page import SpheresPage
 from ocmm_gui.wizards.start_page import StartPage
+from ocmm_gui.wizards.sweep_page import SweepPage
 from ocmm_gui.wizards.texts import TEXTS
+from ocmm_gui.wizards.tip_result_page import TipCheckResultPage, TipResultPage
+from ocmm_gui.wizards.touch_pages import ConePage, SpherePage
 from ocmm_gui.wizards.verdict_page import VerdictPage, repeat_worst
 
 
@@ -75,15 +76,17 @@ class Wizard(QStackedWidget):
         """Show the first page of a wizard, with what was not finished."""
         self.close_runner()
         self._kind = kind
-        texts = TEXTS[kind]
-        self.start.ask(
-            texts.title, texts.purpose, fields(self._site, kind), offers(self._site, kind)
-        )
-        self.setCurrentWidget(self.start)
+        texts, trouble = TEXTS[kind], ""
+        asked: tuple[Field, ...] = ()
+        offered: tuple[Offer, ...] = ()
         try:
-            store_folder_of(self._site)
+            asked, offered = fields(self._site, kind), offers(self._site, kind)
+            require_store(self._site, kind)
         except OcmmError as error:
-            self.start.show_trouble(f"{error.what} {error.remedy}")
+            trouble = f"{error.what} {error.remedy}"
+        self.start.ask(texts.title, texts.purpose, asked, offered)
+        self.setCurrentWidget(self.start)
+        self.start.show_trouble(trouble)
 
     def leave(self) -> None:
         """End what runs and give the window back; the session can be resumed."""
@@ -138,26 +141,31 @@ class Wizard(QStackedWidget):
 def _pages(opened: Opened) -> dict[str, StepPage]:
     """Return the page of every step."""
     rig, procedure = opened.rig, opened.procedure
-    if isinstance(procedure, KnownPointsProcedure):
-        return {
-            "prepare": PreparePage(rig),
+    if isinstance(procedure, PivotProcedure):
+        pages: dict[str, StepPage] = {
+            "first": SweepPage(rig, second=False),
+            "second": SweepPage(rig, second=True),
+            "result": PivotResultPage(rig),
+        }
+    elif isinstance(procedure, TipQualificationProcedure):
+        pages = {"sphere": SpherePage(rig), "cone": ConePage(rig), "result": TipResultPage(rig)}
+    elif isinstance(procedure, TipCheckProcedure):
+        pages = {"sphere": SpherePage(rig), "cone": ConePage(rig), "result": TipCheckResultPage()}
+    elif isinstance(procedure, KnownPointsProcedure):
+        pages = {
             "collect": KnownPointsPage(rig, procedure),
             "result": ResultPage(rig, "Errors at points that were held back"),
         }
-    if isinstance(procedure, RelocationProcedure):
-        return {
-            "prepare": PreparePage(rig),
+    elif isinstance(procedure, RelocationProcedure):
+        pages = {
             "wave": WavePage(rig),
             "bar": BarPage(rig),
             "world": WorldPage(rig),
             "result": ResultPage(rig, "Misfits of bar and control points"),
         }
-    return {
-        "prepare": PreparePage(rig),
-        "lines": LinesPage(rig),
-        "spheres": SpheresPage(rig),
-        "result": VerdictPage(),
-    }
+    else:
+        pages = {"lines": LinesPage(rig), "spheres": SpheresPage(rig), "result": VerdictPage()}
+    return {"prepare": PreparePage(rig), **pages}
 
 
 def _extra(opened: Opened, driver: WizardDriver) -> dict[str, Callable[[], None]]:
@@ -167,4 +175,6 @@ def _extra(opened: Opened, driver: WizardDriver) -> dict[str, Callable[[], None]
         return {"skip": lambda: driver.do(procedure.skip)}
     if isinstance(procedure, VerificationProcedure):
         return {"repeat": lambda: driver.do(repeat_worst(procedure, procedure.view))}
+    if isinstance(procedure, PivotProcedure):
+        return {"anew": lambda: driver.do(procedure.sweep_anew)}
     return {}
