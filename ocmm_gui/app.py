@@ -151,6 +151,7 @@ def _request(parsed: argparse.Namespace) -> StationRequest:
         out=parsed.out or Path("ocmm-out"),
         rig=parsed.rig,
         probe=parsed.probe,
+        reference=parsed.reference,
         part=parsed.part,
         source=parsed.source,
         seed=parsed.seed,
@@ -230,6 +231,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")
     add("--rig", type=Path, default=resource("rigs", "recommended.toml"), help="the cameras")
     add("--probe", type=Path, default=resource("probes", "standard.toml"), help="the probe")
+    add("--reference", type=Path, help="reference body: LEDs fixed on the part or its table")
     add(
         "--part", type=Path, default=resource("parts", "demo.toml"),
         help="the true part, for virtual rigs",

@@ -40,6 +40,7 @@ from ocmm_core.cli.options import (
     PlanOption,
     ProbeOption,
     ProbesOption,
+    ReferenceOption,
     RigOption,
     SeedOption,
     SourceOption,
@@ -142,6 +143,7 @@ def measure(
     source: SourceOption = "simulated",
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
+    reference: ReferenceOption = None,
     part: PartOption = DEMO_PART,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
@@ -175,7 +177,7 @@ def measure(
     """
     request = StationRequest(
         plan=plan, out=out, rig=rig, probe=probe, part=part, source=source, seed=seed, speed=speed,
-        operator=operator, serial=serial, record=record, force=force,
+        operator=operator, serial=serial, record=record, force=force, reference=reference,
         calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
         check_after_h=check_after,
         climate=ClimateRequest(
@@ -195,6 +197,7 @@ def record(
     plan: PlanOption = DEMO_PLAN,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
+    reference: ReferenceOption = None,
     part: PartOption = DEMO_PART,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
@@ -213,7 +216,7 @@ def record(
 
     request = StationRequest(
         plan=plan, out=out.parent, rig=rig, probe=probe, part=part, source=source, seed=seed,
-        speed=speed, force=force,
+        speed=speed, force=force, reference=reference,
     )  # fmt: skip
     record_source(request, out, seconds, make_console())
 

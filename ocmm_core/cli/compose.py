@@ -33,7 +33,9 @@ from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
+from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pipeline import TrackingOptions
+from ocmm_core.tracking.reference_body import ReferenceBody, check_together, load_reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +72,7 @@ def build_station(request: StationRequest) -> BuiltStation:
         A document, the source or the folder cannot be used; nothing is left running.
     """
     plan, probe = load_plan(request.plan), probe_of(request)
+    reference = reference_of(request, probe.body)
     made = probe.records.calibration if probe.records is not None else None
     climate = climate_in_use(request.climate, plan, probe.body, made)
     calibration = calibration_of(request)
@@ -98,7 +101,9 @@ def build_station(request: StationRequest) -> BuiltStation:
             feed.acquisition,
             feed.ring,
             StationOptions(
-                session=SessionOptions(climate=climate.climate, contact=climate.contact),
+                session=SessionOptions(
+                    climate=climate.climate, contact=climate.contact, reference=reference
+                ),
                 tracking=TrackingOptions(method=request.method),
                 live_source=feed.live,
                 intent=_intent(feed.virtual) if feed.virtual is not None else None,
@@ -132,6 +137,21 @@ def probe_of(request: StationRequest) -> ProbeInUse:
         request.tip,
         uncalibrated=request.uncalibrated,
     )
+
+
+def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | None:
+    """Return the reference body of the request, or None.
+
+    Raises
+    ------
+    InputError
+        Its document cannot be used, or it cannot be told from the probe.
+    """
+    if request.reference is None:
+        return None
+    reference = load_reference(request.reference)
+    check_together(probe, reference)
+    return reference
 
 
 def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:

@@ -81,6 +81,8 @@ class StationRequest:
         After so many hours without a point or a check the tip must be checked.
     climate
         Temperatures of probe and part, and what is to be compensated for them.
+    reference
+        Document of the reference body to which everything is given; None without one.
     """
 
     plan: Path
@@ -106,6 +108,7 @@ class StationRequest:
     tip: str | None = None
     check_after_h: float = 8.0
     climate: ClimateRequest = field(default_factory=ClimateRequest)
+    reference: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +176,7 @@ def script_of(request: StationRequest, plan: Plan) -> RigScript:
         seed=request.seed,
         options=request.world,
         frame_rate_hz=request.frame_rate_hz,
+        reference=str(request.reference.resolve()) if request.reference is not None else "",
     )
 
 

@@ -31,6 +31,14 @@ ProbeOption = Annotated[Path, typer.Option("--probe", help="Probe document: LEDs
 PartOption = Annotated[
     Path, typer.Option("--part", help="Part document of the virtual rig: what is truly there.")
 ]
+ReferenceOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--reference",
+        help="Reference body document (TOML): LEDs fixed on the part or its table. Everything is "
+        "given relative to it, so that a nudged camera frame or a moved table does not matter.",
+    ),
+]
 SeedOption = Annotated[
     int, typer.Option("--seed", min=0, help="Seed of the virtual rig: its noise, its errors.")
 ]
