@@ -22,6 +22,7 @@ from ocmm_gui.desk_view import DeskView
 from ocmm_gui.maintain.bus_page import BusPage
 from ocmm_gui.maintain.calibration_page import CalibrationPage
 from ocmm_gui.maintain.maintain_view import MaintainView, Page
+from ocmm_gui.maintain.probe_design_page import ProbeDesignPage
 from ocmm_gui.notify import Banner, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.path_panel import PathPanel
@@ -88,12 +89,14 @@ class MainWindow(QMainWindow):
         self.calibration = CalibrationPage(
             bridge.station.rig, bridge.calibration, bridge.calibration_overview
         )
+        self.probe_design = ProbeDesignPage(bridge.station.rig, bridge.station.body)
         pages = (
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(
                 "Calibration", "Whether the cameras can be trusted", self.calibration,
                 ("calibrate", "relocate", "verify", "write_cameras"),
             ),
+            Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
         )  # fmt: skip
         self.maintain = MaintainView(pages, self.actions_by_key)
         self.trust = TrustBar()
@@ -199,6 +202,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop the station before the window goes; every point is stored already."""
         begun = time.monotonic()
+        self.probe_design.cancel()
         self.wizard.close_runner()
         self._bridge.close()
         if self._sounds is not None:
