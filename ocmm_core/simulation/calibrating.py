@@ -25,6 +25,7 @@ from ocmm_core.simulation import kernels
 from ocmm_core.simulation.attitude import attitude_at
 from ocmm_core.simulation.pivot_scenes import SweepProbe, hidden_bits, sweep_segments
 from ocmm_core.simulation.rig import CameraFrames
+from ocmm_core.simulation.tip_scenes import TouchWithTip, reach_of, unit_vectors
 from ocmm_core.simulation.world import World, WorldOptions, draw_world, white_noise
 from ocmm_core.tracking.body import ProbeBody, load_probe, satisfies_rules
 
@@ -32,6 +33,9 @@ STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
 _TREMOR = np.array([2e-3, 1.0])
 """Amplitude of a hand in attitude (rad) and place (mm), where a segment lets the ball sway at all:
 else it is held by its seat."""
+
+_LEAN_ERROR_RAD = np.radians(2.0)
+"""So well a hand holds the probe as it is told."""
 
 _MOVE = 32
 _ATTEMPTS = 60
@@ -94,7 +98,9 @@ class TouchSphere(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     seed: int
 
 
-Scene: TypeAlias = ShowTarget | Wave | ShowBar | TouchSeats | TouchSphere | SweepProbe
+Scene: TypeAlias = (
+    ShowTarget | Wave | ShowBar | TouchSeats | TouchSphere | SweepProbe | TouchWithTip
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +238,9 @@ class CalibratingRig:
         elif isinstance(scene, SweepProbe):
             segments, hidden = sweep_segments(scene, body), hidden_bits(scene)
             origin = origin + np.array(scene.tip_shift_mm)
+        elif isinstance(scene, TouchWithTip):
+            segments = _touches_with_tip(scene, world, body, self.rig.volume_world)
+            origin = origin + scene.fault.shift_probe
         else:
             segments = _touches(scene, world, body, self.rig.volume_world)
         duration = float(segments[-1, kernels.T1])
@@ -346,6 +355,23 @@ def _touches(
         places = [(np.array(scene.centre) + reach * normal, normal) for normal in normals]
     turns = [_seen_best(tip, normal, world, body, volume_world, rng) for tip, normal in places]
     return _visits([tip for tip, _ in places], turns, SEATED_S)
+
+
+def _touches_with_tip(
+    scene: TouchWithTip, world: World, body: ProbeBody, volume_world: Float
+) -> Float:
+    rng = np.random.default_rng([scene.seed, _MOVE + 4])
+    places, turns = [], []
+    for normal in unit_vectors(scene.normals):
+        tip = np.array(scene.centre) + 0.5 * scene.diameter * normal
+        turn = _seen_best(tip, normal, world, body, volume_world, rng)
+        reach = reach_of(scene, world.tip_radius, rotation_from_vector(turn), normal)
+        places.append(np.array(scene.centre) + reach * normal)
+        turns.append(turn)
+    for handle in unit_vectors(scene.handles):
+        places.append(np.array(scene.cone))
+        turns.append(_turn_to(handle + rng.normal(0.0, _LEAN_ERROR_RAD, 3)))
+    return _visits(places, turns, SEATED_S)
 
 
 def _seen_best(
