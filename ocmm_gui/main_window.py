@@ -22,7 +22,7 @@ from ocmm_gui.desk_view import DeskView
 from ocmm_gui.maintain.bus_page import BusPage
 from ocmm_gui.maintain.calibration_page import CalibrationPage
 from ocmm_gui.maintain.maintain_view import MaintainView, Page
-from ocmm_gui.maintain.probe_design_page import ProbeDesignPage
+from ocmm_gui.maintain.probe_design_page import ProbeDesignPage, plain_body
 from ocmm_gui.notify import Banner, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.path_panel import PathPanel
@@ -89,7 +89,9 @@ class MainWindow(QMainWindow):
         self.calibration = CalibrationPage(
             bridge.station.rig, bridge.calibration, bridge.calibration_overview
         )
-        self.probe_design = ProbeDesignPage(bridge.station.rig, bridge.station.body)
+        self.probe_design = ProbeDesignPage(
+            bridge.station.rig, plain_body(bridge.station.probe_in_use)
+        )
         pages = (
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(

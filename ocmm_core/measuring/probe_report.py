@@ -278,8 +278,8 @@ def budget_of(view: View, design: ProbeDesign | None, asked: Examination) -> tup
         BudgetTerm(
             "Warmth of the probe, compensated",
             by_geometry(left),
-            f"{design.temperature_range_k:g} K warmer, both temperatures ±{_KNOWN_SIGMA_K:g} K; "
-            "instead of the line above",
+            f"instead of the line above: {design.temperature_range_k:g} K warmer, known to "
+            f"±{_KNOWN_SIGMA_K:g} K",
         ),
         BudgetTerm(
             "Weight of the probe", by_geometry(np.outer(weight, weight) / 3.0), "any attitude"

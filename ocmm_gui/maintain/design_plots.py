@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.calibration.layout import TipMap
 from ocmm_core.cli.svg_maps import colour_at
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.probe_report import Mechanics
-from ocmm_gui.theme import text_font
+from ocmm_gui.theme import fitted, text_font
 from ocmm_gui.wizards.plot import Plot
 
 _LEFT_PX, _FOOT_PX, _SCALE_PX = 44.0, 36.0, 70.0
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
+_HATCHED = Qt.BrushStyle.BDiagPattern
 
 
 class MapPlot(Plot):
@@ -31,7 +32,10 @@ class MapPlot(Plot):
         """Show a map on a scale that it shares with others."""
         self._map, self._limits = found, limits
         known = found.space_um[np.isfinite(found.space_um)]
-        self._say(f"{known.min():.1f} to {known.max():.1f} µm" if known.size else "nothing is seen")
+        hatched = "; hatched: not seen" if known.size < found.space_um.size else ""
+        self._say(
+            f"{known.min():.1f} to {known.max():.1f} µm{hatched}" if known.size else "nothing seen"
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint title, cells, axes and scale."""
@@ -45,15 +49,14 @@ class MapPlot(Plot):
         for row in range(rows):
             for column in range(columns):
                 value = float(self._map.space_um[row, column])
-                known = np.isfinite(value)
-                colour = colour_at((value - low) / (top - low)) if known else self._theme.border
-                painter.fillRect(
-                    QRectF(
-                        box.left() + column * wide, box.bottom() - (row + 1) * high,
-                        wide + 0.6, high + 0.6,
-                    ),
-                    QColor(colour),
+                cell = QRectF(
+                    box.left() + column * wide, box.bottom() - (row + 1) * high,
+                    wide + 0.6, high + 0.6,
                 )  # fmt: skip
+                if np.isfinite(value):
+                    painter.fillRect(cell, QColor(colour_at((value - low) / (top - low))))
+                else:
+                    painter.fillRect(cell, QBrush(QColor(self._theme.muted), _HATCHED))
         painter.setFont(text_font(13))
         painter.setPen(QColor(self._theme.text))
         self._paint_axes(painter, box, self._map)
@@ -68,9 +71,11 @@ class MapPlot(Plot):
             painter.drawText(QRectF(box.left() - 46.0, y - 8.0, 42.0, 16.0), _RIGHT, along)
         painter.setPen(QColor(self._theme.muted))
         names = f"across: {found.names[0]}   up: {found.names[1]}"
+        painter.setFont(fitted(text_font(13), names, self.width(), 17.0, 13))
         painter.drawText(QRectF(0.0, box.bottom() + 17.0, self.width(), 17.0), _CENTRE, names)
 
     def _paint_scale(self, painter: QPainter, box: QRectF) -> None:
+        painter.setFont(text_font(13))
         steps, left = 40, box.right() + 10.0
         high = box.height() / steps
         for step in range(steps):

@@ -20,6 +20,8 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.calibration.layout import Postures
 from ocmm_core.calibration.probe_design import load_design, shipped_design
+from ocmm_core.calibration.probe_in_use import ProbeInUse
+from ocmm_core.calibration.probe_records import probe_from_records
 from ocmm_core.camera.rig import Rig
 from ocmm_core.cli.svg_maps import map_range
 from ocmm_core.errors import InputError, OcmmError
@@ -35,6 +37,7 @@ from ocmm_gui.operator.path_panel import OwnKeysField
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 _ASK = "Press Examine. It takes some seconds, and measuring goes on meanwhile."
+_BUSY = "Examining. Numbers and maps below are those of before."
 _FIELDS = (
     ("probe", "Probe", "A probe document; empty: the probe that is measured with", ""),
     (
@@ -68,6 +71,14 @@ def examine_request(request: DesignRequest, tell: Tell) -> ProbeReport:
     path = request.design if request.design is not None else shipped_design(body)
     design = None if path is None else load_design(path, body)
     return examine(request.rig, body, design, request.asked, tell)
+
+
+def plain_body(probe: ProbeInUse) -> ProbeBody:
+    """Return a probe as its records or its document have it, without the warmth of a job."""
+    if probe.records is None:
+        return probe.design
+    records = probe.records
+    return probe_from_records(probe.design, records.calibration, records.qualification)
 
 
 class ProbeDesignPage(QWidget):
@@ -139,11 +150,14 @@ class ProbeDesignPage(QWidget):
             self._on_failed(error)
             return
         self._wait(True)
+        self._sentence.setText(_BUSY)
         self._process.start(partial(examine_request, request))
 
     def cancel(self) -> None:
         """Give up what is being examined; call it before the window goes."""
-        self._process.cancel()
+        if self._process.is_running():
+            self._process.cancel()
+            self._sentence.setText(_ASK)
         self._wait(False)
 
     def set_theme(self, theme: Theme) -> None:
@@ -286,6 +300,7 @@ class BudgetTable(Table):
         super().__init__("Budget of one point", _COLUMNS)
         self.horizontalHeader().setStretchLastSection(True)
         self.verticalHeader().setDefaultSectionSize(20)
+        self.setWordWrap(False)
         self.setFixedHeight(196)
         self._terms: tuple[BudgetTerm, ...] = ()
 
