@@ -13,6 +13,7 @@ from rich.table import Table
 
 from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.in_use import Word
+from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.cli.compose import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError
 from ocmm_core.inspection.view import JobView
@@ -52,6 +53,7 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
         station.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
         station.failed.connect(lambda error: console.print(f"[red]{error.what}[/] {error.remedy}"))
         station.start()
+        _print_probe(console, station.probe_view())
         _wait(built, console)
         view = station.job()
         status = station.acquisition_status()
@@ -151,20 +153,27 @@ def _wait(built: BuiltStation, console: Console) -> None:
             _require_calibration(built)
 
 
+def _print_probe(console: Console, probe: ProbeView) -> None:
+    # A tip that was asked for by name is mounted when the station starts.
+    console.print(f"Probe  {probe.label}", highlight=False)
+    for warning in probe.warnings:
+        console.print(f"[yellow]{warning}[/]", highlight=False)
+
+
 def _require_calibration(built: BuiltStation) -> None:
     """Raise CalibrationError where no point can come any more."""
-    calibration = built.station.calibration()
-    if calibration.hindrance is None or calibration.word in (Word.VALID, Word.DUE, Word.DESIGN):
-        # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
-        return
-    # A source that cannot even be started is told of first.
-    if built.station.acquisition_status().state is AcquisitionState.RUNNING:
-        raise CalibrationError(
-            "calibration.not_usable",
-            f"{calibration.word.value}: {calibration.hindrance.what}",
-            f"{calibration.hindrance.remedy} With --uncalibrated points are taken all the same, "
-            "and prove nothing.",
-        )
+    for view in (built.station.calibration(), built.station.probe_view()):
+        if view.hindrance is None or view.word in (Word.VALID, Word.DUE, Word.DESIGN):
+            # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
+            continue
+        # A source that cannot even be started is told of first.
+        if built.station.acquisition_status().state is AcquisitionState.RUNNING:
+            raise CalibrationError(
+                "calibration.not_usable",
+                f"{view.word.value}: {view.hindrance.what}",
+                f"{view.hindrance.remedy} With --uncalibrated points are taken all the same, "
+                "and prove nothing.",
+            )
 
 
 def _script_is_over(built: BuiltStation) -> bool:

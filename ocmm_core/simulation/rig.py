@@ -253,7 +253,7 @@ class VirtualRig:
         frames = np.arange(first, first + len(flags))
         for drop in self.options.drops:
             felt = (frames >= drop) & (frames < drop + round(_BLOW_NS / self.frame_period_ns))
-            flags[felt] |= FrameFlag.DROPPED
+            flags[felt] |= np.uint32(FrameFlag.DROPPED)
         return flags
 
     def led_images(self, camera: int, first: int, count: int) -> tuple[NDArray[np.bool_], Float]:

@@ -150,6 +150,8 @@ class ProbeWatch:
         store = self._store
         if store is None:
             return False
+        # It takes in what another process appended.
+        self.view()
         with self._settling:
             events = store.events
             if len(events) == self._settled:

@@ -32,7 +32,10 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.simulation.named_rig import rig_down, rig_up
 from tests.core.calibration.made_records import make_verification
+from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
+from ocmm_core.calibration.probe_store import ProbeStore
 from tests.core.station.test_station_calibration import fresh_record
+from tests.core.calibration.fresh_tips import fresh_tip
 
 PLAN = resource("plans", "quick.toml")
 REQUEST = StationRequest(plan=PLAN, out=Path("out"), source="ethercat:ocmm0")
@@ -71,6 +74,12 @@ try:
     seen["nothing stored"] = measure()
     seen["write"] = ocmm("calibrate", "write-cameras", *CAMERAS)
     seen["check"] = ocmm("calibrate", "write-cameras", "--check", *CAMERAS)
+    seen["no tip"] = measure()
+    probe, qualified = fresh_tip()
+    tips = ProbeStore(probe_store_folder(default_probe_folder(), probe.probe))
+    tips.calibrate(probe, "technician", "new", datetime.now(UTC))
+    seen["not qualified"] = measure()
+    tips.qualify(qualified, datetime.now(UTC))
     seen["ready"] = ready()
     other = fresh_record(points=17, data_sha256="c" * 64, cameras=tuple(
         msgspec.structs.replace(camera, focal=camera.focal + 1e-6) for camera in record.cameras
@@ -118,6 +127,12 @@ def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
     assert code == 0
     assert "'left' (20600001), 'right' (20600002) store calibration" in words
     assert seen["check"][0] == 0
+    code, words = seen["no tip"]
+    assert code == 2
+    assert "NONE: Probe 'standard' was never calibrated." in words
+    code, words = seen["not qualified"]
+    assert code == 2
+    assert "SUSPECT: Tip '6 mm' was not qualified since the probe was calibrated." in words
     assert seen["ready"] == "VALID"
     code, words = seen["others stored"]
     assert code == 1

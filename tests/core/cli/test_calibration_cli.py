@@ -18,6 +18,7 @@ from ocmm_core.cli.compose import StationRequest, calibration_of, script_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.source import SimulatedSource
+from tests.core.calibration.fresh_tips import Tips
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.cli.conftest import Ocmm
 
@@ -100,7 +101,12 @@ def test_recorded_real_cameras_need_a_calibration_too(ocmm: Ocmm, tmp_path: Path
     assert "of real cameras (EtherCAT on enp3s0)" in done.stderr
     digest = calibrate(tmp_path / "cal")
     done = ocmm(*arguments, "--out", "out", "--calibrations", "cal")
+    assert done.returncode == 2
+    assert "of a real probe (EtherCAT on enp3s0)" in done.stderr
+    Tips(tmp_path / "tips")
+    done = ocmm(*arguments, "--out", "out", "--calibrations", "cal", "--probes", "tips")
     assert f"VALID {digest[:12]}" in done.stdout
+    assert "VALID standard/6 mm" in done.stdout
     assert "The source ended before the job was complete" in done.stderr
 
 
