@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout
 
 from ocmm_core.calibration.in_use import CalibrationView, Word
 from ocmm_core.calibration.overview import CalibrationOverview
@@ -14,12 +12,8 @@ from ocmm_core.calibration.records import CameraRecord, VerificationRecord
 from ocmm_core.camera.rig import Rig
 from ocmm_gui.maintain.calibration_table import HistoryTable, local_time
 from ocmm_gui.maintain.history_charts import HistoryChart
-from ocmm_gui.maintain.parts import panel, sentence_label, stacked, value_label
-from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import Mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
-
-REFRESH_MS = 500
+from ocmm_gui.maintain.parts import stacked
+from ocmm_gui.maintain.standing import StandingPage, in_a_row
 
 DESIGN = "The cameras are virtual: they are taken to be as the rig document says."
 _IN_ORDER = "Calibrated, verified, and in date. Points may be taken."
@@ -40,8 +34,8 @@ _FACTS = (
 )
 
 
-class CalibrationPage(QWidget):
-    """Standing, facts, trends and history of the calibration, refreshed while it is seen.
+class CalibrationPage(StandingPage):
+    """Standing, facts, trends and history of the calibration.
 
     Parameters
     ----------
@@ -60,18 +54,11 @@ class CalibrationPage(QWidget):
         pull: Callable[[], CalibrationView],
         pull_overview: Callable[[], CalibrationOverview],
     ) -> None:
-        super().__init__()
-        self.setAccessibleName("Calibration")
+        super().__init__("Calibration", "calibration", _FACTS)
         self._rig = rig
         self._pull = pull
         self._pull_overview = pull_overview
-        self._theme = THEMES[DEFAULT_THEME]
         self._view: CalibrationView | None = None
-        self._word = FitText("Standing of the calibration", limit=34)
-        self._word.setFixedHeight(44)
-        self._sentence = sentence_label("What the standing means", 15)
-        self._notes = sentence_label("What to watch", 14)
-        self.facts = {name: value_label(name, tip) for name, tip in _FACTS}
         self.focal = HistoryChart("Focal length, Δ µm", factor=1e3, reach=2.0)
         self.principal = (
             HistoryChart("Principal point, Δu px", reach=0.2, form="+.2f"),
@@ -87,30 +74,17 @@ class CalibrationPage(QWidget):
             form="+.0f",
         )
         self.history = HistoryTable()
-        self._charts = QWidget()
-        self._empty = sentence_label("Why there is no history", 20)
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setMargin(30)
-        self._lay_out()
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_MS)
-        self._timer.timeout.connect(self.refresh)
-
-    def word(self) -> str:
-        """Return the large word."""
-        return self._word.text()
-
-    def sentence(self) -> str:
-        """Return what stands below the word."""
-        return self._sentence.text()
-
-    def notes(self) -> str:
-        """Return what to watch."""
-        return self._notes.text()
-
-    def fault(self) -> str:
-        """Return why history or trends cannot be shown; empty where they are."""
-        return self._empty.text()
+        self._charts = in_a_row(
+            stacked(self.focal), stacked(*self.principal), stacked(self.baseline),
+            stacked(self.error),
+        )  # fmt: skip
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addLayout(self._head())
+        layout.addWidget(self._charts, 5)
+        layout.addWidget(self._empty, 2)
+        layout.addWidget(self.history, 4)
 
     def refresh(self) -> None:
         """Show what is known now."""
@@ -118,50 +92,18 @@ class CalibrationPage(QWidget):
         if view != self._view:
             self._view = view
             self._show_overview(view, self._pull_overview())
-            self._show_standing(view)
+            self._show_standing(
+                view.word, view.obstacle, view.warnings, view.since_utc,
+                uncalibrated=view.uncalibrated,
+                in_order=DESIGN if view.word is Word.DESIGN else _IN_ORDER,
+            )  # fmt: skip
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        if self._view is not None:
-            self._show_standing(self._view)
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Begin to refresh, with all files read anew."""
-        super().showEvent(event)
+    def forget(self) -> None:
+        """Read everything anew at the next `refresh`."""
         self._view = None
-        self.refresh()
-        self._timer.start()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Stop refreshing."""
-        self._timer.stop()
-        super().hideEvent(event)
-
-    def _show_standing(self, view: CalibrationView) -> None:
-        theme = self._theme
-        colour, mark = theme.bad, Mark.BAD
-        if view.word is Word.VALID:
-            colour, mark = theme.good, Mark.GOOD
-        elif view.word is Word.DESIGN:
-            colour, mark = theme.text, Mark.DONE
-        elif view.word in (Word.DUE, Word.SUSPECT):
-            colour, mark = theme.warn, Mark.DOUBT
-        if view.uncalibrated:
-            colour, mark = theme.bad, Mark.BAD
-        self._word.show_text(standing_word(view), colour, mark)
-        self._sentence.setText(standing_sentence(view))
-        notes = list(view.warnings)
-        if view.since_utc:
-            notes.append(f"Points since {local_time(view.since_utc)} are in doubt.")
-        self._notes.setText("  ".join(notes))
-        self._notes.setVisible(bool(notes))
 
     def _show_overview(self, view: CalibrationView, found: CalibrationOverview) -> None:
-        words = _facts(self._rig, view, found.verification)
-        for name, label in self.facts.items():
-            label.setText(words[name])
-            label.setToolTip(words[name])
+        self._show_facts(_facts(self._rig, view, found.verification))
         self.focal.show_courses(found.trends.focal)
         for chart, courses in zip(
             self.principal, (found.trends.principal_u, found.trends.principal_v), strict=True
@@ -170,68 +112,9 @@ class CalibrationPage(QWidget):
         self.baseline.show_courses(found.trends.baseline)
         self.error.show_courses((found.trends.error,))
         self.history.show_events(found.events)
-        self._empty.setText(found.fault or ("" if found.events else _NO_HISTORY))
-        self._empty.setVisible(bool(found.fault) or not found.events)
+        self._show_fault(found.fault or ("" if found.events else _NO_HISTORY))
         self._charts.setVisible(bool(found.trends.focal))
         self.history.setVisible(bool(found.events))
-
-    def _lay_out(self) -> None:
-        words = QVBoxLayout()
-        words.addWidget(self._word)
-        words.addWidget(self._sentence, 1)
-        words.addWidget(self._notes)
-        head = QHBoxLayout()
-        head.setSpacing(8)
-        head.addWidget(panel(words), 2)
-        head.addWidget(panel(self._fact_grid()), 3)
-        charts = QHBoxLayout(self._charts)
-        charts.setContentsMargins(0, 0, 0, 0)
-        charts.setSpacing(8)
-        for part in (
-            stacked(self.focal),
-            stacked(*self.principal),
-            stacked(self.baseline),
-            stacked(self.error),
-        ):
-            charts.addWidget(panel(part), 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addLayout(head)
-        layout.addWidget(self._charts, 5)
-        layout.addWidget(self._empty, 2)
-        layout.addWidget(self.history, 4)
-
-    def _fact_grid(self) -> QGridLayout:
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(10)
-        grid.setVerticalSpacing(1)
-        half = (len(self.facts) + 1) // 2
-        for index, (name, label) in enumerate(self.facts.items()):
-            caption = QLabel(name)
-            caption.setProperty("role", "muted")
-            caption.setFont(text_font(13))
-            row, column = index % half, 2 * (index // half)
-            grid.addWidget(caption, row, column)
-            grid.addWidget(label, row, column + 1)
-        for column in (1, 3):
-            grid.setColumnStretch(column, 1)
-        return grid
-
-
-def standing_word(view: CalibrationView) -> str:
-    """Return the large word."""
-    return "UNCALIBRATED" if view.uncalibrated else view.word.value
-
-
-def standing_sentence(view: CalibrationView) -> str:
-    """Return what the standing means for who measures."""
-    if view.uncalibrated:
-        why = f" {view.obstacle}" if view.obstacle is not None else ""
-        return f"Points are taken, and prove nothing: every verdict is NOT PROVEN.{why}"
-    if view.obstacle is not None:
-        return f"No points are taken. {view.obstacle}"
-    return DESIGN if view.word is Word.DESIGN else _IN_ORDER
 
 
 def _facts(

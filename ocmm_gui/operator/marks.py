@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from ocmm_core.inspection.view import FeatureState, FeatureView, StatusWord
 from ocmm_core.tolerances.result import Verdict
+from ocmm_gui.theme import Theme
 
 
 class Mark(Enum):
@@ -53,6 +54,18 @@ def status_mark(status: StatusWord) -> Mark:
         StatusWord.INACCURATE: Mark.DOUBT,
         StatusWord.LOST: Mark.BAD,
     }[status]
+
+
+def mark_colour(theme: Theme, mark: Mark) -> str:
+    """Return the colour that goes with a mark."""
+    return {
+        Mark.GOOD: theme.good,
+        Mark.BAD: theme.bad,
+        Mark.DOUBT: theme.warn,
+        Mark.ACTIVE: theme.accent,
+        Mark.DONE: theme.text,
+        Mark.OPEN: theme.muted,
+    }[mark]
 
 
 def paint_mark(painter: QPainter, mark: Mark, box: QRectF, colour: str, inside: str) -> None:

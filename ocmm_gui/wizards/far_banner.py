@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent
 
-from ocmm_gui.operator.marks import Mark, paint_mark
+from ocmm_gui.operator.marks import Mark, mark_colour, paint_mark
 from ocmm_gui.painted import Painted
-from ocmm_gui.theme import Theme, fitted, text_font
+from ocmm_gui.theme import fitted, text_font
 
 _BAR_PX = 10.0
 _NOTE_SHARE, _NOTE_LIMIT = 0.27, 34.0
@@ -96,13 +96,3 @@ class FarBanner(Painted):
             painter.fillRect(bar, QColor(theme.border))
             bar.setWidth(bar.width() * min(max(told.share, 0.0), 1.0))
             painter.fillRect(bar, colour)
-
-
-def mark_colour(theme: Theme, mark: Mark) -> str:
-    """Return the colour that goes with a mark."""
-    return {
-        Mark.GOOD: theme.good,
-        Mark.BAD: theme.bad,
-        Mark.DOUBT: theme.warn,
-        Mark.ACTIVE: theme.accent,
-    }.get(mark, theme.muted)

@@ -20,11 +20,10 @@ from PySide6.QtWidgets import (
 from ocmm_core.calibration.guards import Finding
 from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import Mark
+from ocmm_gui.operator.marks import Mark, mark_colour
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.facts import Facts
-from ocmm_gui.wizards.far_banner import mark_colour
 from ocmm_gui.wizards.pages import StepPage
 
 _SIDE_PX = 360
