@@ -25,11 +25,11 @@ from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.probe_records import TipRecord
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.tip_fit import BallFit, fit_ball_on
+from ocmm_core.calibration.tip_qualification import articulation_check, form_checks
 from ocmm_core.calibration.tip_views import CheckVerdict
 from ocmm_core.calibration.touches import Touch
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
 
 DIAMETER_DEFECT_MM = 0.050
@@ -143,7 +143,7 @@ def decide_check(
     if ball is None:
         lacking = "The points on the sphere do not determine the ball yet: touch more places."
     else:
-        judged += [_diameter(ball, qualification), _form(ball)]
+        judged += [_diameter(ball, qualification), *_form(ball)]
     place = place_of_ball(in_cone, rig, body)
     articulation = articulate(in_cone, rig, body, CHANCE) if len(in_cone) > 1 else None
     if place is None or articulation is None:
@@ -208,27 +208,25 @@ def _diameter(ball: BallFit, qualification: TipRecord) -> Judged:
     )
 
 
-def _form(ball: BallFit) -> Judged:
+def _form(ball: BallFit) -> list[Judged]:
     named = ", ".join(str(point + 1) for point in ball.doubtful)
     which = f" Point {named} on the sphere does not fit." if named else ""
-    return Judged(
-        Check(
-            name="form on the sphere",
-            measured_mm=ball.form,
-            certified_mm=0.0,
-            expanded_mm=0.0,
-            limit_mm=ball.form_limit,
-        ),
-        np.inf,
-        Finding(
-            "tip_check.form",
-            f"The radii of the points differ by {1e3 * ball.form:.0f} um, and their uncertainty "
-            f"explains {1e3 * ball.form_limit:.0f} um.{which}",
-            "Take such a point back and touch that place again with the ball resting on the "
-            "sphere; if it stays, look at the ball for wear.",
-            refuses=True,
-        ),
-    )
+    return [
+        Judged(
+            check,
+            np.inf,
+            Finding(
+                "tip_check.form",
+                f"The points are not on one sphere: {check.name} is "
+                f"{1e3 * check.measured_mm:.0f} um, and their uncertainty explains "
+                f"{1e3 * check.limit_mm:.0f} um.{which}",
+                "Take such a point back and touch that place again with the ball resting on the "
+                "sphere; if it stays, look at the ball for wear.",
+                refuses=True,
+            ),
+        )
+        for check in form_checks(ball)
+    ]
 
 
 def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
@@ -277,13 +275,7 @@ def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
 
 def _articulation(found: Articulation) -> Judged:
     return Judged(
-        Check(
-            name="articulation in the cone (2s)",
-            measured_mm=found.spread_2s,
-            certified_mm=0.0,
-            expanded_mm=0.0,
-            limit_mm=found.spread_limit,
-        ),
+        articulation_check(found),
         np.inf,
         Finding(
             "tip_check.articulation",
@@ -307,9 +299,3 @@ def _more(unknown: Judged, qualification: TipRecord) -> str:
     if sigma_wanted(qualification) == 0.0:
         return f"{said} the qualification itself is not good enough; qualify the tip again."
     return f"{said} take more points, at the equator, to the left and right."
-
-
-def axis_world(touch: Touch, body: ProbeBody) -> Float:
-    """Return the direction from the ball to the handle, (3,), world."""
-    axis: Float = touch.rotation_world_from_probe @ handle_axis(body)
-    return axis

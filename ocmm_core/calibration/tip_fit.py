@@ -33,7 +33,7 @@ DOUBT = 1e-3
 """Probability that the worst of good points is called doubtful."""
 
 FORM_CHANCE = 1e-4
-"""Probability that form exceeds its limit by chance."""
+"""Probability that form, or the misfit, of good points exceeds its limit."""
 
 _STEPS = 30
 _CONVERGED_MM = 1e-9
@@ -59,8 +59,9 @@ class BallFit:
         (n,), mm: positive outside.
     sigmas
         (n,), mm: standard uncertainty of each point along its normal.
-    chi2, dof
-        Of the residuals.
+    misfit, misfit_limit
+        mm: RMS of the residuals, each weighted by what is known of it; and what it may be. This is
+        sharper than form where the points are not equally well known.
     form, form_limit
         mm: see the module; what the uncertainties of the points allow.
     point_sigma
@@ -78,8 +79,8 @@ class BallFit:
     directions_world: Points3
     residuals: Float
     sigmas: Float
-    chi2: float
-    dof: int
+    misfit: float
+    misfit_limit: float
     form: float
     form_limit: float
     point_sigma: float
@@ -135,23 +136,28 @@ def fit_ball_on(
     dof = len(touches) - 4
     chi2 = float(residuals @ weight @ residuals)
     certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
-    beyond = chi2 > float(chi2_distribution.isf(DOUBT, dof))
-    ratio = float(np.sqrt(chi2 / dof)) if beyond else 1.0
+    # In units of what is known of the points: how much larger residuals are than they should be.
+    ratio, limit = np.sqrt(np.array([chi2, chi2_distribution.isf(FORM_CHANCE, dof)]) / dof)
+    sigmas = np.sqrt(np.diag(of_points))
+    typical = float(np.sqrt(np.mean(sigmas**2)))
     return BallFit(
         centre_world=centre,
         radius=radius,
         covariance=covariance,
         directions_world=away / np.linalg.norm(away, axis=1)[:, None],
         residuals=residuals,
-        sigmas=np.sqrt(np.diag(of_points)),
-        chi2=chi2,
-        dof=dof,
+        sigmas=sigmas,
+        misfit=float(typical * ratio),
+        misfit_limit=float(typical * limit),
         form=float(np.ptp(plain)),
         form_limit=range_limit(_plain_residuals(normals, of_points), FORM_CHANCE),
         point_sigma=float(np.sqrt(plain @ plain / dof)),
         diameter=2.0 * radius - certified,
         diameter_sigma=float(
-            np.hypot(2.0 * ratio * np.sqrt(covariance[3, 3]), 0.5 * expanded)
+            np.hypot(
+                2.0 * (ratio if ratio > limit else 1.0) * np.sqrt(covariance[3, 3]),
+                0.5 * expanded,
+            )
         ),
         doubtful=doubtful_points(normals, of_points, residuals),
     )

@@ -41,7 +41,7 @@ class TipLimits:
 def qualification_checks(
     ball: BallFit, articulation: Articulation, nominal_mm: float, limits: TipLimits
 ) -> tuple[Check, ...]:
-    """Return what is judged, with limits: diameter, form, and the articulation."""
+    """Return what is judged, with limits: diameter, form, misfit, and the articulation."""
     return (
         Check(
             name="diameter against nominal",
@@ -50,27 +50,31 @@ def qualification_checks(
             expanded_mm=2.0 * ball.diameter_sigma,
             limit_mm=limits.nominal,
         ),
-        Check(
-            name="form on the sphere",
-            measured_mm=ball.form,
-            certified_mm=0.0,
-            expanded_mm=0.0,
-            limit_mm=ball.form_limit,
+        *form_checks(ball),
+        articulation_check(articulation),
+        _bounded(
+            "articulation in the cone (largest)", articulation.largest, articulation.largest_limit
         ),
-        Check(
-            name="articulation in the cone (2s)",
-            measured_mm=articulation.spread_2s,
-            certified_mm=0.0,
-            expanded_mm=0.0,
-            limit_mm=articulation.spread_limit,
-        ),
-        Check(
-            name="articulation in the cone (largest)",
-            measured_mm=articulation.largest,
-            certified_mm=0.0,
-            expanded_mm=0.0,
-            limit_mm=articulation.largest_limit,
-        ),
+    )
+
+
+def form_checks(ball: BallFit) -> tuple[Check, ...]:
+    """Return form and misfit of the points against what their uncertainties allow."""
+    return (
+        _bounded("form on the sphere", ball.form, ball.form_limit),
+        _bounded("misfit on the sphere", ball.misfit, ball.misfit_limit),
+    )
+
+
+def articulation_check(found: Articulation) -> Check:
+    """Return two standard deviations of the tips against what their uncertainties allow."""
+    return _bounded("articulation in the cone (2s)", found.spread_2s, found.spread_limit)
+
+
+def _bounded(name: str, measured_mm: float, limit_mm: float) -> Check:
+    """Return a check of what should be zero; its limit is made of uncertainties already."""
+    return Check(
+        name=name, measured_mm=measured_mm, certified_mm=0.0, expanded_mm=0.0, limit_mm=limit_mm
     )
 
 
