@@ -31,7 +31,7 @@ from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
 from ocmm_gui.wizards.site import site_of
 from ocmm_gui.wizards.wizard import Wizard
-from ocmm_gui.words import next_step
+from ocmm_gui.words import next_step, reference_words
 
 _IN_WIZARDS = ("theme", "log")
 """Actions of the window that a wizard leaves as they are."""
@@ -243,7 +243,7 @@ class MainWindow(QMainWindow):
         place = Place.FAR if self.is_far() else Place.DESK
         if self.mode() is Mode.MAINTAIN:
             place = Place.MAINTAIN
-        self.trust.show_calibration(self._bridge.calibration(), place)
+        self.trust.show_calibration(self._bridge.calibration(), place, reference_words(live))
         for view in (self.far, self.desk, self.maintain):
             if view is self._stack.currentWidget():
                 view.show_live(live)

@@ -24,9 +24,46 @@ def led_name(number: int) -> str:
     return f"L{number + 1}"
 
 
+def reference_led_name(number: int) -> str:
+    """Return what an LED of the reference body is called on the screen, counting from one."""
+    return f"R{number + 1}"
+
+
+def slot_names(live: LiveView, camera: int) -> tuple[str, ...]:
+    """Return what each slot of a camera follows, as written beside its spot; '?' if unknown."""
+    leds = [led_name(int(led)) if led >= 0 else "?" for led in live.slot_leds[camera]]
+    if live.slot_references is None:
+        return tuple(leds)
+    references = live.slot_references[camera]
+    return tuple(
+        reference_led_name(int(other)) if other >= 0 else led
+        for led, other in zip(leds, references, strict=True)
+    )
+
+
+_MOVED_MM, _MOVED_RAD = 0.1, 2e-4
+
+
+def reference_words(live: LiveView) -> str:
+    """Return that part and cameras moved against each other, once they have; else nothing."""
+    reference = live.reference
+    if reference is None or reference.moved_mm is None or reference.turned_rad is None:
+        return ""
+    if reference.moved_mm < _MOVED_MM and reference.turned_rad < _MOVED_RAD:
+        return ""
+    return (
+        f"Part and cameras have moved against each other by {reference.moved_mm:.1f} mm and "
+        f"{np.degrees(reference.turned_rad):.2f}° since the job began: the points follow the "
+        f"reference body '{reference.name}'."
+    )
+
+
 def seen_cameras(live: LiveView) -> int:
-    """Return how many cameras see at least one spot."""
-    return int(np.count_nonzero(_seen(live).any(axis=1)))
+    """Return how many cameras see at least one spot that is not of the reference body."""
+    seen = _seen(live)
+    if live.slot_references is not None:
+        seen = seen & (live.slot_references < 0)
+    return int(np.count_nonzero(seen.any(axis=1)))
 
 
 def seen_targets(live: LiveView) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QSizePolicy
 
-from ocmm_core.inspection.view import LiveView
+from ocmm_core.inspection.view import LiveView, ReferenceView
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import status_mark
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, status_colour, text_font
@@ -14,6 +14,7 @@ from ocmm_gui.words import millimetres, seen_cameras, seen_targets
 _COUNTERS = (
     ("Cameras", "cameras that see the probe / of the rig"),
     ("Targets", "LEDs that two cameras see / on the probe"),
+    ("Reference", "LEDs of the reference body that two cameras see / on it"),
     ("U point", "expanded uncertainty of a point here, mm, k = 2"),
     ("Frames/s", "frames tracked a second"),
     ("Good", "bus cycles that came in time"),
@@ -22,6 +23,9 @@ _COUNTERS = (
     ("Bad", "bus cycles that could not be used"),
     ("Overruns", "frames that the reconstruction was too slow for"),
 )
+
+_NEEDED = 3
+"""LEDs without which there is no place of the reference body."""
 
 
 class StatusStrip(QFrame):
@@ -49,6 +53,7 @@ class StatusStrip(QFrame):
         self._reason.setFont(text_font(14))
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._values: dict[str, QLabel] = {}
+        self._reference: tuple[QLabel, ...] = ()
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 4, 12, 4)
         layout.setSpacing(12)
@@ -69,6 +74,9 @@ class StatusStrip(QFrame):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(label, row, column)
             self._values[name] = value
+            if name == "Reference":
+                self._reference = (caption, value)
+        self._show_reference(None)
         layout.addLayout(grid)
 
     def show_live(self, live: LiveView) -> None:
@@ -79,6 +87,7 @@ class StatusStrip(QFrame):
         if self._reason.text() != live.reason:
             self._reason.setText(live.reason)
             self._reason.setToolTip(live.reason)
+        self._show_reference(live.reference)
         counts = live.acquisition
         for name, value in (
             ("Cameras", f"{seen_cameras(live)}/{self._n_cameras}"),
@@ -92,6 +101,15 @@ class StatusStrip(QFrame):
             ("Overruns", _short(counts.overrun)),
         ):
             self._values[name].setText(value)
+
+    def _show_reference(self, reference: ReferenceView | None) -> None:
+        """Show the counter of the reference body where one is used, and where it is lost in red."""
+        for label in self._reference:
+            label.setVisible(reference is not None)
+        if reference is not None:
+            lost = reference.seen < _NEEDED
+            self._values["Reference"].setText(f"{reference.seen}/{reference.n_leds}")
+            self._values["Reference"].setStyleSheet(f"color: {self._theme.bad};" if lost else "")
 
     def status(self) -> str:
         """Return the word that is shown."""

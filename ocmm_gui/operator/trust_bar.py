@@ -35,6 +35,7 @@ class TrustBar(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._view: CalibrationView | None = None
         self._place = Place.DESK
+        self._beside = ""
         self._mark = _MarkView()
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
@@ -47,12 +48,17 @@ class TrustBar(QFrame):
         layout.addWidget(self._text, 1)
         self.hide()
 
-    def show_calibration(self, view: CalibrationView, place: Place) -> None:
-        """Show what somebody who measures has to know in that place, or hide."""
-        if (view, place) == (self._view, self._place):
+    def show_calibration(self, view: CalibrationView, place: Place, beside: str = "") -> None:
+        """Show what somebody who measures has to know in that place, or hide.
+
+        ``beside`` is what is to be said besides the calibration, for who stands at the screen.
+        """
+        if (view, place, beside) == (self._view, self._place, self._beside):
             return
-        self._view, self._place = view, place
+        self._view, self._place, self._beside = view, place, beside
         text = trust_words(view, place)
+        if place is not Place.FAR:
+            text = f"{text} {beside}".strip()
         self._text.setText(text)
         self._text.setToolTip(text)
         self._paint()

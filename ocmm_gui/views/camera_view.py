@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,11 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
-from ocmm_core.geometry import Float, Int
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.view import LiveView
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
-from ocmm_gui.words import led_name
+from ocmm_gui.words import slot_names
 
 TRAIL = 60
 """Snapshots in the trail: two seconds."""
@@ -102,8 +103,8 @@ class CameraPlot(QWidget):
         self._paint()
         self._move()
 
-    def show_spots(self, spots: Float, leds: Int) -> None:
-        """Show the spots (8, 2), px, of the slots and the LED that each follows (8,)."""
+    def show_spots(self, spots: Float, names: Sequence[str]) -> None:
+        """Show the spots (8, 2), px, of the slots and what is followed in each of them."""
         seen = np.asarray(np.isfinite(spots).all(axis=1))
         self._title.show_text(f"{self._camera.name}:  {int(seen.sum())} spots")
         now = time.monotonic()
@@ -112,7 +113,7 @@ class CameraPlot(QWidget):
         self._shown_at = now
         self._trail.append(spots)
         self._spots.setData(spots[seen, 0], spots[seen, 1])
-        self._place_labels(spots, leds, seen)
+        self._place_labels(spots, names, seen)
         self._draw_trail()
         if seen.any():
             self._keep_in_sight(spots[seen])
@@ -126,7 +127,9 @@ class CameraPlot(QWidget):
         self._theme = theme
         self._paint()
 
-    def _place_labels(self, spots: Float, leds: Int, seen: NDArray[np.bool_]) -> None:
+    def _place_labels(
+        self, spots: Float, names: Sequence[str], seen: NDArray[np.bool_]
+    ) -> None:
         """Put the words beside their spots, each where it covers no other word or spot."""
         scale = self._side / max(float(self._box.height()), 1.0)
         taken = [(u, v, 0.5 * _MARK_PX * scale, 0.5 * _MARK_PX * scale) for u, v in spots[seen]]
@@ -134,8 +137,7 @@ class CameraPlot(QWidget):
             label.setVisible(bool(seen[slot]))
             if not seen[slot]:
                 continue
-            led = led_name(int(leds[slot])) if leds[slot] >= 0 else "?"
-            text = f" {led} ·s{slot} "
+            text = f" {names[slot]} ·s{slot} "
             if label.toPlainText() != text:
                 label.setText(text)
             size = label.boundingRect()
@@ -223,8 +225,8 @@ class CameraViews(QWidget):
 
     def show_live(self, live: LiveView) -> None:
         """Show the spots of every camera."""
-        for plot, spots, leds in zip(self._plots, live.spots, live.slot_leds, strict=True):
-            plot.show_spots(spots, leds)
+        for camera, (plot, spots) in enumerate(zip(self._plots, live.spots, strict=True)):
+            plot.show_spots(spots, slot_names(live, camera))
 
     def plots(self) -> tuple[CameraPlot, ...]:
         """Return the plot of every camera, in the order of the rig."""

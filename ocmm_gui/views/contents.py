@@ -10,7 +10,7 @@ from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.theme import Theme, verdict_colour
 from ocmm_gui.views import shapes
 from ocmm_gui.views.scene import Dots, Face, Item, Lines, Orbit, Tag
-from ocmm_gui.words import led_name
+from ocmm_gui.words import led_name, reference_led_name
 
 _ARROW_MM = 9.0
 
@@ -41,6 +41,21 @@ def probe_items(places: Float, body: ProbeBody, theme: Theme, *, named: bool) ->
         Lines(np.stack([base, tip])[None], theme.text, 3.0),
         Lines(shapes.sphere(tip, body.tip_radius), theme.accent, 1.2),
         Dots(leds, theme.bad, 9.0, theme.panel),
+        *(tags if named else ()),
+    )
+
+
+def reference_items(live: LiveView | None, theme: Theme, *, named: bool) -> tuple[Item, ...]:
+    """Return the reference body in the world of the job, where it always stands."""
+    if live is None or live.reference is None or live.reference.leds_world is None:
+        return ()
+    leds = live.reference.leds_world
+    middle = leds.mean(axis=0)
+    frame = np.stack([np.broadcast_to(middle, leds.shape), leds], axis=1)
+    tags = [Tag(led, reference_led_name(number), theme.muted) for number, led in enumerate(leds)]
+    return (
+        Lines(frame, theme.muted, 2.0),
+        Dots(leds, theme.warn, 9.0, theme.panel),
         *(tags if named else ()),
     )
 

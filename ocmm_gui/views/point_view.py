@@ -21,7 +21,14 @@ from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 from ocmm_gui.views import shapes
-from ocmm_gui.views.contents import grid_items, grid_step, job_items, probe_items, probe_places
+from ocmm_gui.views.contents import (
+    grid_items,
+    grid_step,
+    job_items,
+    probe_items,
+    probe_places,
+    reference_items,
+)
 from ocmm_gui.views.scene import Dots, Item, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.words import shown_feature
 
@@ -49,6 +56,7 @@ class PointView(QWidget):
         self._rig = rig
         self._body = body
         self._theme = THEMES[DEFAULT_THEME]
+        self._live: LiveView | None = None
         self._probe = np.empty((0, 3))
         self._job: JobView | None = None
         self._job_items: tuple[Item, ...] = ()
@@ -72,6 +80,7 @@ class PointView(QWidget):
 
     def show_live(self, live: LiveView) -> None:
         """Show where the probe is; without a trusted pose it is not drawn."""
+        self._live = live
         self._probe = probe_places(live, self._body)
         if len(self._probe):
             first_sight = not len(self._probe_reach)
@@ -136,11 +145,13 @@ class PointView(QWidget):
         painter.drawRoundedRect(frame, 6, 6)
         inside = frame.adjusted(2, 2, -2, -2)
         rig = Lines(self._rig_lines, theme.muted, 1.0)
+        named = self._orbit.radius < _NAMED_MM
         items = (
             *grid_items(self._orbit, self._job_reach, theme),
             rig,
             *self._job_items,
-            *probe_items(self._probe, self._body, theme, named=self._orbit.radius < _NAMED_MM),
+            *reference_items(self._live, theme, named=named),
+            *probe_items(self._probe, self._body, theme, named=named),
         )
         paint_scene(painter, items, self._orbit, inside, text_font(12), theme.panel)
         self._paint_triad(painter, inside)
