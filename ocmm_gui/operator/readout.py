@@ -51,7 +51,8 @@ class Readout(QWidget):
             self._shown_at = now
             x, y, z = (millimetres(float(value), signed=True) for value in live.tip_world)
             uncertainty = millimetres(live.tip_uncertainty)
-            self._show((x, y, z), f"ball centre, mm, world frame   ±{uncertainty} (k=2)")
+            frame = "world frame" if live.reference is None else f"by '{live.reference.name}'"
+            self._show((x, y, z), f"ball centre, mm, {frame}   ±{uncertainty} (k=2)")
 
     def values(self) -> tuple[str, str, str]:
         """Return what the three rows hold; dashes while the reason stands in their place."""
