@@ -32,10 +32,9 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.simulation.named_rig import rig_down, rig_up
 from tests.core.calibration.made_records import make_verification
-from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
-from ocmm_core.calibration.probe_store import ProbeStore
+from ocmm_core.calibration.probe_in_use import default_probe_folder
+from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.station.test_station_calibration import fresh_record
-from tests.core.calibration.fresh_tips import fresh_tip
 
 PLAN = resource("plans", "quick.toml")
 REQUEST = StationRequest(plan=PLAN, out=Path("out"), source="ethercat:ocmm0")
@@ -46,8 +45,8 @@ def ocmm(*arguments):
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     return [done.returncode, " ".join((done.stdout + done.stderr).split())]
 
-def measure():
-    return ocmm("measure", "--plan", str(PLAN), "--out", "out", *CAMERAS)
+def measure(*more):
+    return ocmm("measure", "--plan", str(PLAN), "--out", "out", *CAMERAS, *more)
 
 def ready():
     station = build_station(REQUEST).station
@@ -66,21 +65,20 @@ def ready():
 rig_up(segment_of(REQUEST, load_plan(PLAN), load_rig(REQUEST.rig)))
 seen = {}
 try:
+    Tips(Path("tips"))
     seen["never"] = measure()
     store = CalibrationStore(store_folder(default_folder(), "recommended"))
     record = fresh_record()
     store.accept(record, "technician", "new", datetime.now(UTC))
     store.verify(make_verification(record), datetime.now(UTC))
-    seen["nothing stored"] = measure()
+    seen["nothing stored"] = measure("--probes", str(Path("tips").resolve()))
     seen["write"] = ocmm("calibrate", "write-cameras", *CAMERAS)
     seen["check"] = ocmm("calibrate", "write-cameras", "--check", *CAMERAS)
     seen["no tip"] = measure()
-    probe, qualified = fresh_tip()
-    tips = ProbeStore(probe_store_folder(default_probe_folder(), probe.probe))
-    tips.calibrate(probe, "technician", "new", datetime.now(UTC))
-    seen["not qualified"] = measure()
-    tips.qualify(qualified, datetime.now(UTC))
+    tips = Tips(default_probe_folder())
     seen["ready"] = ready()
+    tips.store.mount(TIP, "inspector", datetime.now(UTC))
+    seen["mounted"] = measure()
     other = fresh_record(points=17, data_sha256="c" * 64, cameras=tuple(
         msgspec.structs.replace(camera, focal=camera.focal + 1e-6) for camera in record.cameras
     ))
@@ -130,10 +128,11 @@ def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
     code, words = seen["no tip"]
     assert code == 2
     assert "NONE: Probe 'standard' was never calibrated." in words
-    code, words = seen["not qualified"]
-    assert code == 2
-    assert "SUSPECT: Tip '6 mm' was not qualified since the probe was calibrated." in words
     assert seen["ready"] == "VALID"
+    code, words = seen["mounted"]
+    assert code == 2
+    assert "SUSPECT: Tip '6 mm' was mounted and not checked since." in words
+    assert "Make the quick tip check: one minute." in words
     code, words = seen["others stored"]
     assert code == 1
     assert "Camera 'left' stores other intrinsics" in words
