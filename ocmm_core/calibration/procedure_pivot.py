@@ -373,7 +373,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
 
     def _seen(self) -> Live:
         live = self._watch.live()
-        if live.ready or live.hint:
+        if live.ready or live.hint or self._step not in SWEEPS:
             return live
         return replace(live, hint=self._sweep_view(self._step).missing or "The sweep is complete.")
 

@@ -14,6 +14,7 @@ import typer
 from ocmm_core import __version__
 from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.calibrate import calibrate_app
+from ocmm_core.cli.calibrate_probe import probe_command
 from ocmm_core.cli.climate import (
     ClimateRequest,
     CompensatePartOption,
@@ -72,6 +73,7 @@ app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(study_app, name="study")
 app.add_typer(probe_app, name="probe")
 calibrate_app.command()(write_cameras)
+calibrate_app.command(name="probe")(probe_command)
 
 
 class Theme(StrEnum):

@@ -1,0 +1,317 @@
+"""``ocmm calibrate probe``: the geometry of a probe and its tip, from two sweeps in a cone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from msgspec.structs import replace
+from rich.console import Console
+
+from ocmm_core.acquisition.recorder import FrameRecorder
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.in_use import CalibrationInUse, default_folder, judge, store_folder
+from ocmm_core.calibration.pivot_session import SECOND, SWEEPS
+from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
+from ocmm_core.calibration.probe_store import ProbeStore
+from ocmm_core.calibration.procedure import Decision, Kind
+from ocmm_core.calibration.procedure_pivot import (
+    CHANGE_LIMIT_MM,
+    POSES_WANTED,
+    VALID_DAYS,
+    PivotProcedure,
+)
+from ocmm_core.calibration.sweep_table import load_sweeps
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.calibrate import (
+    VIRTUAL_SOURCES,
+    DecisionOption,
+    FolderOption,
+    NewOption,
+    OverruleOption,
+    RecordOption,
+    TemperatureOption,
+    WhoOption,
+)
+from ocmm_core.cli.calibrate_probe_report import print_probe, print_tip_standing
+from ocmm_core.cli.calibrate_run import (
+    SESSIONS,
+    Site,
+    collect,
+    continued,
+    decide,
+    pass_open_gates,
+    real_feed,
+    virtual_feed,
+)
+from ocmm_core.cli.calibrate_scenes import VirtualSite
+from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibration
+from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.options import (
+    DEFAULT_SEED,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    ForceOption,
+    ProbeOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+)
+from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
+from ocmm_core.simulation.pivot_scenes import Jump, SweepProbe
+from ocmm_core.tracking.body import load_probe
+
+_FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
+_OTHER_PROBE = resource("probes", "thesis.toml")
+_SECONDS = 40.0
+_RANGES = (30.0, 30.0, 13.0)
+
+
+class SceneChoice(StrEnum):
+    """What happens on the virtual rig."""
+
+    GOOD = "good"
+    SLACK = "slack"
+    PUSHED = "pushed"
+    SAME_PLACE = "same-place"
+    NARROW = "narrow"
+    HIDDEN_LED = "hidden-led"
+    OTHER_TIP = "other-tip"
+    OTHER_PROBE = "other-probe"
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """Where frames come from."""
+
+    source: str
+    scene: SceneChoice
+    seed: int
+    speed: float
+    record: Path | None
+    force: bool
+
+
+def probe_command(
+    *,
+    tip: Annotated[str, typer.Option("--tip", help="Name of the tip that is mounted.")],
+    tip_unknown: Annotated[
+        bool,
+        typer.Option(
+            "--tip-unknown", help="The document does not say where this tip is: another stylus."
+        ),
+    ] = False,
+    sweeps: Annotated[
+        Path | None,
+        typer.Option("--sweeps", help="Recorded spots of both sweeps (CSV) instead of a source."),
+    ] = None,
+    poses: Annotated[
+        int, typer.Option("--poses", min=100, help="Of each sweep, at least.")
+    ] = POSES_WANTED,
+    slack: Annotated[
+        float, typer.Option("--slack", min=0.0, help="Play of the ball in the cone (sigma), mm.")
+    ] = 0.0,
+    limit: Annotated[
+        float,
+        typer.Option("--limit", min=0.0, help="A larger change of the tip wants a reason, mm."),
+    ] = CHANGE_LIMIT_MM,
+    because: Annotated[
+        str, typer.Option("--because", help="Why the tip changed by more than the limit.")
+    ] = "",
+    valid_days: Annotated[
+        int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
+    ] = VALID_DAYS,
+    scene: Annotated[
+        SceneChoice, typer.Option("--scene", help="What happens on the virtual rig.")
+    ] = SceneChoice.GOOD,
+    source: SourceOption = "simulated",
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: FolderOption = None,
+    probes: Annotated[
+        Path | None,
+        typer.Option(
+            "--probes",
+            help="Folder of records of probes. Without it that of this user for real cameras, and "
+            "one apart from it for virtual ones.",
+        ),
+    ] = None,
+    who: WhoOption = "unnamed",
+    temperature: TemperatureOption = None,
+    decision: DecisionOption = None,
+    overrule: OverruleOption = "",
+    new: NewOption = False,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    record: RecordOption = None,
+    uncalibrated: Annotated[
+        bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
+    ] = False,
+    force: ForceOption = False,
+) -> None:
+    """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
+
+    A sweep begins when the ball rests in the cone, and ends when enough was seen. Then lift the
+    ball out, put the cone elsewhere and sweep again: the second sweep must show the same tip.
+    """
+    console, body = make_console(), load_probe(probe)
+    cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
+    _require_cameras(cameras, console)
+    folder = probe_store_folder(probes or _own_folder(source), body.name)
+    store = ProbeStore(folder)
+    design = load_rig(rig)
+    site = Site(
+        design,
+        cameras.rig,
+        CalibrationStore(store_folder(calibrations or default_folder(), design.name)),
+        folder / SESSIONS,
+    )
+    procedure = None
+    if not new:
+        procedure = continued(
+            site,
+            Kind.PIVOT,
+            lambda path: _same_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+            console,
+        )
+    if procedure is None:
+        procedure = PivotProcedure.begin(
+            site.sessions, site.rig, body, store, tip, _now(),
+            who=who, temperature_c=temperature, tip_unknown=tip_unknown, slack_mm=slack,
+            change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
+        )  # fmt: skip
+    if overrule and procedure.base.decision is Decision.OPEN:
+        procedure.force(_now(), overrule)
+    if sweeps is not None:
+        _take_recorded(procedure, sweeps, site, body.n_leds)
+    elif pass_open_gates(procedure) < len(procedure.base.steps) - 1:
+        run = _Run(source, scene, seed, speed, record, force)
+        _collect(procedure, site, rig, probe, cameras, run, console)
+    procedure.compute()
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_probe(console, outcome)
+    made = decide(procedure, decision, because, console)
+    if made is Decision.ACCEPTED:
+        console.print(f"Record   {store.folder}: {store.active_hash(tip)}", highlight=False)
+    print_tip_standing(console, store, tip, _now())
+    if made is not Decision.ACCEPTED:
+        raise typer.Exit(1)
+
+
+def virtual_sweeps(scene: SceneChoice, step: str, seed: int) -> tuple[SweepProbe, ...]:
+    """Return the sweeps that a session in ``step`` still lacks, as the virtual hand makes them."""
+    first = SweepProbe(cone=_FIRST_CONE, seconds=_SECONDS, seed=seed, reach_deg=_RANGES)
+    if scene is SceneChoice.SLACK:
+        first = replace(first, slack_mm=0.003)
+    elif scene is SceneChoice.PUSHED:
+        first = replace(first, jumps=(Jump(at_s=5.0, shift_mm=(0.1, 0.05, 0.0)),))
+    elif scene is SceneChoice.NARROW:
+        first = replace(first, reach_deg=(6.0, 6.0, 3.0))
+    elif scene is SceneChoice.HIDDEN_LED:
+        first = replace(first, hidden=(1,))
+    elif scene is SceneChoice.OTHER_TIP:
+        first = replace(first, tip_shift_mm=(0.8, -0.3, 2.0))
+    second = replace(first, seed=seed + 1)
+    if scene is not SceneChoice.SAME_PLACE:
+        second = replace(second, cone=_SECOND_CONE)
+    return (second,) if step == SECOND else (first, second)
+
+
+def _own_folder(source: str) -> Path:
+    """Return the folder of records without one given; virtual probes must not pass for real."""
+    folder = default_probe_folder()
+    return folder.with_name("virtual-probes") if source in VIRTUAL_SOURCES else folder
+
+
+def _require_cameras(cameras: CalibrationInUse, console: Console) -> None:
+    """Refuse cameras without a calibration, and say where one is not quite in order."""
+    view = judge(cameras, _now())
+    if cameras.fault is not None and view.hindrance is not None:
+        raise CalibrationError(
+            "calibrate.cameras",
+            f"The cameras cannot be used: {view.hindrance.what}",
+            view.hindrance.remedy,
+        )
+    if view.obstacle is not None:
+        console.print(f"Cameras  {view.word.value}: {view.obstacle}", style="yellow")
+
+
+def _same_tip(procedure: PivotProcedure, tip: str) -> PivotProcedure:
+    if procedure.tip != tip:
+        raise CalibrationError(
+            "calibrate.tip",
+            f"The session is about tip '{procedure.tip}'.",
+            "Give that tip, or begin a new session with --new.",
+        )
+    return procedure
+
+
+def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: int) -> None:
+    """Take recorded sweeps that the session does not have yet.
+
+    Raises
+    ------
+    CalibrationError
+        A sweep lacks something.
+    """
+    pass_open_gates(procedure)
+    for name, sweep in zip(SWEEPS, load_sweeps(path, site.rig, n_leds), strict=True):
+        view = procedure.view
+        if view.base.step.name != name:
+            continue
+        taken = view.sweep.poses if view.sweep is not None else 0
+        left = sweep.uv[taken:]
+        if len(left):
+            procedure.take_sweep(left, float(sweep.sigma_px[0]), _now())
+        if not procedure.base.step.gate.open:
+            procedure.end_sweep(_now())
+        pass_open_gates(procedure)
+
+
+def _collect(
+    procedure: PivotProcedure,
+    site: Site,
+    rig: Path,
+    probe: Path,
+    cameras: CalibrationInUse,
+    options: _Run,
+    console: Console,
+) -> None:
+    source, frames = options.source, None
+    if source in VIRTUAL_SOURCES:
+        if options.scene is SceneChoice.OTHER_PROBE:
+            probe = _OTHER_PROBE
+        script = VirtualSite(rig, probe, options.seed, None).script(
+            virtual_sweeps(options.scene, procedure.base.step.name, options.seed)
+        )
+        frames = script.build().n_frames
+        feed = virtual_feed(script, source, options.speed)
+    else:
+        feed = real_feed(rig, site.design, source, force=options.force)
+    recorder = None
+    try:
+        _require_cameras(checked_for_replay(cameras, feed.recorded), console)
+        if options.record is not None:
+            recorder = FrameRecorder(options.record, feed.description, site.design)
+    except BaseException:
+        feed.ring.close()
+        raise
+    try:
+        collect(procedure, feed, frames, console, recorder)
+    except CalibrationError:
+        # Where a person overruled the guards, the last sweep may end with what it has.
+        sweep = procedure.view.sweep
+        if sweep is None or procedure.base.step.name != SECOND or not sweep.may_end:
+            raise
+        procedure.end_sweep(_now())
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
