@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -16,6 +17,10 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.in_use import CalibrationView
 from ocmm_core.calibration.overview import CalibrationOverview
+from ocmm_core.calibration.probe_in_use import ProbeView
+from ocmm_core.calibration.probe_overview import ProbeOverview
+from ocmm_core.calibration.probe_in_use import ProbeView
+from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
@@ -52,6 +57,8 @@ class StationBridge(QObject):
     """Emits the written files, ``tuple[Path, ...]``."""
     bus_text_saved = Signal(object)
     """Emits the `Path` that the report of the bus was written to."""
+    tip_mounted = Signal(str)
+    """Emits the name of the tip that was said to be on the probe now."""
     cameras_written = Signal()
     """The cameras store the intrinsics of the calibration."""
     failed = Signal(object)
@@ -186,6 +193,43 @@ class StationBridge(QObject):
     def calibration_overview(self) -> CalibrationOverview:
         """Return what the store of the rig holds."""
         return self._station.calibration_overview()
+
+    def probe(self) -> ProbeView:
+        """Return what is to be said about the probe now."""
+        return self._station.probe_view()
+
+    def probe_overview(self) -> ProbeOverview:
+        """Return what the store of the probe holds."""
+        return probe_overview(self._station.probe_in_use.store, datetime.now(UTC))
+
+    def mount_tip(self, tip: str) -> None:
+        """Say that a tip was screwed on."""
+        self._command(lambda: self._station.mount_tip(tip))
+
+    def look_at_probe_records(self) -> None:
+        """Let the station take in what a wizard has stored about the probe."""
+        self._command(self._station.probe_records_changed)
+
+    def probe(self) -> ProbeView:
+        """Return what is to be said about probe and tip now."""
+        return self._station.probe_view()
+
+    def probe_overview(self) -> ProbeOverview:
+        """Return what the records of the probe hold."""
+        return self._station.probe_overview()
+
+    def mount_tip(self, tip: str) -> None:
+        """Say that a tip, maybe the same one again, was screwed on."""
+
+        def mount() -> None:
+            self._station.mount_tip(tip)
+            self.tip_mounted.emit(tip)
+
+        self._command(mount)
+
+    def probe_records_changed(self) -> None:
+        """Look at the records of the probe anew."""
+        self._command(self._station.probe_records_changed)
 
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in the cameras, in a thread of its own."""

@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 from typing import ClassVar, Protocol
@@ -31,6 +31,7 @@ from ocmm_core.acquisition.worker import (
 from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle
 from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
+from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.polyworks import export_polyworks
@@ -233,6 +234,10 @@ class MeasuringStation:
     def probe_view(self) -> ProbeView:
         """Return what is to be said about probe and tip, at most 0.2 s old."""
         return self._probe.view()
+
+    def probe_overview(self) -> ProbeOverview:
+        """Return what the records of the probe hold; reads all of them."""
+        return probe_overview(self._probe.in_use.store, datetime.now(UTC))
 
     @property
     def probe_in_use(self) -> ProbeInUse:
