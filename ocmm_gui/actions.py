@@ -81,6 +81,24 @@ ACTIONS = (
         "cameras", ("W",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
+        "pivot", "Calibrate probe", "Find tip and LEDs of the probe: sweep it about its ball in a "
+        "cone", ("P",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "qualify", "Qualify tip", "Find the diameter of the ball on a certified sphere", ("Q",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "check_tip", "Check tip", "One minute: is the tip still the one that was qualified?",
+        ("H",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "mount", "Mount tip", "Say that the chosen tip was screwed on", ("N",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "define", "Define", "Write the document of a new probe", ("D",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
         "theme", "Theme", "Change between dark, light and high contrast", ("T",), mode=None
     ),
     ActionInfo(

@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
+from ocmm_core.calibration.probe_definition import definition_of
 from ocmm_core.calibration.procedure import Kind
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import FeatureState, JobView, LiveView
@@ -23,12 +24,14 @@ from ocmm_gui.maintain.bus_page import BusPage
 from ocmm_gui.maintain.calibration_page import CalibrationPage
 from ocmm_gui.maintain.maintain_view import MaintainView, Page
 from ocmm_gui.maintain.probe_design_page import ProbeDesignPage, plain_body
+from ocmm_gui.maintain.probe_page import ProbePage
 from ocmm_gui.notify import Banner, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.operator.trust_bar import Place, TrustBar
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
+from ocmm_gui.wizards.definition_page import DefinitionPage
 from ocmm_gui.wizards.site import site_of
 from ocmm_gui.wizards.wizard import Wizard
 from ocmm_gui.words import next_step, reference_words
@@ -89,6 +92,7 @@ class MainWindow(QMainWindow):
         self.calibration = CalibrationPage(
             bridge.station.rig, bridge.calibration, bridge.calibration_overview
         )
+        self.probe = ProbePage(bridge.probe, bridge.probe_overview)
         self.probe_design = ProbeDesignPage(
             bridge.station.rig, plain_body(bridge.station.probe_in_use)
         )
@@ -98,18 +102,23 @@ class MainWindow(QMainWindow):
                 "Calibration", "Whether the cameras can be trusted", self.calibration,
                 ("calibrate", "relocate", "verify", "write_cameras"),
             ),
+            Page(
+                "Probe", "Whether the tip can be trusted", self.probe,
+                ("define", "mount", "check_tip", "qualify", "pivot"),
+            ),
             Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
         )  # fmt: skip
         self.maintain = MaintainView(pages, self.actions_by_key)
         self.trust = TrustBar()
-        self._asked_at = -float("inf")
+        self._asked = ("", -float("inf"))
         self.banner = Banner()
         self.export_panel = PathPanel("report", "folder")
         self.bus_panel = PathPanel("report of the bus", "file")
         self._inspect: QWidget = self.desk
         self.wizard = Wizard(site_of(bridge))
+        self.definition = DefinitionPage()
         self._stack = QStackedWidget()
-        for view in (self.desk, self.far, self.maintain, self.wizard):
+        for view in (self.desk, self.far, self.maintain, self.wizard, self.definition):
             self._stack.addWidget(view)
         central = QWidget()
         layout = QVBoxLayout(central)
@@ -131,7 +140,9 @@ class MainWindow(QMainWindow):
         bridge.cameras_written.connect(
             lambda: notices.inform("The cameras store the intrinsics of the calibration.")
         )
-        self.wizard.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.wizard.left.connect(self._on_wizard_left)
+        self.definition.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.definition.saved.connect(self._on_defined)
         self.wizard.taken.connect(lambda: self._play(Sound.TAKEN))
         self.wizard.sounded.connect(self._play)
         self.wizard.failed.connect(self._on_wizard_failed)
@@ -159,11 +170,27 @@ class MainWindow(QMainWindow):
 
     def open_wizard(self, kind: Kind) -> None:
         """Show the first page of a wizard; its keys are its own until it is left."""
+        self._leave_keys_to(self.wizard)
+        self.wizard.open(kind)
+
+    def open_definition(self) -> None:
+        """Show the page on which a probe is defined, filled in with the one that is measured with.
+
+        Its keys are its own until it is left.
+        """
+        in_use = self._bridge.station.probe_in_use
+        records = in_use.records
+        self._leave_keys_to(self.definition)
+        self.definition.open(
+            definition_of(in_use.design), Path.home() / "probe.toml",
+            None if records is None else records.calibration,
+        )  # fmt: skip
+
+    def _leave_keys_to(self, view: QWidget) -> None:
         for info in ACTIONS:
             if info.key not in _IN_WIZARDS:
                 self.actions_by_key[info.key].setEnabled(False)
-        self._stack.setCurrentWidget(self.wizard)
-        self.wizard.open(kind)
+        self._stack.setCurrentWidget(view)
 
     def mode(self) -> Mode:
         """Return what the window is for at the moment."""
@@ -206,6 +233,7 @@ class MainWindow(QMainWindow):
         begun = time.monotonic()
         self.probe_design.cancel()
         self.wizard.close_runner()
+        self.definition.close_examination()
         self._bridge.close()
         if self._sounds is not None:
             self._sounds.close()
@@ -232,6 +260,11 @@ class MainWindow(QMainWindow):
             "calibrate": lambda: self.open_wizard(Kind.KNOWN_POINTS),
             "relocate": lambda: self.open_wizard(Kind.RELOCATION),
             "verify": lambda: self.open_wizard(Kind.VERIFICATION),
+            "pivot": lambda: self.open_wizard(Kind.PIVOT),
+            "qualify": lambda: self.open_wizard(Kind.QUALIFICATION),
+            "check_tip": lambda: self.open_wizard(Kind.TIP_CHECK),
+            "mount": self._mount,
+            "define": self.open_definition,
             "write_cameras": self._write_cameras,
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
@@ -299,17 +332,46 @@ class MainWindow(QMainWindow):
         self._play(Sound.REFUSED)
         self._notices.error(error)
 
-    def _write_cameras(self) -> None:
-        now = time.monotonic()
-        if now - self._asked_at <= _TWICE_S:
-            self._asked_at = -float("inf")
-            self._bridge.write_to_cameras()
-            return
-        self._asked_at = now
+    def _on_wizard_left(self) -> None:
+        self._bridge.look_at_probe_records()
+        self.show_mode(Mode.MAINTAIN)
+
+    def _on_defined(self, path: Path) -> None:
         self._notices.inform(
+            f"The probe is in {path}. Start the program with --probe {path}, and calibrate it."
+        )
+
+    def _write_cameras(self) -> None:
+        asked = (
             "What the cameras store will be replaced by the intrinsics of the calibration in "
             "force. Press W again to do so."
         )
+        if self._is_meant("cameras", asked):
+            self._bridge.write_to_cameras()
+
+    def _mount(self) -> None:
+        tip = self.probe.tips.chosen()
+        if tip is None:
+            self._notices.inform("No tip was calibrated yet: calibrate the probe with it.")
+            return
+        asked = (
+            f"Tip '{tip}' was screwed on, and must be checked before points are taken? Press N "
+            f"again to say so."
+        )
+        if self._is_meant(f"tip {tip}", asked):
+            self._bridge.mount_tip(tip)
+            self.probe.forget()
+
+    def _is_meant(self, what: str, asked: str) -> bool:
+        """Return whether the same was asked for a moment before; else ask."""
+        now = time.monotonic()
+        before, when = self._asked
+        if before == what and now - when <= _TWICE_S:
+            self._asked = ("", -float("inf"))
+            return True
+        self._asked = (what, now)
+        self._notices.inform(asked)
+        return False
 
     def _save_bus_text(self) -> None:
         path = self._new_text("bus")

@@ -170,7 +170,26 @@ def load_probe(path: Path | str) -> ProbeBody:
         The document is malformed, has too few or too many LEDs, LEDs in one place or on one line,
         a tip diameter that is not positive, or labels that can be confused.
     """
-    document = load_document(path, ProbeDocument, SCHEMA)
+    return body_of(load_document(path, ProbeDocument, SCHEMA), path, digest(path))
+
+
+def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBody:
+    """Return the probe of a document; see `load_probe`.
+
+    Parameters
+    ----------
+    document
+        Also one that is not in a file yet.
+    path
+        Of its file; named in errors.
+    identity
+        SHA-256 of the file.
+
+    Raises
+    ------
+    InputError
+        As `load_probe`.
+    """
     _check(Path(path), document)
     leds = np.array([led.position for led in document.leds])
     body = ProbeBody(
@@ -187,7 +206,7 @@ def load_probe(path: Path | str) -> ProbeBody:
             )
         ),
         rules=unit_rules(document.orientation_rules),
-        identity=digest(path),
+        identity=identity,
     )
     worst = nearest_ambiguity(body)
     if worst is not None and worst.residual_mm < AMBIGUITY_LIMIT_MM:

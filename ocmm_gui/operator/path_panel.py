@@ -18,25 +18,28 @@ class PathPanel(QFrame):
         What is written, e.g. ``"report"``.
     into
         Where it goes: ``"folder"`` or ``"file"``.
+    verb
+        What is done with it.
     """
 
     given = Signal(object)
-    """Emits the `Path` to write."""
+    """Emits the `Path` that was given."""
 
-    def __init__(self, what: str, into: str) -> None:
+    def __init__(self, what: str, into: str, verb: str = "Write") -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self.setAccessibleName(f"Write the {what}")
+        self.setAccessibleName(f"{verb} the {what}")
         self._field = OwnKeysField()
         self._field.setObjectName("path")
         self._field.setAccessibleName(f"{into.capitalize()} of the {what}")
         self._field.setMinimumWidth(300)
-        write = QPushButton("Write")
-        write.setAccessibleName(f"Write the {what} now")
+        write = QPushButton(verb)
+        write.setAccessibleName(f"{verb} the {what} now")
         write.setProperty("role", "primary")
         cancel = QPushButton("Cancel")
-        cancel.setAccessibleName("Close without writing")
-        label = QLabel(f"Write the {what} into the {into}")
+        cancel.setAccessibleName("Close and do nothing")
+        where = "into" if verb == "Write" else "from"
+        label = QLabel(f"{verb} the {what} {where} the {into}")
         label.setBuddy(self._field)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)
