@@ -10,7 +10,13 @@ import typer
 
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.calibration.probe_records import ProbeRecord
-from ocmm_core.calibration.probe_shape import ContactForce, Warmth, body_in_use, contact_force
+from ocmm_core.calibration.probe_shape import (
+    ContactForce,
+    Warmth,
+    body_in_use,
+    check_temperature,
+    contact_force,
+)
 from ocmm_core.calibration.thermal import Expansion, Temperature
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import MAX_EXPANSION_PPM, Plan
@@ -130,6 +136,8 @@ def climate_in_use(
     )
     check_part(part)
     now = _temperature(request.probe_c, request.sigma_k)
+    if now is not None:
+        check_temperature("probe", now)
     if request.probe_design is None:
         if request.compensate_probe:
             raise InputError(

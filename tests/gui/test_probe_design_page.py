@@ -1,0 +1,91 @@
+"""The page of the probe's design, in the window and with a real process."""
+
+from __future__ import annotations
+
+import multiprocessing
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.documents import resource
+from ocmm_core.tracking.body import load_probe
+from ocmm_gui.maintain.probe_design_page import ProbeDesignPage
+from ocmm_gui.theme import THEMES
+from tests.gui.conftest import OpenWindow
+
+PATIENCE_MS = 40_000
+
+
+@pytest.fixture
+def page(qtbot: QtBot) -> ProbeDesignPage:
+    rig = load_rig(resource("rigs", "thesis.toml"))
+    made = ProbeDesignPage(rig, load_probe(resource("probes", "thesis.toml")))
+    made.resize(1100, 660)
+    qtbot.addWidget(made, before_close_func=lambda widget: widget.cancel())
+    made.show()
+    return made
+
+
+def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: QtBot) -> None:
+    before = page.grab().toImage()
+    with qtbot.waitSignal(page.shown, timeout=PATIENCE_MS):
+        QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
+        assert page.button.text() == "Cancel"
+    # The chart's 21.9 um, less what a shallower volume gives.
+    assert page.number() == "21.8 µm"
+    words = page.words()
+    assert "LEDs cannot be confused" in words
+    assert "1.75 µm/K" in words
+    assert "42.0 nm" in words
+    assert page.budget.words(4)[0] == "Warmth of the probe, not measured"
+    assert float(page.budget.words(4)[1]) > float(page.budget.words(5)[1]) > 0.0
+    assert page.button.text() == "Examine"
+    assert page.grab().toImage() != before
+    for theme in THEMES.values():
+        page.set_theme(theme)
+        assert page.number() == "21.8 µm"
+
+
+def test_an_examination_can_be_given_up(page: ProbeDesignPage, qtbot: QtBot) -> None:
+    QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
+    assert [child.name for child in multiprocessing.active_children()] == ["ocmm-examination"]
+    QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
+    assert multiprocessing.active_children() == []
+    assert page.button.text() == "Examine"
+    assert page.number() == ""
+
+
+def test_a_bad_document_is_told_on_the_page(
+    page: ProbeDesignPage, qtbot: QtBot, tmp_path: Path
+) -> None:
+    page.fields["design"].setText(str(resource("designs", "standard.toml")))
+    with qtbot.waitSignal(page.failed, timeout=PATIENCE_MS):
+        QTest.keyClick(page.fields["design"], Qt.Key.Key_Return)
+    assert "'standard'" in page.words()
+    assert "Give the design of this probe" in page.words()
+    page.fields["design"].clear()
+    page.fields["tilt"].setText("45 up 10")
+    with qtbot.waitSignal(page.failed, timeout=PATIENCE_MS):
+        QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
+    assert "45 up 10" in page.words()
+    assert multiprocessing.active_children() == []
+
+
+def test_the_window_goes_although_something_is_examined(
+    open_window: OpenWindow, qtbot: QtBot
+) -> None:
+    bench = open_window(speed=1.0, stay=True)
+    QTest.keyClick(bench.window, Qt.Key.Key_M)
+    titles = [bench.window.maintain.list.item(i) for i in range(bench.window.maintain.list.count())]
+    row = next(i for i, item in enumerate(titles) if item.text() == "Probe design")
+    bench.window.maintain.list.setCurrentRow(row)
+    assert bench.window.probe_design.isVisible()
+    bench.window.probe_design.toggle()
+    # A letter in a field is a letter, and no command of the window.
+    QTest.keyClick(bench.window.probe_design.fields["probe"], Qt.Key.Key_M)
+    bench.window.close()
+    assert multiprocessing.active_children() == []
