@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -19,8 +18,6 @@ from ocmm_core.calibration.in_use import CalibrationView
 from ocmm_core.calibration.overview import CalibrationOverview
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview
-from ocmm_core.calibration.probe_in_use import ProbeView
-from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
@@ -195,22 +192,6 @@ class StationBridge(QObject):
         return self._station.calibration_overview()
 
     def probe(self) -> ProbeView:
-        """Return what is to be said about the probe now."""
-        return self._station.probe_view()
-
-    def probe_overview(self) -> ProbeOverview:
-        """Return what the store of the probe holds."""
-        return probe_overview(self._station.probe_in_use.store, datetime.now(UTC))
-
-    def mount_tip(self, tip: str) -> None:
-        """Say that a tip was screwed on."""
-        self._command(lambda: self._station.mount_tip(tip))
-
-    def look_at_probe_records(self) -> None:
-        """Let the station take in what a wizard has stored about the probe."""
-        self._command(self._station.probe_records_changed)
-
-    def probe(self) -> ProbeView:
         """Return what is to be said about probe and tip now."""
         return self._station.probe_view()
 
@@ -227,8 +208,8 @@ class StationBridge(QObject):
 
         self._command(mount)
 
-    def probe_records_changed(self) -> None:
-        """Look at the records of the probe anew."""
+    def look_at_probe_records(self) -> None:
+        """Let the station take in what a wizard has stored about the probe."""
         self._command(self._station.probe_records_changed)
 
     def write_to_cameras(self) -> None:
