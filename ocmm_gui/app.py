@@ -162,6 +162,9 @@ def _request(parsed: argparse.Namespace) -> StationRequest:
         force=parsed.force,
         calibrations=parsed.calibrations,
         uncalibrated=parsed.uncalibrated,
+        probes=parsed.probes,
+        tip=parsed.tip,
+        check_after_h=parsed.check_after,
     )
 
 
@@ -251,6 +254,16 @@ def _parser() -> argparse.ArgumentParser:
         help="folder of calibrations; that of this user for real cameras, none for virtual ones",
     )  # fmt: skip
     add("--uncalibrated", action="store_true", help="take points that prove nothing")
+    add(
+        "--probes", type=Path,
+        help="folder of records of probes; that of this user for real cameras, none for virtual "
+        "ones",
+    )  # fmt: skip
+    add("--tip", help="name of the tip that is on the probe now; without, the one of the records")
+    add(
+        "--check-after", type=float, default=8.0, metavar="HOURS",
+        help="without a point or a check for so long the tip must be checked",
+    )  # fmt: skip
     add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="looks; T changes it")
     add("--far", action="store_true", help="begin with the far view; F11 changes it")
     add("--size", type=_size, help="of the window, e.g. 1280x720; maximised without")

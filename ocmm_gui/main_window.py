@@ -28,6 +28,7 @@ from ocmm_gui.maintain.probe_page import ProbePage
 from ocmm_gui.notify import Banner, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.operator.tip_line import TipLine
 from ocmm_gui.operator.trust_bar import Place, TrustBar
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
@@ -110,6 +111,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.maintain = MaintainView(pages, self.actions_by_key)
         self.trust = TrustBar()
+        self.tip_line = TipLine()
         self._asked = ("", -float("inf"))
         self.banner = Banner()
         self.export_panel = PathPanel("report", "folder")
@@ -124,7 +126,7 @@ class MainWindow(QMainWindow):
         layout = QVBoxLayout(central)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        for widget in (self.trust, self.banner, self.export_panel, self.bus_panel):
+        for widget in (self.trust, self.tip_line, self.banner, self.export_panel, self.bus_panel):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         self.setCentralWidget(central)
@@ -136,6 +138,12 @@ class MainWindow(QMainWindow):
         bridge.exported.connect(self._on_exported)
         bridge.bus_text_saved.connect(
             lambda path: notices.inform(f"The report of the bus is in {path}.")
+        )
+        bridge.tip_mounted.connect(
+            lambda tip: notices.inform(
+                f"Tip '{tip}' is on the probe now. No points are taken until the quick tip check "
+                "has passed: one minute, H in Maintain."
+            )
         )
         bridge.cameras_written.connect(
             lambda: notices.inform("The cameras store the intrinsics of the calibration.")
@@ -277,6 +285,7 @@ class MainWindow(QMainWindow):
         if self.mode() is Mode.MAINTAIN:
             place = Place.MAINTAIN
         self.trust.show_calibration(self._bridge.calibration(), place, reference_words(live))
+        self.tip_line.show_probe(self._bridge.probe(), place)
         for view in (self.far, self.desk, self.maintain):
             if view is self._stack.currentWidget():
                 view.show_live(live)

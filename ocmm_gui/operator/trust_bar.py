@@ -36,7 +36,7 @@ class TrustBar(QFrame):
         self._view: CalibrationView | None = None
         self._place = Place.DESK
         self._beside = ""
-        self._mark = _MarkView()
+        self._mark = MarkView()
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
@@ -86,16 +86,20 @@ class TrustBar(QFrame):
         )
 
 
-class _MarkView(QWidget):
+class MarkView(QWidget):
+    """A mark as large as the widget."""
+
     def __init__(self) -> None:
         super().__init__()
         self._shown = (Mark.DOUBT, "#000000", "#000000")
 
     def show_mark(self, mark: Mark, colour: str, inside: str) -> None:
+        """Show a mark; ``inside`` is the colour of what is cut out of it."""
         self._shown = (mark, colour, inside)
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the mark."""
         mark, colour, inside = self._shown
         paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
 

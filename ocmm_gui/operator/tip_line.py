@@ -1,0 +1,101 @@
+"""The line that says on every screen which tip is on the probe and whether it may be trusted."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy
+
+from ocmm_core.calibration.in_use import Word
+from ocmm_core.calibration.probe_in_use import ProbeView
+from ocmm_gui.operator.marks import Mark, mark_colour
+from ocmm_gui.operator.trust_bar import MarkView, Place
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
+
+_NEAR_PX, _FAR_PX = 14, 30
+
+
+class TipLine(QFrame):
+    """A mark and a sentence about the probe; calm in good order, and never away."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("tipline")
+        self.setAccessibleName("Probe and tip")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._view: ProbeView | None = None
+        self._place = Place.DESK
+        self._mark = MarkView()
+        self._text = QLabel()
+        self._text.setAccessibleName("Standing of the tip")
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text.setWordWrap(True)
+        self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(14, 2, 14, 2)
+        layout.setSpacing(8)
+        layout.addWidget(self._mark)
+        layout.addWidget(self._text, 1)
+
+    def show_probe(self, view: ProbeView, place: Place) -> None:
+        """Show what is to be said about the probe in that place."""
+        if (view, place) == (self._view, self._place):
+            return
+        self._view, self._place = view, place
+        text = tip_words(view, place)
+        self._text.setText(text)
+        self._text.setToolTip(text)
+        self._paint()
+
+    def text(self) -> str:
+        """Return what the line says."""
+        return self._text.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _paint(self) -> None:
+        theme, view = self._theme, self._view
+        mark = Mark.DONE if view is None else tip_mark(view)
+        calm = mark in (Mark.DONE, Mark.GOOD)
+        colour = theme.muted if calm else mark_colour(theme, mark)
+        pixels = _FAR_PX if self._place is Place.FAR else _NEAR_PX
+        self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
+        self._mark.show_mark(mark, mark_colour(theme, mark), theme.panel)
+        weight = "normal" if calm else "bold"
+        self.setStyleSheet(
+            f"#tipline {{ background: {theme.panel}; border-bottom: 1px solid {theme.border}; }}"
+            f" #tipline QLabel {{ color: {colour}; font-size: {pixels}px; font-weight: {weight}; }}"
+        )
+
+
+def tip_mark(view: ProbeView) -> Mark:
+    """Return the mark of a standing."""
+    if view.uncalibrated:
+        return Mark.BAD
+    return {
+        Word.VALID: Mark.GOOD,
+        Word.DESIGN: Mark.DONE if view.obstacle is None else Mark.DOUBT,
+        Word.DUE: Mark.DOUBT,
+        Word.SUSPECT: Mark.DOUBT,
+    }.get(view.word, Mark.BAD)
+
+
+def tip_words(view: ProbeView, place: Place) -> str:
+    """Return what is said about the probe; from three metres the name of the tip and one word."""
+    word = "UNCALIBRATED" if view.uncalibrated else view.word.value
+    if place is Place.FAR:
+        return f"Tip {view.tip}: {word}" if view.tip else f"Probe {view.probe}: {word}"
+    ball = f"ball {view.diameter_mm:.4f} mm"
+    if view.word is Word.DESIGN and view.obstacle is None:
+        return f"Probe {view.title}: {word}, as its document says, {ball}."
+    # Why no points are taken stands in the status strip of the desk view already.
+    why = ""
+    if view.obstacle is not None and view.uncalibrated:
+        why = f" {view.obstacle.what}"
+    elif view.obstacle is not None and place is Place.MAINTAIN:
+        why = f" No points: {view.obstacle}"
+    warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
+    until = f", valid until {view.due_utc[:10]}" if view.due_utc else ""
+    return f"Probe {view.title}: {word}{until}, {ball}.{why}{warnings}"
