@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QApplication, QLabel
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError
+from ocmm_gui.climate_arguments import add_climate, climate_request
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, apply_theme, text_font
 
 if TYPE_CHECKING:
@@ -162,6 +163,7 @@ def _request(parsed: argparse.Namespace) -> StationRequest:
         force=parsed.force,
         calibrations=parsed.calibrations,
         uncalibrated=parsed.uncalibrated,
+        climate=climate_request(parsed),
         probes=parsed.probes,
         tip=parsed.tip,
         check_after_h=parsed.check_after,
@@ -254,6 +256,7 @@ def _parser() -> argparse.ArgumentParser:
         help="folder of calibrations; that of this user for real cameras, none for virtual ones",
     )  # fmt: skip
     add("--uncalibrated", action="store_true", help="take points that prove nothing")
+    add_climate(parser)
     add(
         "--probes", type=Path,
         help="folder of records of probes; that of this user for real cameras, none for virtual "
