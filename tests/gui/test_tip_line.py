@@ -1,0 +1,97 @@
+"""The line about the tip: on every screen, in words, and what mounting a tip does to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.calibration.in_use import Obstacle, Word
+from ocmm_core.calibration.probe_in_use import ProbeView
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.main_window import MainWindow
+from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.operator.marks import Mark
+from ocmm_gui.operator.tip_line import tip_mark, tip_words
+from ocmm_gui.operator.trust_bar import Place
+from tests.core.calibration.fresh_tips import TIP, Tips
+
+VIEW = ProbeView(Word.VALID, "standard", TIP, "0" * 64, 5.9981)
+MOUNTED = Obstacle("Tip '6 mm' was mounted and not checked since.", "Check it.")
+
+
+def test_words_and_marks_of_every_standing() -> None:
+    assert tip_words(VIEW, Place.DESK) == "Probe standard, tip 6 mm: VALID, ball 5.9981 mm."
+    assert tip_words(VIEW, Place.FAR) == "Tip 6 mm: VALID"
+    assert tip_mark(VIEW) is Mark.GOOD
+    suspect = replace(VIEW, word=Word.SUSPECT, obstacle=MOUNTED)
+    assert tip_mark(suspect) is Mark.DOUBT
+    # The status strip of the desk view tells why; the other screens have none.
+    assert "mounted" not in tip_words(suspect, Place.DESK)
+    assert tip_words(suspect, Place.MAINTAIN).endswith(f"No points: {MOUNTED}")
+    due = replace(VIEW, word=Word.DUE, warnings=("It ends soon. Qualify the tip.",))
+    assert tip_words(due, Place.DESK).endswith("It ends soon. Qualify the tip.")
+    assert tip_mark(due) is Mark.DOUBT
+    assert tip_mark(replace(VIEW, word=Word.EXPIRED, obstacle=MOUNTED)) is Mark.BAD
+    design = replace(VIEW, word=Word.DESIGN, tip="")
+    assert tip_words(design, Place.FAR) == "Probe standard: DESIGN"
+    assert "as its document says" in tip_words(design, Place.DESK)
+    insisted = replace(suspect, uncalibrated=True)
+    assert tip_words(insisted, Place.FAR) == "Tip 6 mm: UNCALIBRATED"
+    assert tip_mark(insisted) is Mark.BAD
+    assert MOUNTED.what in tip_words(insisted, Place.DESK)
+
+
+@pytest.fixture
+def window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[MainWindow]:
+    Tips(tmp_path)
+    request = StationRequest(
+        plan=resource("plans", "quick.toml"),
+        out=tmp_path / "out",
+        frame_rate_hz=800,
+        speed=1.0,
+        stay=True,
+        probes=tmp_path,
+    )
+    bridge = StationBridge(build_station(request).station)
+    window = MainWindow(bridge, NoticeCentre(), out=tmp_path)
+    window.resize(1280, 720)
+    with qtbot.waitActive(window):
+        window.show()
+        window.activateWindow()
+    bridge.start()
+    yield window
+    window.close()
+    window.deleteLater()
+    bridge.deleteLater()
+
+
+def test_mounting_a_tip_is_said_on_every_screen(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    line = window.tip_line
+    qtbot.waitUntil(lambda: "VALID, valid until" in line.text())
+    QTest.keyClick(window, Qt.Key.Key_V)
+    qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: VALID")
+    QTest.keyClick(window, Qt.Key.Key_M)
+    window.maintain.list.setCurrentRow(2)
+    qtbot.waitUntil(lambda: window.probe.isVisible() and window.probe.tips.rowCount() == 1)
+    QTest.keyClick(window, Qt.Key.Key_N)
+    assert "SUSPECT" not in line.text()
+    QTest.keyClick(window, Qt.Key.Key_N)
+    qtbot.waitUntil(lambda: "was mounted and not checked since" in line.text())
+    assert "Make the quick tip check: one minute." in line.text()
+    qtbot.waitUntil(lambda: "No points are taken until" in window.banner.text())
+    QTest.keyClick(window, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: SUSPECT")
+    QTest.keyClick(window, Qt.Key.Key_V)
+    qtbot.waitUntil(lambda: "SUSPECT" in line.text() and "ball" in line.text())
+    qtbot.waitUntil(lambda: window.desk.strip.status() == "NOT READY")
