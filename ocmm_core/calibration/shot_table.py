@@ -1,4 +1,4 @@
-"""Averaged spots of the probe and of the bar as a file, for relocation and verification.
+"""Averaged spots of the probe and of the bar as a file, for relocation, verification and tips.
 
 ::
 
@@ -9,9 +9,10 @@
 
 One row for each spot; the rows of a shot stand together or apart. ``kind`` is ``pose`` (the waved
 probe), ``bar`` (its two LEDs), ``seat`` (the ball in the control point ``place``; without a place,
-in an end of the bar), ``nest`` (in the next nest of the line under way) or ``sphere`` (on the next
-point of it). ``led`` counts from 1 in the order of the probe document. ``sigma`` is the standard
-deviation of a spot, px per axis. Separators and decimal signs: `table_text`.
+in an end of the bar), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
+point of it) or ``cone`` (held in the next attitude). ``led`` counts from 1 in the order of the
+probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
+signs: `table_text`.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels
 
-ShotKind = Literal["pose", "bar", "seat", "nest", "sphere"]
+ShotKind = Literal["pose", "bar", "seat", "nest", "sphere", "cone"]
 
 _COLUMNS = ("shot", "kind", "place", "serial", "led", "u", "v")
 

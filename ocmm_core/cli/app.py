@@ -15,6 +15,7 @@ from ocmm_core import __version__
 from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.calibrate import calibrate_app
 from ocmm_core.cli.calibrate_probe import probe_command
+from ocmm_core.cli.calibrate_tip import check_tip_command, tip_command
 from ocmm_core.cli.climate import (
     ClimateRequest,
     CompensatePartOption,
@@ -74,6 +75,8 @@ app.add_typer(study_app, name="study")
 app.add_typer(probe_app, name="probe")
 calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
+calibrate_app.command(name="tip")(tip_command)
+calibrate_app.command(name="check-tip")(check_tip_command)
 
 
 class Theme(StrEnum):

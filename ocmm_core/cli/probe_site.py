@@ -1,0 +1,124 @@
+"""Where a probe is calibrated and checked from the command line: cameras, records, frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from rich.console import Console
+
+from ocmm_core.acquisition.recorder import FrameRecorder
+from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.in_use import CalibrationInUse, default_folder, judge, store_folder
+from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
+from ocmm_core.calibration.probe_store import ProbeStore
+from ocmm_core.calibration.procedure import Procedure
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.calibrate import VIRTUAL_SOURCES
+from ocmm_core.cli.calibrate_run import SESSIONS, Site, collect
+from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibration
+from ocmm_core.cli.compose import Feed
+from ocmm_core.errors import CalibrationError
+from ocmm_core.tracking.body import ProbeBody, load_probe
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeSite:
+    """What a session about a probe works on.
+
+    Attributes
+    ----------
+    site
+        The cameras, with the folder of sessions about the probe.
+    cameras
+        What is known of their calibration.
+    body
+        The probe by its document.
+    store
+        Its records.
+    """
+
+    site: Site
+    cameras: CalibrationInUse
+    body: ProbeBody
+    store: ProbeStore
+
+
+def open_probe_site(
+    rig: Path,
+    probe: Path,
+    source: str,
+    calibrations: Path | None,
+    probes: Path | None,
+    console: Console,
+    *,
+    uncalibrated: bool,
+) -> ProbeSite:
+    """Return cameras and records of a probe.
+
+    Raises
+    ------
+    InputError
+        A document is wrong.
+    CalibrationError
+        The cameras have no calibration that may be used.
+    """
+    body, design = load_probe(probe), load_rig(rig)
+    cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
+    require_cameras(cameras, console)
+    store = ProbeStore(probe_store_folder(probes or own_folder(source), body.name))
+    of_cameras = CalibrationStore(store_folder(calibrations or default_folder(), design.name))
+    site = Site(design, cameras.rig, of_cameras, store.folder / SESSIONS)
+    return ProbeSite(site, cameras, body, store)
+
+
+def own_folder(source: str) -> Path:
+    """Return the folder of records without one given; virtual probes must not pass for real."""
+    folder = default_probe_folder()
+    return folder.with_name("virtual-probes") if source in VIRTUAL_SOURCES else folder
+
+
+def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
+    """Refuse cameras without a calibration, and say where one is not quite in order."""
+    view = judge(cameras, datetime.now(UTC))
+    if cameras.fault is not None and view.hindrance is not None:
+        raise CalibrationError(
+            "calibrate.cameras",
+            f"The cameras cannot be used: {view.hindrance.what}",
+            view.hindrance.remedy,
+        )
+    if view.obstacle is not None:
+        console.print(f"Cameras  {view.word.value}: {view.obstacle}", style="yellow")
+
+
+def collect_from(
+    procedure: Procedure,
+    probe: ProbeSite,
+    feed: Feed,
+    frames: int | None,
+    record: Path | None,
+    console: Console,
+) -> None:
+    """Take what is ready from a source, and keep its frames where a file is named.
+
+    Parameters
+    ----------
+    frames
+        Of a script; None where the source does not end by itself.
+
+    Raises
+    ------
+    CalibrationError
+        A recording is of real cameras and nobody says how these are calibrated, or the source ended
+        before the last step.
+    """
+    recorder = None
+    try:
+        require_cameras(checked_for_replay(probe.cameras, feed.recorded), console)
+        if record is not None:
+            recorder = FrameRecorder(record, feed.description, probe.site.design)
+    except BaseException:
+        feed.ring.close()
+        raise
+    collect(procedure, feed, frames, console, recorder)
