@@ -133,9 +133,10 @@ class ReferenceTracker:
         """Return the covariance (n, 6, 6) of every pose, NaN where there is none."""
         covariance = np.full((len(body), 6, 6), np.nan)
         good = np.flatnonzero(body.status == FrameStatus.OK)
-        patterns, kinds = np.unique(body.seen[good], axis=0, return_inverse=True)
-        for kind, pattern in enumerate(patterns):
-            left = good[kinds.ravel() == kind]
+        while len(good):
+            pattern = body.seen[good[0]]
+            alike = (body.seen[good] == pattern).all(axis=1)
+            left, good = good[alike], good[~alike]
             key = pattern.tobytes()
             while len(left):
                 anchor = self._anchors.get(key)
