@@ -15,6 +15,15 @@ SPOT_CHI2 = 23.0
 """A spot further from where its LED must be (squared, over its variance) is not the LED's: one in
 a hundred thousand spots is left out by chance."""
 
+FALSE_CHI2, FALSE_CHI2_PER_VIEW = 14.0, 5.0
+"""An LED that agrees less with the pose of the others is false: a true one does so once in ten
+thousand times."""
+
+ODD_CHI2, ODD_CHI2_PER_VIEW = 4.0, 2.5
+"""One that agrees less than this is a little odd: one in twenty is."""
+
+GROWTH_WEIGHT = 0.5
+
 _NEEDS = (kernel, meeting_kernel, small_algebra)
 
 
@@ -22,7 +31,7 @@ _NEEDS = (kernel, meeting_kernel, small_algebra)
 def grow(
     ideal: Float, slopes: Float, there: Bool, usable: Int, cams: Float, centres: Float,
     leds: Float, directions: Float, least_cosine: float, sigma: float, rival_px: float,
-    limits: Float, labels: Int, rotation: Float, origin: Float,
+    limits: Float, labels: Int, rotation: Float, origin: Float, worth: Float,
 ) -> float:  # fmt: skip
     """Complete a labelling of three LEDs with all spots that its pose explains.
 
@@ -36,7 +45,7 @@ def grow(
     ideal, slopes, there
         Spots by slot, see `meeting_kernel.straighten`.
     usable
-        (C, S): LED that a slot follows by its strobe code, -1 where it may be any, -2 none.
+        (C S,): LED that a slot follows by its strobe code, -1 where it may be any, -2 none.
     cams, centres
         (C, 21) and (C, 3), mm.
     leds, directions, least_cosine
@@ -49,6 +58,8 @@ def grow(
         (C, L): slots, -1 where none; changed in place.
     rotation, origin
         Outputs (3, 3) and (3,), mm: pose in the world.
+    worth
+        Output (1,): see `_doubt`.
 
     Returns
     -------
@@ -110,7 +121,8 @@ def grow(
                         slot_near = slot
                 if near != 1 or s00 + s11 >= best or _taken(labels, c, slot_near):
                     continue
-                if usable[c, slot_near] == -1 or usable[c, slot_near] == led:
+                follows = usable[c * there.shape[1] + slot_near]
+                if follows in (-1, led):
                     best, best_c, best_led, best_slot = s00 + s11, c, led, slot_near
         if best_c < 0:
             break
@@ -126,6 +138,9 @@ def grow(
         chi2 = _improve(
             led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g, step, work, sigma
         )
+        if chi2 < 0.0:
+            return -1.0
+    worth[0] = _doubt(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
     return chi2
 
 
@@ -161,6 +176,66 @@ def _improve(
     for i in range(3):
         origin[i] += g[3 + i]
     return max(squares, 0.0) / (sigma * sigma)
+
+
+@compiled(kernel, small_algebra)
+def _doubt(
+    led_ideal: Float, led_slopes: Float, seen: Bool, cams: Float, leds: Float,
+    rotation: Float, origin: Float, sigma: float,
+) -> float:  # fmt: skip
+    """Return how far a single false LED can have moved the pose, in squared standard deviations.
+
+    Every LED is left out in turn. Infinite where the others leave the pose open, or expect the LED
+    elsewhere than its spots are. Else the greatest of what the pose moves without an LED that is a
+    little odd, squared, in units of the stated covariance; and of what the variance grows without
+    an LED, in the same units, weighted: a light that little else speaks for moves the pose far
+    before it looks odd.
+    """
+    h = np.empty((6, 6))
+    g = np.empty(6)
+    own = np.empty((6, 6))
+    own_g = np.empty(6)
+    rest = np.empty((6, 6))
+    change = np.empty(6)
+    column = np.empty(6)
+    normal_equations(led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g)
+    only = np.zeros_like(seen)
+    worst = 0.0
+    for led in range(seen.shape[1]):
+        views = np.sum(seen[:, led])
+        if views == 0:
+            continue
+        only[:] = False
+        only[:, led] = seen[:, led]
+        misfit = normal_equations(
+            led_ideal, led_slopes, only, cams, leds, rotation, origin, own, own_g
+        )
+        rest[:] = h - own
+        change[:] = g - own_g
+        if not cholesky(rest):
+            return np.inf
+        forward(rest, change)
+        for i in range(6):
+            misfit += change[i] * change[i]
+        misfit /= sigma * sigma
+        if misfit > FALSE_CHI2 + FALSE_CHI2_PER_VIEW * views:
+            return np.inf
+        backward(rest, change)
+        moved = 0.0
+        grown = 0.0
+        for i in range(6):
+            for j in range(6):
+                moved += change[i] * h[i, j] * change[j] / (sigma * sigma)
+            column[:] = 0.0
+            column[i] = 1.0
+            forward(rest, column)
+            backward(rest, column)
+            for j in range(6):
+                grown += column[j] * own[i, j]
+        worst = max(worst, GROWTH_WEIGHT * grown)
+        if misfit > ODD_CHI2 + ODD_CHI2_PER_VIEW * views:
+            worst = max(worst, moved)
+    return worst
 
 
 @compiled()

@@ -23,16 +23,17 @@ could be meant; too few LEDs to be sure; too near to what an orientation rule fo
 
 MAX_POSES = 32
 MAX_ATTEMPTS = 1500
-"""Triples of one frame that are tried before the scene counts as too confused."""
+MAX_MEETINGS = 192
+"""Triples that are tried, and meeting points, before the scene counts as too confused."""
 
 RULE_MARGIN = 0.17
 """Sine of 10 degrees: within them of what a rule forbids, a promise kept and one broken look
 alike."""
 
-SURE_LEDS = 4
-"""LEDs in space that name a body without a strobe code. Three may be two LEDs and a reflection:
-that agrees by chance in one of some ten thousand such scenes; the place of a fourth LED, seen by
-one camera at least, must agree as well."""
+MAX_DOUBT = 80.0
+"""Greatest doubt (`grow_kernel.grow`) of a body without a strobe code. Three LEDs may be two LEDs
+and a reflection, which agrees by chance in one of some ten thousand such scenes; so every LED must
+be spoken for by the others."""
 
 _NEEDS = (grow_kernel, kernel, meeting_kernel, small_algebra)
 
@@ -71,6 +72,7 @@ def identify_frames(
     poses = np.empty((MAX_POSES, n_cameras, 8), np.int64)
     owner = np.empty(MAX_POSES, np.int64)
     certain = np.empty(MAX_POSES, np.bool_)
+    doubt = np.empty(MAX_POSES)
     for frame in range(n):
         straighten(spots[frame], cams, ideal, slopes, there)
         held = 0
@@ -81,14 +83,14 @@ def identify_frames(
                 ideal, slopes, there, usable[body], cams, centres, bounds, leds[body, :size],
                 directions[body, :size], least_cosines[body], axes[body, : n_rules[body]],
                 rule_worlds[body, : n_rules[body]], sigma, rival_px, limits, body,
-                poses, owner, certain, held,
+                poses, owner, certain, doubt, held,
             )  # fmt: skip
             status[frame, body] = outcome if held == before or outcome == CONFUSED else FOUND
         for body in range(n_bodies):
             labels[frame, body] = -1
             if status[frame, body] == FOUND:
                 _decide(
-                    poses, owner, certain, held, body, coded[body], status[frame],
+                    poses, owner, certain, doubt, held, body, coded[body], status[frame],
                     labels[frame, body],
                 )  # fmt: skip
 
@@ -98,101 +100,138 @@ def _search(
     ideal: Float, slopes: Float, there: Bool, usable: Int, cams: Float, centres: Float,
     bounds: Float, leds: Float, directions: Float, least_cosine: float, axes: Float,
     rule_worlds: Float, sigma: float, rival_px: float, limits: Float, body: int,
-    poses: Int, owner: Int, certain: Bool, held: int,
+    poses: Int, owner: Int, certain: Bool, doubt: Float, held: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Add what the spots can mean as this body to ``poses``; return outcome and number held."""
-    n_cameras, n_slots, n_leds = there.shape[0], there.shape[1], len(leds)
-    positions = np.empty((n_slots * n_slots, 3))
-    covariances = np.empty((n_slots * n_slots, 3, 3))
-    slots = np.empty((n_slots * n_slots, 2), np.int64)
-    far = np.empty((n_slots * n_slots, n_slots * n_slots))
-    slack = np.empty((n_slots * n_slots, n_slots * n_slots))
+    """Add what the spots can mean as this body to ``poses``; return outcome and number held.
+
+    LEDs are sought among the meeting points of two cameras, of every two; where that gives nothing,
+    among all: of four cameras each may see another three.
+    """
+    n_cameras, n_slots = there.shape
+    positions = np.empty((MAX_MEETINGS, 3))
+    covariances = np.empty((MAX_MEETINGS, 3, 3))
+    lights = np.empty((MAX_MEETINGS, 2), np.int64)
+    start, total = held, 0
+    for first in range(n_cameras):
+        for second in range(first + 1, n_cameras):
+            if total + n_slots * n_slots > MAX_MEETINGS:
+                return CONFUSED, held
+            count = meet(
+                ideal, slopes, there, cams, first, second, sigma, bounds,
+                positions[total:], covariances[total:], lights[total:],
+            )  # fmt: skip
+            outcome, held = _match(
+                positions[total : total + count], covariances[total : total + count],
+                lights[total : total + count], ideal, slopes, there, usable, cams, centres,
+                leds, directions, least_cosine, axes, rule_worlds, sigma, rival_px, limits, body,
+                poses, owner, certain, doubt, start, held,
+            )  # fmt: skip
+            if outcome == CONFUSED:
+                return CONFUSED, held
+            total += count
+    if held > start or n_cameras == 2:
+        return (NO_FIT if total >= 3 else FEW), held
+    return _match(
+        positions[:total], covariances[:total], lights[:total], ideal, slopes, there, usable, cams,
+        centres, leds, directions, least_cosine, axes, rule_worlds, sigma, rival_px, limits, body,
+        poses, owner, certain, doubt, start, held,
+    )  # fmt: skip
+
+
+@compiled(*_NEEDS)
+def _match(
+    positions: Float, covariances: Float, lights: Int, ideal: Float, slopes: Float, there: Bool,
+    usable: Int, cams: Float, centres: Float, leds: Float, directions: Float, least_cosine: float,
+    axes: Float, rule_worlds: Float, sigma: float, rival_px: float, limits: Float, body: int,
+    poses: Int, owner: Int, certain: Bool, doubt: Float, start: int, held: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Try every three LEDs at every three of the meeting points that are as far apart."""
+    count, n_leds, n_slots = len(positions), len(leds), there.shape[1]
+    if count < 3:
+        return FEW, held
+    far = np.empty((count, count))
+    slack = np.empty((count, count))
+    measure(positions, covariances, count, far, slack)
     nominal = np.empty((n_leds, n_leds))
     for i in range(n_leds):
         for j in range(n_leds):
             nominal[i, j] = np.sqrt(np.sum((leds[i] - leds[j]) ** 2))
-    labels = np.empty((n_cameras, n_leds), np.int64)
+    usable = usable.ravel()
+    labels = np.empty((there.shape[0], n_leds), np.int64)
     rotation = np.empty((3, 3))
     origin = np.empty(3)
-    start, attempts, met = held, 0, False
-    for first in range(n_cameras):
-        for second in range(first + 1, n_cameras):
-            count = meet(
-                ideal, slopes, there, cams, first, second, sigma, bounds,
-                positions, covariances, slots,
-            )  # fmt: skip
-            if count < 3:
+    worth = np.empty(1)
+    attempts = 0
+    for i in range(n_leds):
+        for m in range(count):
+            if not _may(usable, lights[m], i):
                 continue
-            met = True
-            measure(positions, covariances, count, far, slack)
-            for i in range(n_leds):
-                for m in range(count):
-                    if not _may(usable, first, second, slots[m], i):
+            for j in range(i + 1, n_leds):
+                for n in range(count):
+                    if (
+                        abs(far[m, n] - nominal[i, j]) > slack[m, n]
+                        or not _apart(lights[m], lights[n])
+                        or not _may(usable, lights[n], j)
+                    ):
                         continue
-                    for j in range(i + 1, n_leds):
-                        for n in range(count):
+                    for k in range(j + 1, n_leds):
+                        for o in range(count):
                             if (
-                                not _apart(slots[m], slots[n])
-                                or abs(far[m, n] - nominal[i, j]) > slack[m, n]
-                                or not _may(usable, first, second, slots[n], j)
+                                abs(far[m, o] - nominal[i, k]) > slack[m, o]
+                                or abs(far[n, o] - nominal[j, k]) > slack[n, o]
+                                or not _apart(lights[m], lights[o])
+                                or not _apart(lights[n], lights[o])
+                                or not _may(usable, lights[o], k)
                             ):
                                 continue
-                            for k in range(j + 1, n_leds):
-                                for o in range(count):
-                                    if (
-                                        not _apart(slots[m], slots[o])
-                                        or not _apart(slots[n], slots[o])
-                                        or abs(far[m, o] - nominal[i, k]) > slack[m, o]
-                                        or abs(far[n, o] - nominal[j, k]) > slack[n, o]
-                                        or not _may(usable, first, second, slots[o], k)
-                                    ):
-                                        continue
-                                    labels[:] = -1
-                                    labels[first, i], labels[second, i] = slots[m]
-                                    labels[first, j], labels[second, j] = slots[n]
-                                    labels[first, k], labels[second, k] = slots[o]
-                                    if _known(poses, start, held, labels, 6):
-                                        continue
-                                    attempts += 1
-                                    if attempts > MAX_ATTEMPTS or held == MAX_POSES:
-                                        return CONFUSED, held
-                                    chi2 = grow(
-                                        ideal, slopes, there, usable, cams, centres, leds,
-                                        directions, least_cosine, sigma, rival_px, limits,
-                                        labels, rotation, origin,
-                                    )  # fmt: skip
-                                    if chi2 < 0.0:
-                                        continue
-                                    kept = _promise(axes, rule_worlds, rotation)
-                                    if kept < -RULE_MARGIN:
-                                        continue
-                                    poses[held] = -1
-                                    poses[held, :, :n_leds] = labels
-                                    owner[held], certain[held] = body, kept > RULE_MARGIN
-                                    held = _merge(poses, start, held, certain)
-    return (NO_FIT if met else FEW), held
+                            labels[:] = -1
+                            for side in range(2):
+                                labels[lights[m, side] // n_slots, i] = lights[m, side] % n_slots
+                                labels[lights[n, side] // n_slots, j] = lights[n, side] % n_slots
+                                labels[lights[o, side] // n_slots, k] = lights[o, side] % n_slots
+                            if _known(poses, start, held, labels):
+                                continue
+                            attempts += 1
+                            if attempts > MAX_ATTEMPTS or held == MAX_POSES:
+                                return CONFUSED, held
+                            chi2 = grow(
+                                ideal, slopes, there, usable, cams, centres, leds, directions,
+                                least_cosine, sigma, rival_px, limits, labels, rotation, origin,
+                                worth,
+                            )  # fmt: skip
+                            kept = _promise(axes, rule_worlds, rotation)
+                            if chi2 < 0.0 or kept < -RULE_MARGIN:
+                                continue
+                            poses[held] = -1
+                            poses[held, :, :n_leds] = labels
+                            owner[held], certain[held] = body, kept > RULE_MARGIN
+                            doubt[held] = worth[0]
+                            held = _merge(poses, start, held, certain, doubt)
+    return NO_FIT, held
 
 
 @compiled()
-def _may(usable: Int, first: int, second: int, slots: Int, led: int) -> bool:
-    one, other = usable[first, slots[0]], usable[second, slots[1]]
+def _may(usable: Int, lights: Int, led: int) -> bool:
+    one, other = usable[lights[0]], usable[lights[1]]
     return bool((one == -1 or one == led) and (other == -1 or other == led))
 
 
 @compiled()
 def _apart(one: Int, other: Int) -> bool:
-    return bool(one[0] != other[0] and one[1] != other[1])
+    return bool(
+        one[0] != other[0] and one[0] != other[1] and one[1] != other[0] and one[1] != other[1]
+    )
 
 
 @compiled()
-def _known(poses: Int, start: int, held: int, labels: Int, size: int) -> bool:
-    """Return whether a pose that is held says all that a labelling of ``size`` spots says."""
+def _known(poses: Int, start: int, held: int, labels: Int) -> bool:
+    """Return whether a pose that is held says all that a labelling of six spots says."""
     for pose in range(start, held):
         same = 0
         for c in range(labels.shape[0]):
             for led in range(labels.shape[1]):
                 same += labels[c, led] >= 0 and poses[pose, c, led] == labels[c, led]
-        if same == size:
+        if same == 6:
             return True
     return False
 
@@ -211,7 +250,7 @@ def _promise(axes: Float, rule_worlds: Float, rotation: Float) -> float:
 
 
 @compiled()
-def _merge(poses: Int, start: int, held: int, certain: Bool) -> int:
+def _merge(poses: Int, start: int, held: int, certain: Bool, doubt: Float) -> int:
     """Keep the last pose unless it is one that is held already; return the number held."""
     for pose in range(start, held):
         same, conflicts, more = 0, 0, 0
@@ -224,14 +263,14 @@ def _merge(poses: Int, start: int, held: int, certain: Bool) -> int:
         if conflicts == 0 and same >= 6:
             if more > 0:
                 poses[pose] = poses[held]
-                certain[pose] = certain[held]
+                certain[pose], doubt[pose] = certain[held], doubt[held]
             return held
     return held + 1
 
 
 @compiled()
 def _decide(
-    poses: Int, owner: Int, certain: Bool, held: int, body: int, coded: bool,
+    poses: Int, owner: Int, certain: Bool, doubt: Float, held: int, body: int, coded: bool,
     status: NDArray[np.uint8], labels: Int,
 ) -> None:  # fmt: skip
     """Choose among all poses; write the status of ``body`` and its labels (C, 8).
@@ -250,10 +289,7 @@ def _decide(
         if owner[pose] == body or _share(poses[best], poses[pose]):
             status[body] = AMBIGUOUS
             return
-    in_sight = 0
-    for led in range(8):
-        in_sight += int(np.any(poses[best, :, led] >= 0))
-    if not coded and in_sight < SURE_LEDS:
+    if not coded and doubt[best] > MAX_DOUBT:
         status[body] = THIN
     elif not certain[best]:
         status[body] = NEAR_RULE

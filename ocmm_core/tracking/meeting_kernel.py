@@ -63,7 +63,7 @@ def view(cams: Float, c: int, point: Float, derivative: Float) -> tuple[float, f
 @compiled(kernel)
 def meet(
     ideal: Float, slopes: Float, there: Bool, cams: Float, first: int, second: int, sigma: float,
-    bounds: Float, positions: Float, covariances: Float, slots: Int,
+    bounds: Float, positions: Float, covariances: Float, lights: Int,
 ) -> int:  # fmt: skip
     """Find where rays of two cameras meet; return the number of places.
 
@@ -77,8 +77,8 @@ def meet(
         Of one spot, px.
     bounds
         (2, 3), mm: where LEDs can be.
-    positions, covariances, slots
-        Outputs (64, 3), mm; (64, 3, 3), mm^2; (64, 2): slot of each camera.
+    positions, covariances, lights
+        Outputs (64, 3), mm; (64, 3, 3), mm^2; (64, 2): both spots, camera number times S plus slot.
     """
     n_slots = there.shape[1]
     pair = np.empty((2, n_slots * n_slots, 2))
@@ -129,7 +129,8 @@ def meet(
         if not inside or squares > (MISS_SIGMAS * sigma) ** 2:
             continue
         positions[count] = points[i]
-        slots[count] = numbers[i]
+        lights[count, 0] = first * n_slots + numbers[i, 0]
+        lights[count, 1] = second * n_slots + numbers[i, 1]
         _inverse(information, sigma * sigma, covariances[count])
         count += 1
     return count
@@ -137,7 +138,7 @@ def meet(
 
 @compiled()
 def measure(positions: Float, covariances: Float, count: int, far: Float, slack: Float) -> None:
-    """Write the distances of ``count`` points, mm, and how far they can be wrong, (64, 64) each."""
+    """Write the distances of ``count`` points, mm, and how far they can be wrong, (n, n) each."""
     for i in range(count):
         for j in range(i):
             distance = 0.0
