@@ -259,7 +259,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
             raise CalibrationError(
                 "tip_check.inconclusive", "The check is inconclusive.", decision.advice
             )
-        checks = decision.checks
+        checks, findings = decision.checks, decision.findings
         record = self._record(
             TipCheckRecord,
             schema=CHECK_SCHEMA,
@@ -270,8 +270,8 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
         return TipCheckOutcome(
             record=record,
             largest=nearest_to_limit(checks),
-            findings=decision.findings,
-            warnings=(*doubtful_warning(decision.ball), *self._warned()),
+            findings=findings,
+            warnings=(*(() if findings else doubtful_warning(decision.ball)), *self._warned()),
         )
 
     def _check(self, outcome: TipCheckOutcome) -> None:

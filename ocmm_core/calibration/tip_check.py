@@ -42,6 +42,9 @@ SIGMAS = 3.5
 SIDEWAYS_SIGMAS = 4.3
 """The same for a distance in a plane, which is never below zero."""
 
+LENGTH = "tip_check.length"
+"""Code of findings that say that the ball is elsewhere in the probe."""
+
 CHANCE = 1e-4
 """Probability that form or articulation of a good tip exceed what uncertainties allow."""
 
@@ -107,8 +110,8 @@ class TipCheckDecision:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Return what failed."""
-        return tuple(one.finding for one in self.judged if one.verdict is CheckVerdict.FAILED)
+        """Return what failed: only the cause where a tip that is elsewhere explains the rest."""
+        return _causes(self.judged)
 
 
 def sigma_wanted(qualification: TipRecord) -> float:
@@ -151,16 +154,9 @@ def decide_check(
     else:
         judged += [*_place(place, body), _articulation(articulation)]
     verdicts = [one.verdict for one in judged]
-    if CheckVerdict.FAILED in verdicts:
-        first = judged[verdicts.index(CheckVerdict.FAILED)].finding
-        # Points that lie wrong because the tip does are not the cause.
-        causes = [
-            one.finding
-            for one in judged
-            if one.verdict is CheckVerdict.FAILED and one.finding.code == "tip_check.length"
-        ]
-        cause = (causes or [first])[0]
-        verdict, advice = CheckVerdict.FAILED, f"{cause.what} {cause.remedy}"
+    causes = _causes(judged)
+    if causes:
+        verdict, advice = CheckVerdict.FAILED, f"{causes[0].what} {causes[0].remedy}"
     elif lacking:
         verdict, advice = CheckVerdict.INCONCLUSIVE, lacking
     elif CheckVerdict.INCONCLUSIVE in verdicts:
@@ -169,6 +165,14 @@ def decide_check(
     else:
         verdict, advice = CheckVerdict.PASSED, ""
     return TipCheckDecision(verdict, tuple(judged), advice, ball, articulation, place)
+
+
+def _causes(judged: Sequence[Judged]) -> tuple[Finding, ...]:
+    failed = [one.finding for one in judged if one.verdict is CheckVerdict.FAILED]
+    elsewhere = [one for one in failed if one.code == LENGTH]
+    # Points that lie wrong because the tip does say nothing about the ball.
+    by_code = {one.code: one for one in reversed(elsewhere or failed)}
+    return tuple(one for one in failed if one is by_code.get(one.code))
 
 
 def _ball(
@@ -248,7 +252,7 @@ def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
             ),
             limit / SIGMAS,
             Finding(
-                "tip_check.length",
+                LENGTH,
                 f"The probe is {abs(place.length_error):.2f} mm {longer} than it was calibrated.",
                 remedy,
                 refuses=True,
@@ -264,7 +268,7 @@ def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
             ),
             limit / SIDEWAYS_SIGMAS,
             Finding(
-                "tip_check.length",
+                LENGTH,
                 f"The ball is {place.sideways:.2f} mm beside where it was calibrated.",
                 remedy,
                 refuses=True,
