@@ -67,8 +67,11 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
     validation = validate_pivot(given.rig, first, second, given.second)
     let_pass(validation.findings, given.force)
     findings = (*first.warnings, *second.warnings, *validation.findings)
-    # Both sweeps often say the same.
-    findings = tuple({(one.code, one.what): one for one in findings}.values())
+    # Both sweeps often say the same. That spots are better than the rig's document says of them
+    # is nothing that whoever sweeps a probe could change.
+    findings = tuple(
+        {one.what: one for one in findings if one.code != "calibration.chi2_low"}.values()
+    )
     change = None if given.previous is None else change_of(given.body, given.previous, first, begun)
     overruled = given.force and any(one.refuses for one in validation.findings)
     record = ProbeRecord(

@@ -69,7 +69,7 @@ from ocmm_core.tracking.body import load_probe
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _OTHER_PROBE = resource("probes", "thesis.toml")
-_SECONDS = 40.0
+_SECONDS = 25.0
 _RANGES = (30.0, 30.0, 13.0)
 
 

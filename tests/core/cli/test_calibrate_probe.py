@@ -1,0 +1,81 @@
+"""Calibrating a probe on the command line: virtual, killed and gone on with, replayed, recorded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.calibration.pivot_data import PivotSweep
+from ocmm_core.calibration.probe_store import ProbeStore
+from ocmm_core.calibration.procedure import Kind
+from ocmm_core.calibration.session_events import sessions
+from ocmm_core.calibration.sweep_table import write_sweeps
+from ocmm_core.geometry import Float
+from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench
+from tests.core.cli.conftest import Ocmm
+from tests.core.cli.test_calibrate_cli import killed
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+
+
+def recorded(bench: PivotBench, path: Path, shift: Float, n: int = 420) -> Path:
+    """Write two sweeps of a probe whose tip is shifted."""
+    body = replace(bench.body, tip_probe=bench.body.tip_probe + shift)
+    sweeps = [
+        PivotSweep.even(bench.swept(seed, cone, n=n, body=body), SIGMA_PX)
+        for seed, cone in ((1, CONE), (2, OTHER_CONE))
+    ]
+    path.write_bytes(write_sweeps(sweeps, bench.rig))
+    return path
+
+
+def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
+    ocmm: Ocmm, tmp_path: Path
+) -> None:
+    folder = tmp_path / "probes"
+    command = [
+        "calibrate", "probe", "--tip", "A", "--probes", str(folder), "--poses", "150", "--who", "me"
+    ]  # fmt: skip
+    place = folder / "standard" / "sessions"
+    lines = killed(command, tmp_path, place, Kind.PIVOT, 6)
+    assert not ProbeStore(folder / "standard").events
+    done = ocmm(*command, "--record", "sweeps.ocmm-rec", "--accept")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Continue" in done.stdout
+    assert sessions(place, Kind.PIVOT)[0].read_bytes().count(b"\n") > lines
+    for words in ("adjustment", "thesis", "Second against first", "first calibration", "SUSPECT"):
+        assert words in done.stdout
+    active = ProbeStore(folder / "standard").active("A")
+    assert active is not None
+    assert active.calibration.made_by == "me"
+    assert np.abs(active.calibration.tip_mm).max() < 0.05
+    waiting = ocmm(*command[:2], "--tip", "B", "--probes", "again", "--poses", "150",
+                   "--source", "replay:sweeps.ocmm-rec")  # fmt: skip
+    # The recording begins where the killed session stood; what is left of it still makes sweeps.
+    assert waiting.returncode == 1, waiting.stdout + waiting.stderr
+    assert "waits for --accept" in waiting.stdout
+
+
+def test_recorded_sweeps_are_calibrated_and_a_change_wants_a_reason(
+    ocmm: Ocmm, tmp_path: Path
+) -> None:
+    bench = PivotBench(tmp_path)
+    base = ("calibrate", "probe", "--tip", "A", "--probes", "probes", "--accept")
+    first = ocmm(*base, "--sweeps", recorded(bench, tmp_path / "one.csv", np.zeros(3)))
+    assert first.returncode == 0, first.stdout + first.stderr
+    moved = recorded(bench, tmp_path / "two.csv", np.array([0.0, 0.09, 0.0]))
+    refused = ocmm(*base, "--sweeps", moved)
+    assert refused.returncode == 2
+    assert "Say why it changed" in refused.stderr
+    told = ocmm(*base, "--sweeps", moved, "--because", "new stylus")
+    assert told.returncode == 0, told.stdout + told.stderr
+    assert "Continue" in told.stdout
+    store = ProbeStore(tmp_path / "probes" / "standard")
+    assert [one.change_reason for one in store.calibrations()] == ["", "new stylus"]
+    short = recorded(bench, tmp_path / "three.csv", np.zeros(3), n=60)
+    lacking = ocmm(*base, "--new", "--sweeps", short)
+    assert lacking.returncode == 2
+    assert "poses are missing" in lacking.stderr
