@@ -88,9 +88,17 @@ class ReferenceUse:
         ------
         TrackingError
             The spots do not determine a pose.
+        MeasuringError
+            The point is not relative to the reference body of the job.
         """
-        if self._reference is None or self.home is None or reference_spots is None:
+        if self._reference is None and reference_spots is None:
             return tip_sensitivity(spots, self._rig, self._body)
+        if self._reference is None or self.home is None or reference_spots is None:
+            raise MeasuringError(
+                "session.reference_home",
+                "It is not known where the reference body stood when the job began.",
+                "Let part and cameras come to rest until the machine is ready, then touch again.",
+            )
         return relative_sensitivity(
             spots, reference_spots, self.home, self._rig, self._body, self._reference
         )

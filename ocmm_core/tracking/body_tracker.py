@@ -143,7 +143,7 @@ class BodyTracker:
             if self.slot_of_led is not None:
                 break
             # Looking at an empty scene costs nothing: a probe that comes back is found at once.
-            busy = bool(_enough_spots(spots[None])[0])
+            busy = bool(enough_spots(spots[None])[0])
             self._patience_ns = self._patience_ns * 2 if busy else 0
             self._patience_ns = min(
                 max(self._patience_ns, self.options.retry_ns), self.options.retry_at_most_ns
@@ -243,7 +243,7 @@ class BodyTracker:
 
     def _unidentified(self, block: FrameBlock, start: int, end: int) -> TrackBlock:
         n, shape = end - start, (len(self.rig.cameras), self.body.n_leds)
-        enough = _enough_spots(block.uv[start:end])
+        enough = enough_spots(block.uv[start:end])
         return TrackBlock(
             counter=block.counter[start:end],
             time_ns=block.time_ns[start:end],
@@ -273,7 +273,7 @@ def _part(block: FrameBlock, first: int, last: int) -> FrameBlock:
     )  # fmt: skip
 
 
-def _enough_spots(uv: Float) -> NDArray[np.bool_]:
+def enough_spots(uv: Float) -> NDArray[np.bool_]:
     """Return in which frames of ``uv`` (n, C, 8, 2) two cameras see three spots or more."""
     spots = np.count_nonzero(np.isfinite(uv).all(axis=3), axis=2)
     enough: NDArray[np.bool_] = np.count_nonzero(spots >= 3, axis=1) >= 2

@@ -79,5 +79,6 @@ class TrackingPipeline:
         seen = self._reference.process(block)
         # The reference body stands still and is known longest: its spots are its own.
         probe = self._probe.process(self._reference.tracker.without_claimed(block))
+        track = self._reference.relate(probe, seen, self._probe.without_claimed(block))
         self.home = self._reference.home
-        return self._reference.relate(probe, seen)
+        return track

@@ -22,7 +22,12 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.body_tracker import BodyTracker, TrackingOptions, spot_sigma_px
+from ocmm_core.tracking.body_tracker import (
+    BodyTracker,
+    TrackingOptions,
+    enough_spots,
+    spot_sigma_px,
+)
 from ocmm_core.tracking.pose import arm_jacobian, reprojection
 from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.reference_filter import ReferenceFilter
@@ -110,7 +115,7 @@ class ReferenceTracker:
         body = self.tracker.process(block)
         return ReferenceTrack(body, body, self._covariances(body), self.home)
 
-    def relate(self, probe: TrackBlock, seen: ReferenceTrack) -> TrackBlock:
+    def relate(self, probe: TrackBlock, seen: ReferenceTrack, left: FrameBlock) -> TrackBlock:
         """Return the tracked probe (rig frame) in the world of the job.
 
         Parameters
@@ -119,8 +124,13 @@ class ReferenceTracker:
             Tracked frames.
         seen
             Of the same frames, from `process`.
+        left
+            The same frames without the spots of the probe.
         """
         begin = 0
+        doubt = seen.body.status == FrameStatus.UNIDENTIFIED
+        # What the probe explains cannot be the reference body: it is not there at all.
+        seen.body.status[doubt & ~enough_spots(left.uv)] = FrameStatus.LOST
         if self.home is None:
             taken = self._taker.feed(seen.body)
             begin = len(probe) if taken is None else taken[0]
