@@ -60,6 +60,8 @@ class Panel:
         kg/m^3: of the faces and of the core.
     modulus
         Young's modulus of the faces, N/mm^2.
+    expansion_per_k
+        Thermal expansion of the faces, 1/K.
     """
 
     start_mm: float
@@ -70,6 +72,7 @@ class Panel:
     density: float
     core_density: float
     modulus: float
+    expansion_per_k: float = 0.0
 
 
 Section: TypeAlias = Bar | Panel
@@ -89,6 +92,9 @@ class Beam:
         (n,): bending stiffness E I across the panel and along it, N mm^2; the same for bars.
     axial
         (n,): stiffness E A against tension, N.
+    bow
+        (n,): curvature where one face of a panel is a kelvin warmer than the other, 1/(mm K);
+        bars are too thin to stay so.
     """
 
     x_mm: Float
@@ -96,6 +102,7 @@ class Beam:
     soft: Float
     stiff: Float
     axial: Float
+    bow: Float
 
     @property
     def weight(self) -> float:
@@ -136,7 +143,7 @@ class Deflection:
 def make_beam(sections: Sequence[Section], gravity: float = GRAVITY) -> Beam:
     """Return a beam of sections that follow each other without gaps."""
     pieces = [_piece(section, gravity) for section in sections]
-    return Beam(*(np.concatenate([piece[row] for piece in pieces]) for row in range(5)))
+    return Beam(*(np.concatenate([piece[row] for piece in pieces]) for row in range(6)))
 
 
 def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
@@ -186,6 +193,16 @@ def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
     return Deflection(x, moment * free, bent * free, (slope - tilt) * free, (-1.0,))
 
 
+def bow(beam: Beam) -> Deflection:
+    """Return how the beam bends where one face of its panels is a kelvin warmer than the other.
+
+    Deflections are towards the cooler face, and zero with their slope at the ball.
+    """
+    slope = _running(beam.bow, beam.x_mm)
+    still = np.zeros_like(slope)
+    return Deflection(beam.x_mm, still, _running(slope, beam.x_mm), slope, ())
+
+
 def compression(beam: Beam, from_mm: float, to_mm: float) -> float:
     """Return by how much the beam gets shorter between two places under 1 N along it, mm."""
     run = _running(1.0 / beam.axial, beam.x_mm)
@@ -204,7 +221,7 @@ def _running(values: Float, x_mm: Float) -> Float:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _piece(section: Section, gravity: float) -> tuple[Float, Float, Float, Float, Float]:
+def _piece(section: Section, gravity: float) -> tuple[Float, ...]:
     x = np.linspace(section.start_mm, section.end_mm, _STEPS + 1)
     share = np.linspace(0.0, 1.0, _STEPS + 1)
     heavy = gravity * section.density / _MM3_PER_M3
@@ -214,7 +231,7 @@ def _piece(section: Section, gravity: float) -> tuple[Float, Float, Float, Float
         area = 0.25 * np.pi * (outer**2 - inner**2)
         inertia = np.pi / 64.0 * (outer**4 - inner**4)
         bending = section.modulus * inertia
-        return x, heavy * area, bending, bending, section.modulus * area
+        return x, heavy * area, bending, bending, section.modulus * area, np.zeros_like(x)
     width = _between(section.width_mm, share)
     inside, outside = 0.5 * section.core_mm, 0.5 * section.core_mm + section.face_mm
     faces = 2.0 * section.face_mm * width
@@ -227,6 +244,7 @@ def _piece(section: Section, gravity: float) -> tuple[Float, Float, Float, Float
         section.modulus * across,
         section.modulus * along,
         section.modulus * faces,
+        np.full_like(x, section.expansion_per_k / (section.core_mm + section.face_mm)),
     )
 
 

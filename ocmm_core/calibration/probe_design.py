@@ -212,7 +212,7 @@ def _section(entry: BarEntry | PanelEntry, material: MaterialEntry) -> Section:
         return Bar(entry.start, entry.end, entry.diameter, entry.bore, material.density, modulus)
     return Panel(
         entry.start, entry.end, entry.width, entry.core, entry.face, material.density,
-        entry.core_density, modulus,
+        entry.core_density, modulus, _PPM * material.expansion_ppm,
     )  # fmt: skip
 
 

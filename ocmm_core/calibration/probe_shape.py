@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.beam import Deflection, compression, sag, side_load
+from ocmm_core.calibration.beam import Deflection, bow, compression, sag, side_load
 from ocmm_core.calibration.probe_design import ProbeDesign
 from ocmm_core.calibration.thermal import Temperature, strain_shapes
 from ocmm_core.errors import InputError
@@ -117,6 +117,11 @@ def sag_shape(design: ProbeDesign, body: ProbeBody) -> Float:
     """Return the shape (3 L + 3), mm, of the weight of the level probe, across its soft side."""
     bent = sag(design.beam, (0.0, design.handle_mm))
     return _bent(body, design, design.soft_probe, bent)
+
+
+def bow_shape(design: ProbeDesign, body: ProbeBody) -> Float:
+    """Return the shape (3 L + 3), mm/K, of one face of the panel warmer than the other."""
+    return _bent(body, design, design.soft_probe, bow(design.beam))
 
 
 def tip_shift(body: ProbeBody, shape: Float) -> Float:

@@ -2,8 +2,8 @@
 
 The probe is taken as a chain of layers along its axis, each with the expansion of its material. A
 point moves along the axis by the growth of everything between it and the ball's centre, and
-across it as the layer grows in which it stands. All of the probe is equally warm: a hand that warms
-one side bends the body, and that is not computed here.
+across it as the layer grows in which it stands. All of the probe is equally warm here; what a hand
+does that warms one side is in `beam.bow`.
 """
 
 from __future__ import annotations

@@ -19,7 +19,8 @@ from ocmm_core.cli.options import RECOMMENDED_RIG, STANDARD_PROBE, ProbeOption, 
 from ocmm_core.cli.svg_maps import bending, map_range, tip_map
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
-from ocmm_core.measuring.probe_report import BudgetTerm, Examination, ProbeReport, examine
+from ocmm_core.measuring.probe_budget import BudgetTerm
+from ocmm_core.measuring.probe_report import Examination, ProbeReport, examine
 from ocmm_core.measuring.probe_words import label_verdict, label_words, mechanics_words
 from ocmm_core.tracking.body import load_probe
 
@@ -109,12 +110,12 @@ def print_report(console: Console, report: ProbeReport) -> None:
     else:
         x, y, z = number.axes_um
         console.print(
-            f"[bold]Uncertainty of the tip by the spots: {number.space_um:.1f} um[/] "
+            f"[bold]Uncertainty of the tip by the spots: {number.space_um:.1f} µm[/] "
             f"(standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f}).",
             highlight=False,
         )
         console.print(
-            f"Below {number.nineteen_of_twenty_um:.1f} um in 95 of 100 poses. "
+            f"Below {number.nineteen_of_twenty_um:.1f} µm in 95 of 100 poses. "
             f"{100.0 * number.share:.1f} % of all poses give a number.",
             highlight=False,
         )
@@ -146,7 +147,7 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
     limits = map_range(report.maps)
     subtitle = (
         f"Probe '{report.probe}', rig '{report.rig}', spots of {report.examination.sigma_px:g} px; "
-        f"standard, in space; mean {report.number.space_um:.1f} um"
+        f"standard, in space; mean {report.number.space_um:.1f} µm"
     )
     names = ("probe_tilt.svg", "probe_volume_top.svg", "probe_volume_front.svg")
     files = {
@@ -173,7 +174,7 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
 def _budget_table(budget: tuple[BudgetTerm, ...]) -> Table:
     table = Table(title="What one point is uncertain by", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("Source", no_wrap=True)
-    table.add_column("um", justify="right", no_wrap=True)
+    table.add_column("µm", justify="right", no_wrap=True)
     table.add_column("Rests on")
     for term in budget:
         table.add_row(term.name, f"{term.sigma_um:.2f}", term.rests_on)

@@ -29,7 +29,7 @@ def colour_at(share: float) -> str:
 
 
 def map_range(maps: Sequence[TipMap]) -> tuple[float, float]:
-    """Return smallest and largest value of maps that share a scale, um."""
+    """Return smallest and largest value of maps that share a scale, µm."""
     values = np.concatenate([item.space_um.ravel() for item in maps])
     known = values[np.isfinite(values)]
     if not known.size:
@@ -127,7 +127,7 @@ def _scale(limits: tuple[float, float]) -> list[str]:
     for share in (0.0, 0.5, 1.0):
         value = limits[0] + share * (limits[1] - limits[0])
         parts.append(
-            label(x + 24, bottom - share * (bottom - top) + 5, f"{value:.1f} um", 13, "start")
+            label(x + 24, bottom - share * (bottom - top) + 5, f"{value:.1f} µm", 13, "start")
         )
     parts.append(f'<rect x="{x}" y="{bottom + 14}" width="18" height="14" fill="{_UNSEEN}"/>')
     parts.append(label(x + 24, bottom + 26, "not seen", 13, "start"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,25 +20,17 @@ from ocmm_core.calibration.layout import (
 from ocmm_core.calibration.layout_labels import WrongLabels, wrong_labels
 from ocmm_core.calibration.probe_design import ProbeDesign
 from ocmm_core.calibration.probe_shape import (
-    Warmth,
-    body_in_use,
+    bow_shape,
     force_shapes,
     growth_shape,
     sag_shape,
     tip_shift,
 )
-from ocmm_core.calibration.thermal import REFERENCE_C, Temperature
-from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.uncertainty import systematic_covariance
+from ocmm_core.measuring.probe_budget import BudgetTerm, budget_of
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
 
-_BUDGET_POSES = 60
-_WINDOW_FRAMES = 2000
-"""A quarter of a second at 8 kHz."""
-_KNOWN_SIGMA_K = 0.5
 _UM, _NM = 1e3, 1e6
 
 Step = Callable[[str, float], None]
@@ -74,15 +66,6 @@ class Examination:
 
 
 @dataclass(frozen=True, slots=True)
-class BudgetTerm:
-    """One source of error of a single point: name, standard uncertainty in space, µm, and why."""
-
-    name: str
-    sigma_um: float
-    rests_on: str
-
-
-@dataclass(frozen=True, slots=True)
 class Mechanics:
     """What a design does by itself, without cameras.
 
@@ -92,6 +75,8 @@ class Mechanics:
         Of the whole probe (thesis, appendix A).
     tip_um_per_k
         How far the tip is computed wrong for each kelvin that nobody corrects.
+    bow_um_per_k
+        The same where one face of the panel is a kelvin warmer than the other: a warm hand.
     weight_n, reactions_n
         Of the probe, and of ball and handle when it is held level (appendix B.1).
     sag_nm
@@ -110,6 +95,7 @@ class Mechanics:
 
     growth_um_per_k: float
     tip_um_per_k: float
+    bow_um_per_k: float
     weight_n: float
     reactions_n: tuple[float, float]
     sag_nm: float
@@ -186,7 +172,7 @@ def examine(
         maps=tuple(maps),
         labels=labels,
         mechanics=None if design is None else mechanics_of(design, body),
-        budget=budget_of(view, design, asked),
+        budget=budget_of(view, design, asked.postures, asked.seed),
     )
 
 
@@ -199,6 +185,7 @@ def mechanics_of(design: ProbeDesign, body: ProbeBody) -> Mechanics:
     return Mechanics(
         growth_um_per_k=_UM * design.chain.growth_per_k,
         tip_um_per_k=_UM * _length(tip_shift(body, growth_shape(design, body))),
+        bow_um_per_k=_UM * _length(tip_shift(body, bow_shape(design, body))),
         weight_n=design.beam.weight,
         reactions_n=(level.reactions[0], level.reactions[1]),
         sag_nm=_NM * _length(tip_shift(body, sag_shape(design, body))),
@@ -215,105 +202,6 @@ def mechanics_of(design: ProbeDesign, body: ProbeBody) -> Mechanics:
             float(value) for value in (body.leds_probe - body.tip_probe) @ design.axis_probe
         ),
     )
-
-
-def budget_of(view: View, design: ProbeDesign | None, asked: Examination) -> tuple[BudgetTerm, ...]:
-    """Return the sources of the error of one point, RMS over poses of the postures.
-
-    Each source is propagated through the pose as `measuring.uncertainty` does it for a job.
-    """
-    rig, body = view.rig, view.body
-    found = _sensitivities(view, asked)
-    if not found:
-        return ()
-    bare_rig = replace(rig, parameter_covariance=np.zeros_like(rig.parameter_covariance))
-    bare_body = replace(body, geometry_covariance=np.zeros_like(body.geometry_covariance))
-    white = rig.noise.white_px / np.sqrt(_WINDOW_FRAMES)
-
-    def by_geometry(covariance: Float) -> float:
-        return _rms([item.by_geometry @ covariance @ item.by_geometry.T for item in found])
-
-    terms = [
-        BudgetTerm(
-            "Noise of the spots",
-            _rms([white**2 * _squares(item) for item in found]),
-            f"{rig.noise.white_px:g} px a frame, {_WINDOW_FRAMES} frames a point",
-        ),
-        BudgetTerm(
-            "Pattern of the sensors",
-            _rms([systematic_covariance([item], bare_rig, bare_body) for item in found]),
-            f"{rig.noise.pattern_px:g} px, stays at its place of the sensor",
-        ),
-        BudgetTerm(
-            "Calibration of the cameras",
-            _rms(
-                [item.by_cameras @ rig.parameter_covariance @ item.by_cameras.T for item in found]
-            ),
-            "covariance of the rig document",
-        ),
-        BudgetTerm(
-            "Calibration of the probe",
-            by_geometry(body.geometry_covariance),
-            "covariance of LEDs and tip",
-        ),
-    ]
-    if design is None:
-        return tuple(terms)
-    growth = growth_shape(design, body)
-    weight = sag_shape(design, body)
-    forces = force_shapes(design, body)
-    sure = Temperature(REFERENCE_C + design.temperature_range_k, _KNOWN_SIGMA_K, "")
-    made = Temperature(REFERENCE_C, _KNOWN_SIGMA_K, "")
-    used = body_in_use(bare_body, design, Warmth(sure, made, compensated=True))
-    left = used.geometry_covariance - np.outer(weight, weight) / 3.0
-    free = design.temperature_range_k**2 / 3.0 * np.outer(growth, growth)
-    force = design.contact_force_n**2 / 9.0 * forces @ forces.T
-    return (
-        *terms,
-        BudgetTerm(
-            "Warmth of the probe, not measured",
-            by_geometry(free),
-            f"within ±{design.temperature_range_k:g} K of its calibration",
-        ),
-        BudgetTerm(
-            "Warmth of the probe, compensated",
-            by_geometry(left),
-            f"instead of the line above: {design.temperature_range_k:g} K warmer, known to "
-            f"±{_KNOWN_SIGMA_K:g} K",
-        ),
-        BudgetTerm(
-            "Weight of the probe", by_geometry(np.outer(weight, weight) / 3.0), "any attitude"
-        ),
-        BudgetTerm(
-            "Force of the hand",
-            by_geometry(force),
-            f"0 to {design.contact_force_n:g} N from any side",
-        ),
-    )
-
-
-def _sensitivities(view: View, asked: Examination) -> list[TipSensitivity]:
-    rotations, tips = asked.postures.draw(_BUDGET_POSES, np.random.default_rng(asked.seed))
-    good = np.isfinite(view.covariance(rotations, tips)[:, 0, 0])
-    seen = view.seen(rotations, tips)
-    arms = view.body.leds_probe - view.body.tip_probe
-    found = []
-    for rotation, tip, mask in zip(rotations[good], tips[good], seen[good], strict=True):
-        leds = arms @ rotation.T + tip
-        spots = np.stack([project(camera, leds) for camera in view.rig.cameras])
-        spots[~mask] = np.nan
-        found.append(tip_sensitivity(spots, view.rig, view.body))
-    return found
-
-
-def _squares(item: TipSensitivity) -> Float:
-    by_spots = item.by_spots.reshape(3, -1)
-    squares: Float = by_spots @ by_spots.T
-    return squares
-
-
-def _rms(covariances: list[Float]) -> float:
-    return _UM * float(np.sqrt(np.mean([np.trace(each) for each in covariances])))
 
 
 def _length(vector: Float) -> float:

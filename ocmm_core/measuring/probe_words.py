@@ -38,7 +38,8 @@ def mechanics_words(found: Mechanics) -> tuple[str, ...]:
     ball, hand = found.reactions_n
     return (
         f"Growth: {found.growth_um_per_k:.2f} µm/K over the whole probe; uncorrected it puts the "
-        f"tip {found.tip_um_per_k:.2f} µm/K off.",
+        f"tip {found.tip_um_per_k:.2f} µm/K off. One face of the panel warmer than the other, as "
+        f"by a hand: {found.bow_um_per_k:.2f} µm/K.",
         f"Weight: {found.weight_n:.2f} N; held level the ball carries {ball:.3f} N and the hand "
         f"{hand:.3f} N, and the tip is {found.sag_nm:.1f} nm off.",
         f"Side force on the ball: it gives way by {found.side_nm_per_n:.0f} nm/N across the panel "

@@ -22,6 +22,7 @@ from ocmm_core.calibration.probe_design import ProbeDesign, load_design, shipped
 from ocmm_core.calibration.probe_shape import (
     Warmth,
     body_in_use,
+    bow_shape,
     force_shapes,
     growth_shape,
     sag_shape,
@@ -120,6 +121,17 @@ def test_an_even_bar_bends_as_the_handbook_says(length: float) -> None:
     assert abs(bent[0]) == pytest.approx(middle, rel=2e-5)
     area = np.pi * (diameter**2 - 2.0**2) / 4.0
     assert compression(beam, 0.0, length) == pytest.approx(length / (modulus * area), rel=1e-9)
+
+
+def test_a_panel_that_is_warm_on_one_side_bows(design: ProbeDesign, probe: ProbeBody) -> None:
+    # From 40 mm on an arc of 5e-6 / 20.7 mm a kelvin. Its chord through the LEDs at 118 and 228 mm,
+    # as a parabola about 40 mm: k/2 (a b) + 40 (slope of the chord), a and b from 40 mm.
+    curvature = 5e-6 / (19.05 + 1.65)
+    a, b = 118.0 - 40.0, 228.0 - 40.0
+    expected = 0.5 * curvature * (a * b + 40.0 * (a + b))
+    shift = tip_shift(probe, bow_shape(design, probe))
+    assert abs(shift[1]) == pytest.approx(expected, rel=1e-3)
+    assert 2e-3 < expected < 4e-3
 
 
 def test_a_force_along_the_panel_bends_it_less(design: ProbeDesign, probe: ProbeBody) -> None:
