@@ -51,6 +51,7 @@ from ocmm_core.cli.options import (
     UncalibratedOption,
 )
 from ocmm_core.cli.probe import probe_app
+from ocmm_core.cli.probe_status import mount_tip, probe_history, probe_status
 from ocmm_core.cli.rig import rig_app
 from ocmm_core.cli.study import study_app
 from ocmm_core.cli.truth import true_values
@@ -77,6 +78,8 @@ calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)
 calibrate_app.command(name="check-tip")(check_tip_command)
+for command in (mount_tip, probe_status, probe_history):
+    calibrate_app.command()(command)
 
 
 class Theme(StrEnum):

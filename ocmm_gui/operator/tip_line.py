@@ -97,5 +97,6 @@ def tip_words(view: ProbeView, place: Place) -> str:
     elif view.obstacle is not None and place is Place.MAINTAIN:
         why = f" No points: {view.obstacle}"
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
-    until = f", valid until {view.due_utc[:10]}" if view.due_utc else ""
+    usable = view.word in (Word.VALID, Word.DUE) and bool(view.due_utc)
+    until = f" until {view.due_utc[:10]}" if usable else ""
     return f"Probe {view.title}: {word}{until}, {ball}.{why}{warnings}"

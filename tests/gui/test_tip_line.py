@@ -78,7 +78,7 @@ def test_mounting_a_tip_is_said_on_every_screen(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     line = window.tip_line
-    qtbot.waitUntil(lambda: "VALID, valid until" in line.text())
+    qtbot.waitUntil(lambda: "VALID until" in line.text())
     QTest.keyClick(window, Qt.Key.Key_V)
     qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: VALID")
     QTest.keyClick(window, Qt.Key.Key_M)

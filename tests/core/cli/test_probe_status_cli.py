@@ -1,0 +1,49 @@
+"""The tips of a probe on the command line: status, history, mounting; measuring with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ocmm_core.cli.app import app
+from ocmm_core.documents import resource
+from tests.core.calibration.fresh_tips import TIP, Tips
+from tests.core.cli.conftest import Ocmm
+
+
+def test_what_is_said_about_a_tip(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    runner = CliRunner()
+    of_tips = ["--probes", str(tmp_path / "tips")]
+    never = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
+    assert never.exit_code == 1
+    assert "the probe was never calibrated" in never.stdout
+    tips = Tips(tmp_path / "tips")
+    good = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
+    assert good.exit_code == 0
+    assert f"{TIP} (on the probe)" in good.stdout
+    assert "State    VALID" in good.stdout
+    assert "Ball     6.0000 mm" in good.stdout
+    assert "at 20.5 C" in good.stdout
+    mounted = runner.invoke(app, ["calibrate", "mount-tip", TIP, *of_tips, "--who", "Ada"])
+    assert "quick tip check: one minute" in mounted.stdout
+    status = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
+    assert status.exit_code == 1
+    assert "was mounted and not checked since" in status.stdout
+    tips.check()
+    history = runner.invoke(app, ["calibrate", "probe-history", *of_tips]).stdout
+    kinds = ["probe calibrated", "tip qualified", "tip mounted", "tip check passed"]
+    assert [one for one in kinds if one in history] == kinds
+    assert "Ada" in history
+
+
+def test_a_tip_that_failed_its_check_is_not_measured_with(ocmm: Ocmm, tmp_path: Path) -> None:
+    Tips(tmp_path / "tips").check(passed=False)
+    plan = resource("plans", "quick.toml")
+    done = ocmm("measure", "--plan", plan, "--out", "out", "--probes", "tips", "--speed", "1")
+    assert done.returncode == 2
+    assert "Probe  SUSPECT standard/6 mm" in done.stdout
+    assert f"SUSPECT: The last check of tip '{TIP}' failed." in done.stderr
+    assert "With --uncalibrated points are taken all the same" in done.stderr
