@@ -2,17 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.procedure import Live
 from ocmm_core.camera.rig import Rig
+from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.maintain.parts import panel
+from ocmm_gui.wizards.driver import Seen
+from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.far_banner import FarBanner
 from ocmm_gui.wizards.live_panel import CameraRow
-from ocmm_gui.wizards.pages import StepPage
+from ocmm_gui.wizards.pages import StepPage, session_facts
+from ocmm_gui.wizards.probe_picture import ProbePicture
 from ocmm_gui.wizards.sphere_map import SphereMap
 
 _SIDE_PX = 360
+
+
+class ProbePreparePage(StepPage):
+    """What is fixed for a session about the probe, beside a picture of the probe.
+
+    Parameters
+    ----------
+    design
+        The probe by its document.
+    facts
+        What the session is about.
+    """
+
+    def __init__(self, design: ProbeBody, facts: Sequence[tuple[str, str]]) -> None:
+        super().__init__()
+        self._about = tuple(facts)
+        self.picture = ProbePicture()
+        self.picture.show_probe(design.leds_probe, design.led_directions_probe, design.tip_probe)
+        self.facts = Facts("The session")
+        column = QVBoxLayout()
+        column.addWidget(self.facts)
+        column.addStretch(1)
+        side = panel(column)
+        side.setFixedWidth(_SIDE_PX)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.picture, 1)
+        layout.addWidget(side)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show who does what with what."""
+        base = seen.view.base
+        self.facts.show_facts((*self._about, *session_facts(base)))
 
 
 class HandsPage(StepPage):
@@ -41,10 +81,10 @@ class HandsPage(StepPage):
         side = QVBoxLayout()
         side.setContentsMargins(0, 0, 0, 0)
         side.setSpacing(8)
-        side.addWidget(panel(self.scores), 5)
+        side.addWidget(panel(self.scores), 3)
         row = QVBoxLayout()
         row.addWidget(self.cameras)
-        side.addWidget(panel(row), 3)
+        side.addWidget(panel(row), 1)
         holder = QWidget()
         holder.setLayout(side)
         holder.setFixedWidth(_SIDE_PX)

@@ -9,6 +9,7 @@ from typing import Protocol
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
+from ocmm_core.calibration.procedure import ProcedureView
 from ocmm_core.calibration.procedure_views import (
     KnownPoint,
     KnownPointsView,
@@ -76,16 +77,8 @@ class PreparePage(StepPage):
 
     def show_seen(self, seen: Seen) -> None:
         """Show who does what with what."""
-        view, base = seen.view, seen.view.base
-        begun = datetime.fromisoformat(base.begun_utc).astimezone()
-        facts = [
-            ("Rig", base.rig),
-            ("Done by", base.who),
-            ("Begun", f"{begun:%Y-%m-%d %H:%M}"),
-        ]
-        facts += [(step.title, f"{step.wanted} wanted") for step in base.steps if step.wanted]
-        facts.append(("Session file", base.session.name))
-        self.facts.show_facts(facts)
+        view = seen.view
+        self.facts.show_facts(session_facts(view.base))
         if isinstance(view, KnownPointsView):
             contents = reference_points(view.points, None)
             self.picture.show_contents(contents, f"{len(view.points)} reference points")
@@ -223,6 +216,20 @@ class LinesPage(CollectPage):
                 current = view.current_line
                 where = "all lines are taken" if current is None else view.lines[current].name
                 self.picture.show_contents(bars(bar_places(view.lines), current), where)
+
+
+def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
+    """Return what is fixed for a session."""
+    begun = datetime.fromisoformat(base.begun_utc).astimezone()
+    # Where the name of the file may be broken.
+    file = base.session.name.replace("-", "-\u200b").replace("T", "T\u200b")
+    return [
+        ("Rig", base.rig),
+        ("Done by", base.who),
+        ("Begun", f"{begun:%Y-%m-%d %H:%M}"),
+        *((step.title, f"{step.wanted} wanted") for step in base.steps if step.wanted),
+        ("Session file", file),
+    ]
 
 
 def _states(points: Sequence[KnownPoint]) -> tuple[tuple[str, int | None], ...]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ocmm_core.calibration.pivot_map import CELL_RAD
 from ocmm_core.calibration.pivot_views import MapCell, PivotView, SweepPhase, SweepView
+from ocmm_core.calibration.pivot_watch import COUNTDOWN_S
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Points3
 from ocmm_gui.operator.marks import Mark
@@ -18,6 +19,7 @@ from ocmm_gui.wizards.live_panel import Score
 from ocmm_gui.wizards.sphere_map import Mapped
 
 _TURNS = ("Leaning", "Leaning the other way", "Turning the handle")
+_SEATED = "The ball is in the cone: keep it there."
 _SOUNDS = {
     SweepPhase.COUNTDOWN: Sound.TICK,
     SweepPhase.TAKING: Sound.STARTED,
@@ -47,7 +49,7 @@ class SweepPage(HandsPage):
         self.sigma = Score("The tip would be known to")
         self.bars = Bars("How far the probe was turned", 6 if second else 5)
         self.scores.addWidget(self.sigma, 2)
-        self.scores.addWidget(self.bars, 5)
+        self.scores.addWidget(self.bars, 6)
 
     def show_seen(self, seen: Seen) -> None:
         """Show phase, map, scores and cameras."""
@@ -98,7 +100,8 @@ def told_of(view: PivotView, sweep: SweepView) -> Told:
     hint = view.base.live.hint
     if sweep.phase is SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
-        return Told(f"BEGINS IN {int(np.ceil(seconds))}", hint, Mark.ACTIVE)
+        share = 1.0 - seconds / COUNTDOWN_S
+        return Told(f"BEGINS IN {int(np.ceil(seconds))}", _SEATED, Mark.ACTIVE, share)
     if sweep.phase is SweepPhase.TAKING:
         missing = sweep.missing or hint
         return Told("SWEEP", missing, Mark.ACTIVE, min(sweep.covered, 1.0))

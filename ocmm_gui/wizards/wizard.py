@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
+from ocmm_core.calibration.pivot_views import PivotView
 from ocmm_core.calibration.procedure import Kind
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
 from ocmm_core.calibration.procedure_pivot import PivotProcedure
@@ -16,10 +17,12 @@ from ocmm_core.calibration.procedure_relocation import RelocationProcedure
 from ocmm_core.calibration.procedure_tip import TipQualificationProcedure
 from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.calibration.tip_views import TouchView
 from ocmm_core.errors import OcmmError
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, Themed
 from ocmm_gui.wizards.driver import WizardDriver
 from ocmm_gui.wizards.forms import Field
+from ocmm_gui.wizards.hands_pages import ProbePreparePage
 from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, StepPage
 from ocmm_gui.wizards.pivot_result_page import PivotResultPage
 from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage
@@ -123,7 +126,8 @@ class Wizard(QStackedWidget):
             opened.procedure, self._site.tap, opened.calculation, opened.predict,
             self._site.warmth, self._clock,
         )  # fmt: skip
-        runner = Runner(driver, TEXTS[self._kind].title, _pages(opened), _extra(opened, driver))
+        pages, extra = _pages(opened, self._site), _extra(opened, driver)
+        runner = Runner(driver, TEXTS[self._kind].title, pages, extra)
         runner.left.connect(self.leave)
         runner.sounded.connect(self.sounded)
         driver.taken.connect(self.taken)
@@ -138,11 +142,12 @@ class Wizard(QStackedWidget):
         runner.setFocus()
 
 
-def _pages(opened: Opened) -> dict[str, StepPage]:
+def _pages(opened: Opened, site: WizardSite) -> dict[str, StepPage]:
     """Return the page of every step."""
     rig, procedure = opened.rig, opened.procedure
+    pages: dict[str, StepPage]
     if isinstance(procedure, PivotProcedure):
-        pages: dict[str, StepPage] = {
+        pages = {
             "first": SweepPage(rig, second=False),
             "second": SweepPage(rig, second=True),
             "result": PivotResultPage(rig),
@@ -165,7 +170,24 @@ def _pages(opened: Opened) -> dict[str, StepPage]:
         }
     else:
         pages = {"lines": LinesPage(rig), "spheres": SpheresPage(rig), "result": VerdictPage()}
-    return {"prepare": PreparePage(rig), **pages}
+    return {"prepare": _prepare(opened, site), **pages}
+
+
+def _prepare(opened: Opened, site: WizardSite) -> StepPage:
+    """Return the page on which the session is shown before it goes on."""
+    view = opened.procedure.view
+    facts: tuple[tuple[str, str], ...]
+    if isinstance(view, PivotView):
+        facts = (("Probe", view.probe), ("Tip", view.tip))
+    elif isinstance(view, TouchView):
+        sphere = f"{view.sphere_diameter_mm:.4f} ± {1e3 * view.sphere_expanded_mm:.1f} µm (k = 2)"
+        facts = (
+            ("Probe", view.probe), ("Tip", view.tip), ("Ball", f"{view.nominal_mm:g} mm"),
+            (view.sphere_name, sphere),
+        )  # fmt: skip
+    else:
+        return PreparePage(opened.rig)
+    return ProbePreparePage(site.body if site.probe is None else site.probe.design, facts)
 
 
 def _extra(opened: Opened, driver: WizardDriver) -> dict[str, Callable[[], None]]:

@@ -20,7 +20,7 @@ from ocmm_core.simulation.calibrating import CalibratingRig, Scene
 from ocmm_gui.theme import THEMES, Themed
 from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.runner import Runner
-from ocmm_gui.wizards.site import WizardSite
+from ocmm_gui.wizards.site import ProbeSite, WizardSite
 from ocmm_gui.wizards.wizard import Wizard
 from tests.core.calibration.procedure_site import Bench
 
@@ -39,6 +39,7 @@ class WizardBench:
         self.left: list[int] = []
         self.watcher: Callable[[FrameBlock], None] | None = None
         self.store = folder / "store"
+        self.probe_store = folder / "probe"
         self.wizard = self._open()
 
     @property
@@ -54,8 +55,9 @@ class WizardBench:
 
     def _open(self) -> Wizard:
         self.site = WizardSite(
-            self.bench.rig, self.bench.body, self.store, "technician", self._tap
-        )
+            self.bench.rig, self.bench.body, self.store, "technician", self._tap,
+            probe=ProbeSite(self.bench.body, self.probe_store, "T1"),
+        )  # fmt: skip
         wizard = Wizard(self.site, self.bench.now)
         wizard.resize(1024, 600)
         wizard.failed.connect(self.errors.append)
