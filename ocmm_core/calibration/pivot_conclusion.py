@@ -18,6 +18,7 @@ from ocmm_core.calibration.probe_records import PROBE_SCHEMA, PivotCheck, ProbeR
 from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.calibration.session_events import utc_text
 from ocmm_core.camera.rig import Rig, Vector3
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody, rigid_fit
 
@@ -87,16 +88,16 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
         data_sha256=hash_of(given.first.uv, given.second.uv),
         valid_until_utc=utc_text(given.made + timedelta(days=begun.valid_days)),
         probe_identity=begun.probe_identity,
-        leds_mm=tuple(vector(led) for led in first.leds_probe),
-        tip_mm=vector(first.tip_probe),
+        leds_mm=tuple(_vector(led) for led in first.leds_probe),
+        tip_mm=_vector(first.tip_probe),
         covariance=_symmetric(first.covariance),
         frames=len(given.first.uv),
         left_out=len(first.left_out),
-        ranges_deg=vector(np.degrees(first.coverage.ranges)),
+        ranges_deg=_vector(np.degrees(first.coverage.ranges)),
         attitudes=first.coverage.attitudes,
         rms_px=first.rms_px,
         chi2_per_dof=first.chi2 / first.dof,
-        thesis_tip_mm=vector(first.thesis_tip_probe),
+        thesis_tip_mm=_vector(first.thesis_tip_probe),
         thesis_spread_mm=first.thesis.spread,
         validation=_check(validation),
         change_mm=None if change is None else change.tip_distance,
@@ -127,6 +128,35 @@ def change_of(
     )
 
 
+def expected_tip(
+    body: ProbeBody, running: ProbeRecord | None, *, tip_unknown: bool
+) -> Vector3 | None:
+    """Return where the tip should be, mm, frame of the document; None where nobody knows.
+
+    Parameters
+    ----------
+    running
+        The record in force for this tip; it knows better than the document.
+    tip_unknown
+        The document does not say where this tip is.
+
+    Raises
+    ------
+    CalibrationError
+        The record is of a probe with another number of LEDs.
+    """
+    if running is None:
+        return None if tip_unknown else _vector(body.tip_probe)
+    if len(running.leds_mm) != body.n_leds:
+        raise CalibrationError(
+            "pivot.leds",
+            f"The calibration of tip '{running.tip}' in force is of a probe with "
+            f"{len(running.leds_mm)} LEDs, and '{body.name}' has {body.n_leds}.",
+            "Give every probe a name of its own in its document.",
+        )
+    return _vector(laid_onto(body, running)[1])
+
+
 def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
     """Return LEDs (L, 3) and tip (3,), mm, of a record in the frame of a document."""
     leds = np.array(record.leds_mm)
@@ -136,8 +166,8 @@ def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
 
 def _check(validation: PivotValidation) -> PivotCheck:
     return PivotCheck(
-        difference_mm=vector(validation.tip_difference),
-        sigma_mm=vector(validation.tip_difference_sigma),
+        difference_mm=_vector(validation.tip_difference),
+        sigma_mm=_vector(validation.tip_difference_sigma),
         led_difference_mm=validation.led_difference,
         place_mm=validation.place_distance,
         attitude_deg=float(np.degrees(validation.attitude_distance)),
@@ -155,7 +185,6 @@ def _symmetric(covariance: Float) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in half.tolist())
 
 
-def vector(values: Float) -> Vector3:
-    """Return three numbers as they are written."""
+def _vector(values: Float) -> Vector3:
     x, y, z = (float(value) for value in values)
     return x, y, z

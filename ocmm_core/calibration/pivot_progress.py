@@ -113,18 +113,27 @@ def progress_of(
 
 
 def view_of(
-    rig: Rig,
     progress: Progress,
     phase: SweepPhase,
+    gate: Gate,
     limits: PivotLimits,
     poses_wanted: int,
     sigma_wanted: float,
     *,
-    forced: bool,
+    may_end: bool,
 ) -> SweepView:
-    """Return what a screen shows of a sweep."""
+    """Return what a screen shows of a sweep.
+
+    Parameters
+    ----------
+    phase
+        As `pivot_watch` sees it.
+    gate
+        Out of the sweep.
+    may_end
+        A person may end it although the gate is closed.
+    """
     coverage = progress.coverage
-    gate = gate_of(rig, progress, limits, poses_wanted, sigma_wanted, forced=forced)
     return SweepView(
         phase=SweepPhase.GOOD if gate.open else phase,
         poses=progress.poses,
@@ -140,7 +149,7 @@ def view_of(
         centre_world=progress.centre_world,
         good=gate.open,
         missing="" if gate.open else gate.reason,
-        may_end=gate.open or (forced and is_forcible(progress, limits)),
+        may_end=gate.open or may_end,
     )
 
 

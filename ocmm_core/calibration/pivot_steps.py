@@ -68,9 +68,9 @@ def apart(first: Progress, second: Progress) -> tuple[float, float]:
     return place, float(np.arccos(np.clip(means[0] @ means[1], -1.0, 1.0)))
 
 
-def second_gate(gate: Gate, first: Progress, second: Progress, *, forced: bool) -> Gate:
+def second_gate(gate: Gate, first: Progress, second: Progress) -> Gate:
     """Return the gate out of the second sweep, which must be another one than the first."""
-    if not gate.open or forced:
+    if not gate.open:
         return gate
     place, attitude = apart(first, second)
     if place < OTHER_PLACE_MM and attitude < OTHER_ATTITUDE:

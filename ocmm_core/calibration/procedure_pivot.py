@@ -17,10 +17,11 @@ import numpy as np
 
 from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.pivot_conclusion import PivotMaterial, conclude_pivot, laid_onto, vector
+from ocmm_core.calibration.pivot_conclusion import PivotMaterial, conclude_pivot, expected_tip
 from ocmm_core.calibration.pivot_progress import (
     Progress,
     gate_of,
+    is_forcible,
     progress_of,
     view_of,
 )
@@ -168,16 +169,9 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 "Give it the name that is on its stylus; each tip has a calibration of its own.",
             )
         active = store.active(tip)
-        expected = None if tip_unknown else body.tip_probe
-        if active is not None:
-            if len(active.calibration.leds_mm) != body.n_leds:
-                raise CalibrationError(
-                    "pivot.leds",
-                    f"The calibration of tip '{tip}' in force is of a probe with "
-                    f"{len(active.calibration.leds_mm)} LEDs, and '{body.name}' has {body.n_leds}.",
-                    "Give every probe a name of its own in its document.",
-                )
-            expected = laid_onto(body, active.calibration)[1]
+        expected = expected_tip(
+            body, None if active is None else active.calibration, tip_unknown=tip_unknown
+        )
         begun = PivotBegun(
             utc=utc_text(now),
             rig=rig.name,
@@ -189,7 +183,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             probe=body.name,
             probe_identity=body.identity,
             tip=tip,
-            expected_tip=None if expected is None else vector(expected),
+            expected_tip=expected,
             cone=cone,
             slack_mm=slack_mm,
             change_limit_mm=change_limit_mm,
@@ -324,16 +318,15 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             super().accept(now, reason)
 
     def _sweep_view(self, name: str) -> SweepView:
-        begun = self._begun
-        phase = self._watch.phase if self._step == name else SweepPhase.IDLE
+        begun, progress = self._begun, self._progress_of(name)
         return view_of(
-            self.rig,
-            self._progress_of(name),
-            phase,
+            progress,
+            self._watch.phase if self._step == name else SweepPhase.IDLE,
+            self._gate(name),
             begun.limits(),
             begun.poses_wanted,
             begun.tip_sigma_mm,
-            forced=self._forced,
+            may_end=self._forced and is_forcible(progress, begun.limits()),
         )
 
     def _progress_of(self, name: str) -> Progress:
@@ -410,18 +403,18 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._rewatch()
 
     def _steps(self) -> tuple[Step, ...]:
-        first, second = (self._progress_of(name) for name in SWEEPS)
-        gates = self._gate(FIRST), second_gate(
-            self._gate(SECOND), first, second, forced=self._forced
-        )
-        return steps_of(self._begun, (first.poses, second.poses), gates)
+        first, second = (self._poses[name].count for name in SWEEPS)
+        return steps_of(self._begun, (first, second), (self._gate(FIRST), self._gate(SECOND)))
 
     def _gate(self, name: str) -> Gate:
-        begun = self._begun
-        return gate_of(
-            self.rig, self._progress_of(name), begun.limits(), begun.poses_wanted,
-            begun.tip_sigma_mm, forced=self._forced,
+        begun, progress = self._begun, self._progress_of(name)
+        gate = gate_of(
+            self.rig, progress, begun.limits(), begun.poses_wanted, begun.tip_sigma_mm,
+            forced=self._forced,
         )  # fmt: skip
+        if name == FIRST or self._forced:
+            return gate
+        return second_gate(gate, self._progress_of(FIRST), progress)
 
     def _calculation(self) -> Callable[[], PivotOutcome]:
         for step in self._steps()[1:-1]:

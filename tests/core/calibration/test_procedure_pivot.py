@@ -108,7 +108,8 @@ def test_a_kill_at_any_moment_gives_the_same_result(bench: PivotBench, tmp_path:
         assert found.record.covariance == wanted.record.covariance
         assert found.record.data_sha256 == wanted.record.data_sha256
         assert np.array_equal(found.second.tips_world, wanted.second.tips_world)
-    assert found.record == wanted.record, "nothing was taken anew after the last cut"
+        if cut == len(content):
+            assert found.record == wanted.record, "nothing was taken anew"
 
 
 def test_a_kill_between_decision_and_record_stores_it_once(bench: PivotBench) -> None:
