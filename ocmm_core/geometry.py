@@ -100,6 +100,19 @@ def unit(vector: Float) -> Float:
     return scaled
 
 
+def rigid_fit(reference: Float, measured: Float) -> tuple[Float, Float]:
+    """Return rotation (3, 3) and translation (3,) that take ``reference`` to ``measured``.
+
+    Orthogonal Procrustes (thesis 1.3.2) with the determinant, so that it never is a reflection.
+    Both arrays are (n, 3).
+    """
+    a, b = reference.mean(axis=0), measured.mean(axis=0)
+    u, _, vt = np.linalg.svd((measured - b).T @ (reference - a))
+    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    rotation: Float = u @ sign @ vt
+    return rotation, b - rotation @ a
+
+
 def perpendicular_pair(direction: Float) -> tuple[Float, Float]:
     """Return two unit vectors (3,) that form a right-handed frame with ``direction``."""
     d = unit(np.asarray(direction, dtype=np.float64))

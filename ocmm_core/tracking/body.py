@@ -2,44 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, permutations
 from pathlib import Path
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera.rig import MAX_SLOTS, Vector3
+from ocmm_core.camera.rig import Vector3
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
+from ocmm_core.geometry import rigid_fit as rigid_fit
+from ocmm_core.tracking.ambiguity import AMBIGUITY_LIMIT_MM as AMBIGUITY_LIMIT_MM
+from ocmm_core.tracking.ambiguity import Ambiguity as Ambiguity
+from ocmm_core.tracking.ambiguity import check_distinct as check_distinct
+from ocmm_core.tracking.ambiguity import nearest, nearest_hidden
+from ocmm_core.tracking.led_document import MIN_LEDS as MIN_LEDS
+from ocmm_core.tracking.led_document import MIN_WIDTH_MM as MIN_WIDTH_MM
+from ocmm_core.tracking.led_document import LedEntry as LedEntry
+from ocmm_core.tracking.led_document import OrientationRule as OrientationRule
+from ocmm_core.tracking.led_document import check_leds as check_leds
+from ocmm_core.tracking.led_document import rule_directions as rule_directions
+from ocmm_core.tracking.led_document import unit_rules as unit_rules
+from ocmm_core.tracking.strobe import StrobeCode, StrobeEntry, strobe_code
 
 SCHEMA = "ocmm.probe/1"
-MIN_LEDS = 3
-AMBIGUITY_LIMIT_MM = 1.0
-"""A wrong labelling must leave at least this rigid residual (RMS), or the labels are in doubt."""
-
-MIN_WIDTH_MM = 5.0
-"""LEDs nearer to one line than this (RMS) leave the turn about it open."""
-
-
-class LedEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One LED: its place and the direction of its light, probe frame."""
-
-    position: Vector3
-    direction: Vector3
-
-
-class OrientationRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A promise of how the probe is held: an axis of it stays on one side of a world direction.
-
-    ``probe_axis`` mapped to the world must have a positive component along ``world_direction``.
-    """
-
-    probe_axis: Vector3
-    world_direction: Vector3
 
 
 class ProbeDocument(Document, frozen=True, kw_only=True):
@@ -54,6 +41,7 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
     emission_half_angle_deg: float
     leds: list[LedEntry]
     orientation_rules: tuple[OrientationRule, ...] = ()
+    strobe: StrobeEntry | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +60,8 @@ class LedBody:
         rad; outside this cone an LED is not seen.
     rules
         ``(body_axis, world_direction)`` pairs, each (3,).
+    code
+        Strobe code of the LEDs; None where they always shine.
     """
 
     name: str
@@ -79,6 +69,7 @@ class LedBody:
     led_directions_body: Float
     emission_half_angle: float
     rules: tuple[tuple[Float, Float], ...] = ()
+    code: StrobeCode | None = None
 
     @property
     def n_leds(self) -> int:
@@ -112,6 +103,8 @@ class ProbeBody:
         ``(probe_axis, world_direction)`` pairs, each (3,).
     identity
         SHA-256 of the document.
+    code
+        Strobe code of the LEDs; None where they always shine.
     """
 
     name: str
@@ -124,6 +117,7 @@ class ProbeBody:
     geometry_covariance: Float
     rules: tuple[tuple[Float, Float], ...]
     identity: str
+    code: StrobeCode | None = None
 
     @property
     def n_leds(self) -> int:
@@ -139,26 +133,8 @@ class ProbeBody:
             self.led_directions_probe,
             self.emission_half_angle,
             self.rules,
+            self.code,
         )
-
-
-@dataclass(frozen=True, slots=True)
-class Ambiguity:
-    """A wrong labelling that fits the body nearly as well as the right one.
-
-    Attributes
-    ----------
-    labels
-        LED number that stands at the place of LED 0, 1, 2 ...
-    residual_mm
-        RMS distance of the LEDs after the best rigid motion.
-    tip_error_mm
-        How far the tip would be wrong.
-    """
-
-    labels: tuple[int, ...]
-    residual_mm: float
-    tip_error_mm: float
 
 
 def load_probe(path: Path | str) -> ProbeBody:
@@ -207,29 +183,10 @@ def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBo
         ),
         rules=unit_rules(document.orientation_rules),
         identity=identity,
+        code=strobe_code(Path(path), document.strobe, len(leds)),
     )
-    worst = nearest_ambiguity(body)
-    if worst is not None and worst.residual_mm < AMBIGUITY_LIMIT_MM:
-        raise InputError(
-            "probe.ambiguous",
-            f"{path}: LEDs taken in the order {worst.labels} fit the body to "
-            f"{worst.residual_mm:.3f} mm and would put the tip {worst.tip_error_mm:.1f} mm off.",
-            "Move one LED by 10 mm, or add an orientation rule that excludes that order.",
-        )
+    check_labels(path, "probe", body)
     return body
-
-
-def rigid_fit(reference: Float, measured: Float) -> tuple[Float, Float]:
-    """Return rotation (3, 3) and translation (3,) that take ``reference`` to ``measured``.
-
-    Orthogonal Procrustes (thesis 1.3.2) with the determinant, so that it never is a reflection.
-    Both arrays are (n, 3).
-    """
-    a, b = reference.mean(axis=0), measured.mean(axis=0)
-    u, _, vt = np.linalg.svd((measured - b).T @ (reference - a))
-    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    rotation: Float = u @ sign @ vt
-    return rotation, b - rotation @ a
 
 
 def satisfies_rules(
@@ -243,134 +200,70 @@ def satisfies_rules(
 
 
 def nearest_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
-    """Return the wrong labelling with the smallest rigid residual that the rules do not exclude.
+    """Return the wrong labelling with the smallest rigid residual, see `ambiguity.nearest`.
 
-    Where the body has no tip, the error is that of the middle of its LEDs. A rule excludes a
-    labelling if the body, turned by that labelling's motion, breaks the rule in every attitude that
-    keeps it; that is so when the motion reverses the rule's axis.
+    Where the body has no tip, the error is that of the middle of its LEDs.
     """
-    worst: Ambiguity | None = None
-    leds = body.leds_probe if isinstance(body, ProbeBody) else body.leds_body
-    tip = body.tip_probe if isinstance(body, ProbeBody) else leds.mean(axis=0)
-    identity = tuple(range(body.n_leds))
-    distances = np.linalg.norm(leds[:, None] - leds[None], axis=2)
-    for labels in permutations(identity):
-        if labels == identity:
-            continue
-        spread = np.abs(distances[np.ix_(labels, labels)] - distances).max()
-        # A rigid residual of r (RMS) changes no distance by more than 2 r sqrt(n), n at most 8.
-        if worst is not None and spread > 6.0 * worst.residual_mm + 1e-9:
-            continue
-        rotation, translation = rigid_fit(leds, leds[list(labels)])
-        if any(float(axis @ rotation @ axis) < -0.99 for axis, _ in body.rules):
-            continue
-        miss = leds @ rotation.T + translation - leds[list(labels)]
-        residual = float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
-        if worst is None or residual < worst.residual_mm:
-            moved = rotation @ tip + translation
-            worst = Ambiguity(labels, residual, float(np.linalg.norm(moved - tip)))
-    return worst
+    return nearest(*_shape(body))
 
 
-def check_distinct(bodies: Sequence[LedBody]) -> None:
-    """Refuse bodies of which three LEDs of one look like three LEDs of another.
+def hidden_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
+    """Return the nearest wrong labelling while one LED is hidden, see `ambiguity.nearest_hidden`.
 
-    Raises
-    ------
-    InputError
-        Two of the bodies could be taken for each other where some of their LEDs are hidden.
+    None where all leave the residual that is asked for.
     """
-    for one, other in combinations(bodies, 2):
-        mine, theirs = _distances(one.leds_body), _distances(other.leds_body)
-        for leds in combinations(range(one.n_leds), MIN_LEDS):
-            for alike in permutations(range(other.n_leds), MIN_LEDS):
-                spread = np.abs(mine[np.ix_(leds, leds)] - theirs[np.ix_(alike, alike)]).max()
-                if spread < AMBIGUITY_LIMIT_MM:
-                    raise InputError(
-                        "bodies.alike",
-                        f"LEDs {leds} of '{one.name}' look like LEDs {alike} of '{other.name}': "
-                        f"their distances agree to {spread:.2f} mm.",
-                        "Use another reference body, or move one of these LEDs by 5 mm.",
-                    )
+    return nearest_hidden(*_shape(body))
 
 
-def _distances(leds: Float) -> Float:
-    between: Float = np.linalg.norm(leds[:, None] - leds[None], axis=2)
-    return between
-
-
-def check_leds(
-    path: Path, what: str, leds: Sequence[LedEntry], rules: Sequence[tuple[str, Vector3]] = ()
-) -> None:
-    """Refuse LEDs of which no body can be made.
+def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None:
+    """Refuse a body whose labels can be confused; a strobe code makes all labels certain.
 
     Parameters
     ----------
     path, what
         The document and what it describes, ``"probe"`` or ``"reference"``.
-    leds
-        As written down.
-    rules
-        Directions of orientation rules by field.
+    body
+        Its content.
 
     Raises
     ------
     InputError
-        They are too few or too many, in one place, on one line, or a direction is a zero vector.
+        Labels can be confused where all LEDs are seen, or where one is hidden, or there are three.
     """
-    count = len(leds)
-    if not MIN_LEDS <= count <= MAX_SLOTS:
+    if body.code is not None:
+        return
+    point = "tip" if isinstance(body, ProbeBody) else "body"
+    remedy = "Move one LED by 10 mm, or add an orientation rule that excludes that order."
+    worst = nearest_ambiguity(body)
+    if worst is not None and worst.residual_mm < AMBIGUITY_LIMIT_MM:
+        raise InputError(
+            f"{what}.ambiguous",
+            f"{path}: LEDs taken in the order {worst.labels} fit the body to "
+            f"{worst.residual_mm:.3f} mm and would put the {point} {worst.tip_error_mm:.1f} mm off.",
+            remedy,
+        )
+    if body.n_leds == MIN_LEDS:
         raise InputError(
             f"{what}.leds",
-            f"{path}: the {what} has {count} LED(s).",
-            f"Give {MIN_LEDS} to {MAX_SLOTS} LEDs.",
+            f"{path}: the {what} has {MIN_LEDS} LEDs, of which a reflection could be one.",
+            "Add a fourth LED, or give the LEDs a strobe code.",
         )
-    directions = [(f"leds[{i}].direction", led.direction) for i, led in enumerate(leds)]
-    for field, direction in (*directions, *rules):
-        if np.linalg.norm(direction) < 1e-9:
-            raise InputError(
-                f"{what}.direction",
-                f"{path}: field '{field}' is a zero vector, which has no direction.",
-                "Give the direction; its length does not matter.",
-            )
-    positions = np.array([led.position for led in leds])
-    distances = _distances(positions) + 1e9 * np.eye(count)
-    if distances.min() < 5.0:
-        first, second = np.unravel_index(int(distances.argmin()), distances.shape)
+    worst = hidden_ambiguity(body)
+    if worst is not None:
+        hidden = worst.labels.index(-1)
         raise InputError(
-            f"{what}.leds",
-            f"{path}: leds[{min(first, second)}] and leds[{max(first, second)}] are "
-            f"{distances.min():.2f} mm apart.",
-            "Place LEDs at least 5 mm apart, so that each gives its own spot.",
-        )
-    # RMS distance of the LEDs from the line that fits them best.
-    spread = np.linalg.svd(positions - positions.mean(axis=0))[1]
-    width = float(np.linalg.norm(spread[1:])) / np.sqrt(count)
-    if width < MIN_WIDTH_MM:
-        raise InputError(
-            f"{what}.leds",
-            f"{path}: the LEDs stand within {width:.2f} mm (RMS) of one line.",
-            f"Place them at least {MIN_WIDTH_MM:g} mm from it, or the turn about it stays unknown.",
+            f"{what}.ambiguous",
+            f"{path}: while one LED is hidden, LEDs taken in the order {worst.labels} (-1: LED "
+            f"{hidden} is not seen) fit the body to {worst.residual_mm:.3f} mm and would put the "
+            f"{point} {worst.tip_error_mm:.1f} mm off.",
+            remedy,
         )
 
 
-def rule_directions(rules: Sequence[OrientationRule]) -> list[tuple[str, Vector3]]:
-    """Return the directions of orientation rules by field, for `check_leds`."""
-    return [
-        (f"orientation_rules[{index}].{name}", direction)
-        for index, rule in enumerate(rules)
-        for name, direction in (
-            ("probe_axis", rule.probe_axis),
-            ("world_direction", rule.world_direction),
-        )
-    ]
-
-
-def unit_rules(rules: Sequence[OrientationRule]) -> tuple[tuple[Float, Float], ...]:
-    """Return orientation rules as pairs of unit vectors, as the bodies hold them."""
-    return tuple(
-        (unit(np.array(rule.probe_axis)), unit(np.array(rule.world_direction))) for rule in rules
-    )
+def _shape(body: ProbeBody | LedBody) -> tuple[Float, Float, tuple[tuple[Float, Float], ...]]:
+    if isinstance(body, ProbeBody):
+        return body.leds_probe, body.tip_probe, body.rules
+    return body.leds_body, body.leds_body.mean(axis=0), body.rules
 
 
 def _check(path: Path, document: ProbeDocument) -> None:

@@ -12,21 +12,19 @@ from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking.body import (
-    AMBIGUITY_LIMIT_MM,
     LedBody,
     LedEntry,
     OrientationRule,
     ProbeBody,
     check_distinct,
+    check_labels,
     check_leds,
-    nearest_ambiguity,
     rule_directions,
     unit_rules,
 )
+from ocmm_core.tracking.strobe import StrobeEntry, strobe_code
 
 SCHEMA = "ocmm.reference/1"
-MIN_LEDS = 4
-"""Three are enough to follow a body, but not to recognise it beyond doubt."""
 
 
 class ReferenceDocument(Document, frozen=True, kw_only=True):
@@ -37,6 +35,7 @@ class ReferenceDocument(Document, frozen=True, kw_only=True):
     emission_half_angle_deg: float
     leds: list[LedEntry]
     orientation_rules: tuple[OrientationRule, ...] = ()
+    strobe: StrobeEntry | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,12 +88,6 @@ def load_reference(path: Path | str) -> ReferenceBody:
     path = Path(path)
     document = load_document(path, ReferenceDocument, SCHEMA)
     check_leds(path, "reference", document.leds, rule_directions(document.orientation_rules))
-    if len(document.leds) < MIN_LEDS:
-        raise InputError(
-            "reference.leds",
-            f"{path}: the reference body has {len(document.leds)} LEDs.",
-            f"Give at least {MIN_LEDS}: of three, a reflection could be one.",
-        )
     for field in ("led_sigma", "emission_half_angle_deg"):
         if getattr(document, field) <= 0.0:
             raise InputError(
@@ -110,15 +103,9 @@ def load_reference(path: Path | str) -> ReferenceBody:
         led_directions_body=unit(np.array([led.direction for led in document.leds])),
         emission_half_angle=float(np.radians(document.emission_half_angle_deg)),
         rules=unit_rules(document.orientation_rules),
+        code=strobe_code(path, document.strobe, len(document.leds)),
     )
-    worst = nearest_ambiguity(leds)
-    if worst is not None and worst.residual_mm < AMBIGUITY_LIMIT_MM:
-        raise InputError(
-            "reference.ambiguous",
-            f"{path}: LEDs taken in the order {worst.labels} fit the reference body to "
-            f"{worst.residual_mm:.3f} mm: it would not be known how it stands.",
-            "Move one LED by 10 mm, or add an orientation rule that excludes that order.",
-        )
+    check_labels(path, "reference", leds)
     return ReferenceBody(
         leds=leds,
         geometry_covariance=document.led_sigma**2 * np.eye(positions.size),

@@ -1,0 +1,144 @@
+"""Strobe codes: an LED tells its number by the frames in which it is dark.
+
+The cameras count exposures together, and the LEDs keep time with them. In every period of that
+counter each LED is dark for one frame, its own; in all others it shines. So a slot that was watched
+for two periods names its LED, or is no LED of this body: a lamp never is dark, and what another
+thing hides is dark in other frames. A frame in which one LED is dark is measured with the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Int
+
+MAX_PERIOD = 64
+"""Frames; two of them must pass before an LED is named."""
+
+PERIODS = 2
+"""Watched before a slot is named; in one, what hid the LED for a frame might look like the code."""
+
+NOT_NAMED = -2
+"""A slot that is not known to follow an LED of this body."""
+
+
+class StrobeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The code of a body in its document: in which frame of the period each LED is dark."""
+
+    period: int
+    dark: list[int]
+
+
+@dataclass(frozen=True, slots=True)
+class StrobeCode:
+    """The code of a body.
+
+    Attributes
+    ----------
+    period
+        Frames.
+    dark
+        (L,): remainder of the exposure counter by the period at which the LED is dark.
+    """
+
+    period: int
+    dark: Int
+
+
+def strobe_code(path: Path, entry: StrobeEntry | None, n_leds: int) -> StrobeCode | None:
+    """Return the code of a document, or None where it has none.
+
+    Raises
+    ------
+    InputError
+        Two LEDs are dark in the same frame, one has no frame, or the period is too short or long.
+    """
+    if entry is None:
+        return None
+    numbers = entry.dark
+    wrong = ""
+    if not max(4, n_leds) <= entry.period <= MAX_PERIOD:
+        wrong = f"'strobe.period' is {entry.period}, but must be {max(4, n_leds)} to {MAX_PERIOD}"
+    elif len(numbers) != n_leds:
+        wrong = f"'strobe.dark' has {len(numbers)} numbers for {n_leds} LEDs"
+    elif len(set(numbers)) < n_leds or not 0 <= min(numbers) <= max(numbers) < entry.period:
+        wrong = f"'strobe.dark' is {numbers}"
+    if wrong:
+        raise InputError(
+            "body.strobe",
+            f"{path}: field {wrong}.",
+            "Give every LED a frame of its own in which it is dark, from 0 to the period less one.",
+        )
+    return StrobeCode(entry.period, np.array(numbers, dtype=np.int64))
+
+
+def is_lit(code: StrobeCode, counter: Int) -> NDArray[np.bool_]:
+    """Return which LEDs shine in frames (n,) of the exposure counter, (n, L)."""
+    lit: NDArray[np.bool_] = counter[:, None] % code.period != code.dark
+    return lit
+
+
+def frames_needed(code: StrobeCode) -> int:
+    """Return how many consecutive frames `decode` looks at."""
+    return PERIODS * code.period
+
+
+def decode(code: StrobeCode, counter: Int, there: NDArray[np.bool_]) -> Int | None:
+    """Return the LED that each slot follows, (C, S), `NOT_NAMED` where that cannot be said.
+
+    Parameters
+    ----------
+    counter
+        (n,), exposure counter of the last frames.
+    there
+        (n, C, S): which slots held a spot.
+
+    Returns
+    -------
+    ndarray or None
+        None where the frames are too few, or some between them are missing.
+    """
+    need = frames_needed(code)
+    counter, there = counter[-need:], there[-need:]
+    if len(counter) < need or counter[-1] - counter[0] != need - 1:
+        return None
+    led_of_slot = np.full(there.shape[1:], NOT_NAMED, dtype=np.int64)
+    for led, lit in enumerate(is_lit(code, counter).T):
+        led_of_slot[(there == lit[:, None, None]).all(axis=0)] = led
+    return led_of_slot
+
+
+class StrobeReader:
+    """Read the code from consecutive frames; used by one thread.
+
+    Parameters
+    ----------
+    code
+        What the LEDs do.
+    """
+
+    def __init__(self, code: StrobeCode) -> None:
+        self._code = code
+        self._counter = np.empty(0, dtype=np.int64)
+        self._there: NDArray[np.bool_] | None = None
+
+    def decode(self, counter: Int, there: NDArray[np.bool_]) -> Int | None:
+        """Return what `decode` says after frames that follow those of `remember`."""
+        if self._there is not None and len(counter) < frames_needed(self._code):
+            counter = np.concatenate([self._counter, counter])
+            there = np.concatenate([self._there, there])
+        return decode(self._code, counter, there)
+
+    def remember(self, counter: Int, there: NDArray[np.bool_]) -> None:
+        """Keep as many of the last frames as are needed."""
+        need = frames_needed(self._code)
+        if self._there is not None and len(counter) < need:
+            counter = np.concatenate([self._counter, counter])
+            there = np.concatenate([self._there, there])
+        self._counter, self._there = counter[-need:].copy(), there[-need:].copy()
