@@ -99,7 +99,7 @@ class LiveState:
             self._uncertainty = self._uncertainty_of(track, int(good[-1]))
         if self._reference is not None:
             self._references = pipeline.slot_references()
-            self._reference_view = reference_view(track, self._reference)
+            self._reference_view = reference_view(track, pipeline, self._reference)
             if track.status[-1] == FrameStatus.REFERENCE_LOST:
                 self._reference_lost = judge_reference(track, pipeline, self._rig)
         self._track = track

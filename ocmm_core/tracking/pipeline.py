@@ -64,6 +64,11 @@ class TrackingPipeline:
         """Return why the reference body is of no use yet, in words; empty otherwise."""
         return self._reference.reason if self._reference is not None else ""
 
+    @property
+    def reference_motion(self) -> tuple[float, float] | None:
+        """Return how far the reference body is from home, mm and rad; None if not known."""
+        return self._reference.motion if self._reference is not None else None
+
     def slot_leds(self) -> Int:
         """Return the LED of the probe that each slot follows, (C, 8), -1 where unknown."""
         return self._probe.slot_leds()

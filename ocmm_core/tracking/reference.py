@@ -49,6 +49,8 @@ micrometres at one metre."""
 
 _BATCHES = 10
 _SIGMAS = 5.0
+_SETTLED = 64
+"""Frames of the averaged pose from which a motion is told to people."""
 _NEAR_MM, _NEAR_RAD = 5.0, 0.01
 """The covariance of the pose is computed anew where the body has moved further."""
 
@@ -86,6 +88,9 @@ class ReferenceTracker:
         Follows its LEDs.
     home
         See above.
+    motion
+        How far the middle of its LEDs is from home, mm, and how far it is turned, rad; None while
+        that is not known. It waits until the mean of the pose has settled.
     """
 
     def __init__(
@@ -97,6 +102,7 @@ class ReferenceTracker:
     ) -> None:
         self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
         self.home = home
+        self.motion: tuple[float, float] | None = None
         self._rig = rig
         self._reference = reference
         self._taker = HomeTaker(rig, reference)
@@ -135,9 +141,23 @@ class ReferenceTracker:
             taken = self._taker.feed(seen.body)
             begin = len(probe) if taken is None else taken[0]
             self.home = taken[1] if taken is not None else None
-        poses = self._filter.feed(seen.body, seen.covariance)
+        poses = ReferencePoses(*self._filter.feed(seen.body, seen.covariance))
+        if self.home is None or not self._filter.n_frames:
+            self.motion = None
+        elif self._filter.n_frames >= _SETTLED:
+            self.motion = self._motion(self.home, poses.rotation[-1], poses.origin[-1])
         seen = replace(seen, probe=probe, home=self.home)
-        return related(seen, ReferencePoses(*poses), begin)
+        return related(seen, poses, begin)
+
+    def _motion(self, home: ReferenceHome, rotation: Float, origin: Float) -> tuple[float, float]:
+        turn, shift = motion_to_world(home, rotation[None], origin[None])
+        middle = rotation @ self._reference.middle + origin
+        moved = turn[0] @ middle + shift[0] - middle
+        sine = 0.5 * np.array(
+            [turn[0, 2, 1] - turn[0, 1, 2], turn[0, 0, 2] - turn[0, 2, 0],
+             turn[0, 1, 0] - turn[0, 0, 1]]
+        )  # fmt: skip
+        return float(np.linalg.norm(moved)), float(np.arcsin(min(float(np.linalg.norm(sine)), 1.0)))
 
     def _covariances(self, body: TrackBlock) -> Float:
         """Return the covariance (n, 6, 6) of every pose, NaN where there is none."""

@@ -47,11 +47,15 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         world: WorldOptions | None = None,
         out: Path | None = None,
         plan: str = "quick.toml",
+        probe: str = "standard.toml",
+        reference: str = "",
     ) -> Bench:
         # A tenth of the frame rate: the same job for a tenth of the work.
         built = build_station(
             StationRequest(
                 plan=resource("plans", plan),
+                probe=resource("probes", probe),
+                reference=resource("references", reference) if reference else None,
                 out=tmp_path / "job",
                 speed=speed,
                 stay=stay,
