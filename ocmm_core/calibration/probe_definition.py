@@ -23,6 +23,7 @@ from ocmm_core.tracking.body import (
     ProbeDocument,
     body_of,
 )
+from ocmm_core.tracking.strobe import StrobeEntry
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +42,14 @@ class Examined:
     labels: tuple[WrongLabels, ...]
 
     @property
-    def in_doubt(self) -> tuple[int, ...]:
-        """Return the numbers, from 1, of the LEDs without which the labels may be confused."""
-        return tuple(one.hidden for one in self.labels if not one.is_safe)
+    def nearest_hidden(self) -> WrongLabels | None:
+        """Return the nearest wrong labelling with one LED hidden; None where all are excluded."""
+        found = [one for one in self.labels if one.hidden and one.ambiguity is not None]
+        return min(
+            found,
+            key=lambda one: np.inf if one.ambiguity is None else one.ambiguity.residual_mm,
+            default=None,
+        )
 
 
 def probe_text(document: ProbeDocument) -> str:
@@ -65,6 +71,9 @@ def probe_text(document: ProbeDocument) -> str:
     for rule in document.orientation_rules:
         axis, world = _vector(rule.probe_axis), _vector(rule.world_direction)
         lines += ["", "[[orientation_rules]]", f"probe_axis = {axis}", f"world_direction = {world}"]
+    if document.strobe is not None:
+        dark = ", ".join(str(frame) for frame in document.strobe.dark)
+        lines += ["", "[strobe]", f"period = {document.strobe.period}", f"dark = [{dark}]"]
     return "\n".join([*lines, ""])
 
 
@@ -100,6 +109,9 @@ def definition_of(body: ProbeBody) -> ProbeDocument:
             OrientationRule(probe_axis=_vector3(axis), world_direction=_vector3(world))
             for axis, world in body.rules
         ),
+        strobe=None
+        if body.code is None
+        else StrobeEntry(period=body.code.period, dark=[int(one) for one in body.code.dark]),
     )
 
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
     QGridLayout,
+    QHeaderView,
     QLabel,
     QSizePolicy,
     QTableWidget,
@@ -79,6 +80,9 @@ class Table(QTableWidget):
         item.setForeground(QColor(colour or self._colours.text))
 
 
+_ROW_PX = 28
+
+
 class NumberTable(Table):
     """A small table of numbers that does not scroll sideways.
 
@@ -97,7 +101,8 @@ class NumberTable(Table):
         self._whole = whole
         self.setFont(digit_font(15, bold=False))
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.horizontalHeader().setStretchLastSection(True)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        self.verticalHeader().setDefaultSectionSize(_ROW_PX)
 
     def set_theme(self, theme: Theme) -> None:
         """Write in the colours of ``theme`` from now on."""
@@ -112,10 +117,9 @@ class NumberTable(Table):
         for row, words in enumerate(rows):
             for column, word in enumerate(words):
                 self._write(row, column, word)
-        self.resizeColumnsToContents()
         if self._whole:
             head = self.horizontalHeader().sizeHint().height()
-            self.setFixedHeight(head + self.rowHeight(0) * len(rows) + 6)
+            self.setFixedHeight(head + _ROW_PX * len(rows) + 6)
 
 
 def panel(layout: QVBoxLayout | QGridLayout) -> QFrame:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QGridLayout, QHeaderView, QLabel, QLineEdit, QTabl
 from ocmm_core.camera.rig import MAX_SLOTS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking.body import SCHEMA, LedEntry, OrientationRule, ProbeDocument
+from ocmm_core.tracking.strobe import StrobeEntry
 from ocmm_gui.maintain.parts import Table
 from ocmm_gui.theme import digit_font, text_font
 from ocmm_gui.words import led_name
@@ -24,6 +25,7 @@ _FIELDS = (
     ("led_sigma", "LEDs ±, mm", "Standard uncertainty of each coordinate of an LED"),
     ("emission_half_angle_deg", "Light, °", "An LED is seen up to so far from its direction"),
     ("rules", "Promises", "What the hand keeps: axis of the probe > direction; x y z > x y z; …"),
+    ("strobe", "Strobe", "Period in frames: frame in which each LED is dark; empty: always bright"),
     ("file", "File", "A new one; a document that was used is never changed"),
 )
 _COLUMNS = (
@@ -124,6 +126,8 @@ class DefinitionForm(QWidget):
             f"{_words(rule.probe_axis)} > {_words(rule.world_direction)}"
             for rule in document.orientation_rules
         )
+        code = document.strobe
+        strobe = "" if code is None else f"{code.period}: {' '.join(map(str, code.dark))}"
         for key, text in (
             ("name", document.name),
             ("tip", _words(document.tip)),
@@ -133,6 +137,7 @@ class DefinitionForm(QWidget):
             ("led_sigma", f"{document.led_sigma:g}"),
             ("emission_half_angle_deg", f"{document.emission_half_angle_deg:g}"),
             ("rules", rules),
+            ("strobe", strobe),
         ):
             self.fields[key].setText(text)
 
@@ -153,6 +158,7 @@ class DefinitionForm(QWidget):
             emission_half_angle_deg=number(text["emission_half_angle_deg"], "Light"),
             leds=list(leds),
             orientation_rules=_rules(text["rules"]),
+            strobe=_strobe(text["strobe"]),
         )
 
     def path(self) -> Path:
@@ -196,6 +202,23 @@ def _rules(text: str) -> tuple[OrientationRule, ...]:
             )
         )
     return tuple(rules)
+
+
+def _strobe(text: str) -> StrobeEntry | None:
+    if not text:
+        return None
+    period, _, dark = text.partition(":")
+    return StrobeEntry(period=_frame(period), dark=[_frame(word) for word in dark.split()])
+
+
+def _frame(text: str) -> int:
+    value = number(text, "A frame of the strobe code")
+    if value != round(value):
+        raise InputError(
+            "definition.strobe", f"A frame of the strobe code is {text.strip()!r}.",
+            "Write whole numbers, such as 8: 0 1 2 3 4 5.",
+        )  # fmt: skip
+    return round(value)
 
 
 def _words(vector: Vector3) -> str:

@@ -11,7 +11,6 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.layout_labels import WrongLabels
 from ocmm_core.calibration.probe_definition import (
     Examined,
     examine,
@@ -29,6 +28,7 @@ from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 from ocmm_gui.wizards.definition_form import DefinitionForm, LedTable
 from ocmm_gui.wizards.probe_picture import ProbePicture
+from ocmm_gui.words import led_name
 
 SETTLE_MS = 500
 """So long after the last key the definition is examined."""
@@ -141,16 +141,7 @@ class DefinitionPage(QWidget):
     def _show_examined(self, found: object) -> None:
         if not isinstance(found, Examined):
             return
-        all_seen = found.labels[0]
-        if found.in_doubt:
-            hidden = ", ".join(f"L{number}" for number in found.in_doubt)
-            text = (
-                f"{label_words(all_seen)} But without {hidden} the others could be confused: while "
-                f"such an LED is hidden no number is shown."
-            )
-            self._say("USABLE, LOOK", Mark.DOUBT, text)
-        else:
-            self._say("GOOD", Mark.GOOD, label_words(all_seen))
+        self._say("GOOD", Mark.GOOD, examined_words(found))
 
     def _show_refused(self, error: OcmmError) -> None:
         self._say("CANNOT BE USED", Mark.BAD, f"{error.what} {error.remedy}")
@@ -266,13 +257,22 @@ class DefinitionPage(QWidget):
         layout.addLayout(row)
 
 
-def label_words(found: WrongLabels) -> str:
-    """Return in words how far the nearest wrong labelling is."""
-    nearest = found.ambiguity
+def examined_words(found: Examined) -> str:
+    """Return in words why the LEDs cannot be confused, and by how much."""
+    if found.body.code is not None:
+        return "The LEDs cannot be confused: each of them is dark in another frame."
+    nearest, hidden = found.labels[0].ambiguity, found.nearest_hidden
     if nearest is None:
-        return "No wrong order of the LEDs is possible: the promises exclude all others."
-    order = ", ".join(f"L{label + 1}" for label in nearest.labels)
-    return (
-        f"The LEDs cannot be confused: the nearest wrong order, {order}, misses by "
-        f"{nearest.residual_mm:.1f} mm (it would put the tip {nearest.tip_error_mm:.0f} mm off)."
-    )
+        text = "The LEDs cannot be confused: the promises exclude every other order."
+    else:
+        order = ", ".join(led_name(label) for label in nearest.labels)
+        text = (
+            f"The LEDs cannot be confused: the nearest wrong order, {order}, misses by "
+            f"{nearest.residual_mm:.1f} mm; it would put the tip {nearest.tip_error_mm:.0f} mm off."
+        )
+    if hidden is not None and hidden.ambiguity is not None:
+        text += (
+            f" While {led_name(hidden.hidden - 1)} is hidden the nearest one misses by "
+            f"{hidden.ambiguity.residual_mm:.1f} mm."
+        )
+    return text

@@ -21,21 +21,21 @@ from ocmm_gui.words import led_name
 
 _TIP = (
     ("", "coordinate in the frame of the probe's document"),
-    ("mm", "this calibration"),
+    ("This, mm", "this calibration"),
     ("± µm", "standard uncertainty (k = 1)"),
-    ("2nd sweep", "second sweep less first, µm"),
-    ("±", "standard uncertainty of that difference (k = 1), µm"),
-    ("Mean of spheres", "by the mean of the spheres' centres (thesis 3.2), less this, µm"),
-    ("Change", "this less the calibration in force, µm"),
+    ("2nd, µm", "second sweep less first"),
+    ("± µm", "standard uncertainty of that difference (k = 1)"),
+    ("Spheres, µm", "by the mean of the spheres' centres (thesis 3.2), less this"),
+    ("Change, µm", "this less the calibration in force"),
 )
 _IN_FRAME = "in the frame of the probe's document"
 _LEDS = (
     ("LED", "its number"),
-    ("X mm", _IN_FRAME),
-    ("Y mm", _IN_FRAME),
-    ("Z mm", _IN_FRAME),
-    ("2nd µm", "second sweep from first"),
-    ("Change µm", "from the calibration in force"),
+    ("X, mm", _IN_FRAME),
+    ("Y, mm", _IN_FRAME),
+    ("Z, mm", _IN_FRAME),
+    ("2nd, µm", "second sweep from first"),
+    ("Change, µm", "from the calibration in force"),
 )
 
 

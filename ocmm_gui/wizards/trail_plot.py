@@ -12,7 +12,6 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPaintEvent
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.theme import text_font
-from ocmm_gui.views import shapes
 from ocmm_gui.views.point_view import seen_from, upright
 from ocmm_gui.views.scene import Dots, Item, Lines, Tag, paint_scene
 from ocmm_gui.wizards.plot import Plot
@@ -97,8 +96,6 @@ class TrailPlot(Plot):
             items.append(Tag(trail.centre_world, trail.name, theme.text))
         everything = np.concatenate(reach)
         orbit = self._orbit.fitted(everything, box.width(), box.height(), 1.1)
-        axes = shapes.polyline(_axes(everything), closed=False)[::2]
-        items.append(Lines(axes, theme.border, 2.0))
         paint_scene(painter, items, orbit, box, text_font(15, bold=True), theme.panel)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -132,10 +129,3 @@ class TrailPlot(Plot):
 def _thinned(trail: Trail) -> Trail:
     step = max(len(trail.paths_world) // _MOST_POSES, 1)
     return Trail(trail.name, trail.paths_world[::step], trail.centre_world)
-
-
-def _axes(points: Points3) -> Points3:
-    """Return begin and end (6, 3) of three lines along the axes, at the lower corner."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    length = 0.2 * float((high - low).max())
-    return np.concatenate([np.stack([low, low + length * axis]) for axis in np.eye(3)])
