@@ -100,8 +100,7 @@ def budget_of(
         BudgetTerm(
             "Warmth of the probe, compensated",
             by_geometry(left),
-            f"instead of the line above: {design.temperature_range_k:g} K warmer, known to "
-            f"±{_KNOWN_SIGMA_K:g} K",
+            f"instead: {design.temperature_range_k:g} K warmer, known to ±{_KNOWN_SIGMA_K:g} K",
         ),
         BudgetTerm(
             "Weight of the probe", by_geometry(np.outer(weight, weight) / 3.0), "any attitude"

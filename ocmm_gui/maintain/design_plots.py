@@ -67,6 +67,7 @@ class MapPlot(Plot):
             x, y = box.left() + share * box.width(), box.bottom() - share * box.height()
             across = f"{_at(found.columns, share):.0f}"
             painter.drawText(QRectF(x - 30.0, box.bottom() + 1.0, 60.0, 16.0), _CENTRE, across)
+            y = min(max(y, box.top() + 8.0), box.bottom() - 8.0)
             along = f"{_at(found.rows, share):.0f}"
             painter.drawText(QRectF(box.left() - 46.0, y - 8.0, 42.0, 16.0), _RIGHT, along)
         painter.setPen(QColor(self._theme.muted))
