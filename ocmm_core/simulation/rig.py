@@ -33,6 +33,7 @@ from ocmm_core.simulation.world import (
 )
 from ocmm_core.tracking.body import LedBody, ProbeBody, load_probe
 from ocmm_core.tracking.reference_body import ReferenceBody, load_reference
+from ocmm_core.tracking.strobe import dark_bits
 
 S = TypeVar("S", bound=msgspec.Struct)
 """Kinds of scripts."""
@@ -336,6 +337,8 @@ class VirtualRig:
         valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
         model, pattern = self._world.cameras[camera], self._world.patterns[camera]
         white = np.ascontiguousarray(white)
+        if lights.body.code is not None:
+            hidden = hidden | dark_bits(lights.body.code, np.arange(first, first + count))
         starts = [start for start, _ in self._packed[camera]]
         ends = [*starts[1:], first + count]
         for (start, packed), end in zip(self._packed[camera], ends, strict=True):

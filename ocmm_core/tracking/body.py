@@ -239,7 +239,8 @@ def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None
         raise InputError(
             f"{what}.ambiguous",
             f"{path}: LEDs taken in the order {worst.labels} fit the body to "
-            f"{worst.residual_mm:.3f} mm and would put the {point} {worst.tip_error_mm:.1f} mm off.",
+            f"{worst.residual_mm:.3f} mm and would put the {point} {worst.tip_error_mm:.1f} mm "
+            "off.",
             remedy,
         )
     if body.n_leds == MIN_LEDS:

@@ -21,6 +21,7 @@ from ocmm_core.tracking.identify import (
 )
 from ocmm_core.tracking.pose import Method, PoseBatch, solve_leds
 from ocmm_core.tracking.result import FrameStatus, TrackBlock, interruptions, join
+from ocmm_core.tracking.strobe import StrobeReader, is_lit
 
 _EXTEND_GATE_PX = 2.0
 """A spot that is offered to a free LED lies this close to where the LED must be, px."""
@@ -80,6 +81,11 @@ class BodyTracker:
     _before_ns: int = 0
     _doubtful: int = 0
     _claims: list[tuple[int, Int | None]] = field(default_factory=list)
+    _reader: StrobeReader | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        if self.body.code is not None:
+            self._reader = StrobeReader(self.body.code)
 
     @property
     def sigma_px(self) -> float:
@@ -99,6 +105,9 @@ class BodyTracker:
         self._claims.clear()
         pieces: list[TrackBlock] = []
         breaks = interruptions(block.time_ns, self._before_ns)
+        if self._reader is not None:
+            # A symmetric body looks the same with its labels exchanged: nothing may be missed.
+            breaks += self._reader.gaps(block.counter)
         for first, last in pairwise(sorted({0, *breaks, len(block)})):
             if first in breaks:
                 self._forget("the frames were interrupted")
@@ -123,6 +132,8 @@ class BodyTracker:
             else:
                 start = self._follow(block, start, self.slot_of_led, pieces)
         self._before_ns = int(block.time_ns[-1])
+        if self._reader is not None:
+            self._reader.remember(block.counter, _there(block.uv))
 
     def _forget(self, reason: str) -> None:
         """Throw the labels away and seek them anew with the next frame."""
@@ -136,8 +147,14 @@ class BodyTracker:
             if now_ns < self._search_at_ns:
                 end += int(np.searchsorted(block.time_ns[end:], self._search_at_ns))
                 continue
+            led_of_slot = self._strobe(block, end)
+            if self._reader is not None and led_of_slot is None:
+                self.reason = "the strobe code of its LEDs is being read"
+                end += 1
+                continue
             spots = block.uv[end]
-            found = identify(self.rig, self.body, spots, IdentifyOptions(sigma_px=self.sigma_px))
+            options = IdentifyOptions(sigma_px=self.sigma_px)
+            found = identify(self.rig, self.body, spots, options, led_of_slot)
             self.slot_of_led, self.reason = found.slot_of_led, found.reason
             self._doubtful = 0
             if self.slot_of_led is not None:
@@ -153,6 +170,13 @@ class BodyTracker:
             self._claims.append((end - start, None))
             pieces.append(self._unidentified(block, start, end))
         return end
+
+    def _strobe(self, block: FrameBlock, frame: int) -> Int | None:
+        """Return which LED each slot follows by the code of the frames up to this one."""
+        if self._reader is None:
+            return None
+        part = slice(0, frame + 1)
+        return self._reader.decode(block.counter[part], _there(block.uv[part]))
 
     def _solve(self, uv: Float, method: Method = "gauss-newton") -> PoseBatch:
         return solve_leds(
@@ -175,6 +199,7 @@ class BodyTracker:
         # A slot that lost its LED may come back on another one: labels live while any is followed.
         dark = np.flatnonzero(~seen.reshape(len(seen), -1).any(axis=1))
         end = int(dark[0]) if len(dark) else len(status)
+        end = min(end, self._in_step(block.counter[start:stop], seen))
         end = min(end, self._end_of_trust(status))
         if end < len(status):
             self._forget("all targets are hidden" if len(dark) else "the labels went wrong")
@@ -230,6 +255,13 @@ class BodyTracker:
         due = np.flatnonzero(np.diff(block.time_ns[start:] // self.options.extend_ns))
         return start + 1 + int(due[0]) if len(due) else len(block)
 
+    def _in_step(self, counter: Int, seen: NDArray[np.bool_]) -> int:
+        """Return before which frame no LED was seen (n, C, L) that is dark by its code."""
+        if self.body.code is None:
+            return len(seen)
+        wrong = (seen & ~is_lit(self.body.code, counter)[:, None]).any(axis=(1, 2))
+        return int(np.argmax(wrong)) if wrong.any() else len(seen)
+
     def _end_of_trust(self, status: NDArray[np.uint8]) -> int:
         """Return the index at which too many doubtful frames have followed each other."""
         if not np.any(status == FrameStatus.DOUBTFUL):
@@ -278,6 +310,10 @@ def enough_spots(uv: Float) -> NDArray[np.bool_]:
     spots = np.count_nonzero(np.isfinite(uv).all(axis=3), axis=2)
     enough: NDArray[np.bool_] = np.count_nonzero(spots >= 3, axis=1) >= 2
     return enough
+
+
+def _there(uv: Float) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(uv).all(axis=3))
 
 
 def _where(good: NDArray[np.bool_], values: Float) -> Float:

@@ -34,7 +34,7 @@ _REASONS = {
     kernel.NO_FIT: "the spots do not fit the probe body",
     kernel.AMBIGUOUS: "more than one labelling of the LEDs fits the spots",
     kernel.CONFUSED: "too many spots could be LEDs",
-    kernel.THIN: "only three LEDs are seen, and a reflection could be one of them",
+    kernel.THIN: "too few LEDs are seen to tell them from reflections",
     kernel.NEAR_RULE: "the body is held too near to what its orientation rules forbid",
 }
 
@@ -72,7 +72,11 @@ class Identification:
 
 
 def identify(
-    rig: Rig, body: LedBody | ProbeBody, spots: Float, options: IdentifyOptions
+    rig: Rig,
+    body: LedBody | ProbeBody,
+    spots: Float,
+    options: IdentifyOptions,
+    led_of_slot: Int | None = None,
 ) -> Identification:
     """Return which slot follows which LED.
 
@@ -82,12 +86,19 @@ def identify(
         (C, 8, 2), px: one frame, NaN where a slot is empty.
     options
         Tolerances.
+    led_of_slot
+        (C, 8): what the strobe code says of every slot (`strobe.decode`), None where it says
+        nothing.
     """
-    return identify_all(rig, [led_body(body)], spots, options)[0]
+    return identify_all(rig, [led_body(body)], spots, options, [led_of_slot])[0]
 
 
 def identify_all(
-    rig: Rig, bodies: Sequence[LedBody], spots: Float, options: IdentifyOptions
+    rig: Rig,
+    bodies: Sequence[LedBody],
+    spots: Float,
+    options: IdentifyOptions,
+    led_of_slot: Sequence[Int | None] = (),
 ) -> tuple[Identification, ...]:
     """Return which slot follows which LED of each body; no slot is given to two of them.
 
@@ -99,8 +110,10 @@ def identify_all(
         (C, 8, 2), px: one frame, NaN where a slot is empty.
     options
         Tolerances.
+    led_of_slot
+        Of every body, see `identify`; empty where no body has a strobe code.
     """
-    status, labels = identify_many(rig, bodies, spots[None], options)
+    status, labels = identify_many(rig, bodies, spots[None], options, led_of_slot)
     return tuple(
         Identification(None, _REASONS[int(outcome)])
         if outcome != kernel.FOUND
@@ -110,7 +123,11 @@ def identify_all(
 
 
 def identify_many(
-    rig: Rig, bodies: Sequence[LedBody], spots: Float, options: IdentifyOptions
+    rig: Rig,
+    bodies: Sequence[LedBody],
+    spots: Float,
+    options: IdentifyOptions,
+    led_of_slot: Sequence[Int | None] = (),
 ) -> tuple[NDArray[np.uint8], Int]:
     """Return outcome (n, B) and slots of LEDs (n, B, C, 8) of frames (n, C, 8, 2) by themselves.
 
@@ -126,6 +143,11 @@ def identify_many(
         directions[index, : body.n_leds] = body.led_directions_body
         for rule, (axis, world) in enumerate(body.rules):
             axes[index, rule], worlds[index, rule] = axis, world
+    usable = np.full((count, n_cameras, MAX_SLOTS), -1, dtype=np.int64)
+    coded = np.zeros(count, dtype=np.bool_)
+    for index, of_slots in enumerate(led_of_slot):
+        if of_slots is not None:
+            usable[index], coded[index] = of_slots, True
     half_angles = np.array([body.emission_half_angle for body in bodies])
     status = np.empty((len(spots), count), dtype=np.uint8)
     labels = np.empty((len(spots), count, n_cameras, MAX_SLOTS), dtype=np.int64)
@@ -141,8 +163,8 @@ def identify_many(
         axes,
         worlds,
         n_rules,
-        np.full((count, n_cameras, MAX_SLOTS), -1),
-        np.zeros(count, dtype=np.bool_),
+        usable,
+        coded,
         options.sigma_px,
         options.rival_px,
         chi2_limit(np.arange(2 * n_cameras * MAX_SLOTS + 1)),

@@ -31,9 +31,9 @@ RULE_MARGIN = 0.17
 alike."""
 
 MAX_DOUBT = 80.0
-"""Greatest doubt (`grow_kernel.grow`) of a body without a strobe code. Three LEDs may be two LEDs
+"""Greatest doubt (`grow_kernel.grow`). Three LEDs may be two LEDs
 and a reflection, which agrees by chance in one of some ten thousand such scenes; so every LED must
-be spoken for by the others."""
+be spoken for by the others. Three that name themselves by a strobe code are enough."""
 
 _NEEDS = (grow_kernel, kernel, meeting_kernel, small_algebra)
 
@@ -289,7 +289,10 @@ def _decide(
         if owner[pose] == body or _share(poses[best], poses[pose]):
             status[body] = AMBIGUOUS
             return
-    if not coded and doubt[best] > MAX_DOUBT:
+    in_sight = 0
+    for led in range(8):
+        in_sight += int(np.any(poses[best, :, led] >= 0))
+    if doubt[best] > MAX_DOUBT and not (coded and in_sight == 3):
         status[body] = THIN
     elif not certain[best]:
         status[body] = NEAR_RULE

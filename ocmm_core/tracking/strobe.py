@@ -84,6 +84,12 @@ def is_lit(code: StrobeCode, counter: Int) -> NDArray[np.bool_]:
     return lit
 
 
+def dark_bits(code: StrobeCode, counter: Int) -> Int:
+    """Return which LEDs are dark in frames (n,) of the exposure counter: (n,), bit l for LED l."""
+    bits: Int = ~is_lit(code, counter) @ (1 << np.arange(len(code.dark), dtype=np.int64))
+    return bits
+
+
 def frames_needed(code: StrobeCode) -> int:
     """Return how many consecutive frames `decode` looks at."""
     return PERIODS * code.period
@@ -128,8 +134,19 @@ class StrobeReader:
         self._counter = np.empty(0, dtype=np.int64)
         self._there: NDArray[np.bool_] | None = None
 
+    def gaps(self, counter: Int) -> list[int]:
+        """Return before which frames others are missing, as indices of ``counter`` (n,)."""
+        before = self._counter[-1:] if len(self._counter) else counter[:1] - 1
+        return np.flatnonzero(np.diff(counter, prepend=before) != 1).tolist()
+
     def decode(self, counter: Int, there: NDArray[np.bool_]) -> Int | None:
-        """Return what `decode` says after frames that follow those of `remember`."""
+        """Return what `decode` says after frames that follow those of `remember`.
+
+        None also where an LED is dark in the last frame, if there are frames in which none is.
+        """
+        dark = ~is_lit(self._code, counter[-1:]).all()
+        if dark and self._code.period > len(self._code.dark):
+            return None
         if self._there is not None and len(counter) < frames_needed(self._code):
             counter = np.concatenate([self._counter, counter])
             there = np.concatenate([self._there, there])
