@@ -22,6 +22,9 @@ from ocmm_core.calibration.sealed import load_named, record_hash, save
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
+MONITOR = "monitor"
+"""Who puts a tip in doubt where no person does."""
+
 
 class TipEventKind(StrEnum):
     """What can happen to a tip."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.artefacts import Sphere
+from ocmm_core.calibration.blows import BlowSense, note_blow, require_no_doubt_since
 from ocmm_core.calibration.collecting import STILL_FRAMES, Average, ProbeSpots
 from ocmm_core.calibration.conclusion import hash_of
 from ocmm_core.calibration.guards import Finding, let_pass
@@ -41,7 +42,13 @@ from ocmm_core.calibration.tip_events import (
 )
 from ocmm_core.calibration.tip_qualification import sphere_warnings
 from ocmm_core.calibration.tip_state import TouchState, Wanted
-from ocmm_core.calibration.tip_views import Countdown, Phase, TouchView
+from ocmm_core.calibration.tip_views import (
+    Countdown,
+    Phase,
+    TipCheckOutcome,
+    TipOutcome,
+    TouchView,
+)
 from ocmm_core.calibration.touch_hints import judge_in_cone, judge_on_sphere
 from ocmm_core.calibration.touches import touch_of
 from ocmm_core.camera.rig import Rig
@@ -104,6 +111,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
             rig, calibrated, STILL_FRAMES, resting=True, distance_mm=_APART_MM,
             turn_rad=_APART_RAD, inside=True,
         )  # fmt: skip
+        self._blows = BlowSense()
         self._watched, self._now_ns = 0, 0
         self._ready_ns: int | None = None
         self._sight: tuple[tuple[int, int, str], Live] | None = None
@@ -120,6 +128,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
             self._probe.feed(block)
             if not len(block):
                 return
+            if len(self._blows.feed(block)):
+                note_blow(self._store, datetime.now(UTC))
             self._watched += len(block)
             self._now_ns = int(block.time_ns[-1])
             if not self._hold_s:
@@ -192,6 +202,14 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
             countdown=self._countdown(),
             **own,
         )
+
+    def _check(self, outcome: O) -> None:
+        # Another process may have put something else in force.
+        self._store.refresh()
+        super()._check(outcome)
+        passed = isinstance(outcome, TipOutcome | TipCheckOutcome) and outcome.record.passed
+        if passed and not self._is_stored():
+            require_no_doubt_since(self._store, self.tip, datetime.fromisoformat(self._first.utc))
 
     def _warned(self) -> tuple[Finding, ...]:
         """Return what makes the result weaker: the sphere, and how well it is known."""

@@ -13,12 +13,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
-import numpy as np
-
-from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.blows import BlowSense
 from ocmm_core.calibration.in_use import Obstacle, Word
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView, judge_probe
-from ocmm_core.calibration.probe_store import ProbeStore
+from ocmm_core.calibration.probe_store import MONITOR, ProbeStore
 from ocmm_core.errors import CalibrationError
 from ocmm_core.inspection.quarantine import Ward
 from ocmm_core.inspection.session import InspectionSession
@@ -27,9 +26,6 @@ from ocmm_core.storage.job_file import JobFile
 
 PAUSE = timedelta(hours=8)
 """After so long without a point or a check nobody knows what happened to the tip."""
-
-WHO = "monitor"
-"""Who put the tip in doubt, in its history."""
 
 _KEEP_S = 0.2
 """What was found is given out for so long before it is looked at again."""
@@ -71,7 +67,7 @@ class ProbeWatch:
         self._looked_at = -float("inf")
         self._settled = 0
         self._used = max(map(datetime.fromisoformat, job.taken_utc().values()), default=None)
-        self._felt = False
+        self._blows = BlowSense()
         self._dropped: Obstacle | None = None
 
     def start(self) -> None:
@@ -185,9 +181,7 @@ class ProbeWatch:
         return view
 
     def _notice_blow(self, block: FrameBlock) -> bool:
-        felt = (block.flags & FrameFlag.DROPPED) != 0
-        begun = np.flatnonzero(felt & ~np.concatenate([[self._felt], felt[:-1]]))
-        self._felt = bool(felt[-1])
+        begun = self._blows.feed(block)
         if not len(begun):
             return False
         now = self._clock()
@@ -219,6 +213,6 @@ class ProbeWatch:
         self._dropped = Obstacle(reason, "Check the probe, then begin a new job.")
         self.forget()
         if self._store is not None:
-            self._store.doubt(WHO, reason, since, self._clock())
+            self._store.doubt(MONITOR, reason, since, self._clock())
             self._dropped = None
             self.forget()

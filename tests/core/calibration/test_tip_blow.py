@@ -1,0 +1,77 @@
+"""A blow while the tip is checked: a check that was begun before it cannot lift the doubt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
+from ocmm_core.calibration.blows import BlowSense
+from ocmm_core.calibration.probe_store import MONITOR, ProbeStore, TipEventKind
+from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
+from ocmm_core.cli.tip_scenes import scene_of_tip
+from ocmm_core.errors import CalibrationError
+from ocmm_core.simulation.calibrating import CalibratingRig
+from ocmm_core.simulation.tip_scenes import TipFault
+from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
+from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
+
+TIP = "6 mm"
+_NOTHING = FrameBlock(
+    counter=np.empty(0, dtype=np.int64),
+    time_ns=np.empty(0, dtype=np.int64),
+    flags=np.empty(0, dtype=np.uint32),
+    valid=np.empty((0, 2), dtype=np.uint16),
+    uv=np.empty((0, 2, 8, 2)),
+)
+
+
+def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
+    bench, store = Bench.at(tmp_path), ProbeStore(tmp_path / "probe")
+    record = make_probe_record(made_utc=BEGIN.isoformat())
+    store.calibrate(record, "technician", "", bench.now())
+    store.qualify(make_tip_record(record, diameter_mm=6.0, diameter_sigma_mm=0.0045), bench.now())
+    procedure = TipCheckProcedure.begin(
+        bench.sessions, bench.rig, bench.body, store, TIP, bench.sphere, bench.now(),
+        who="inspector", temperature_c=20.5,
+    )  # fmt: skip
+    scene = scene_of_tip(procedure.view, bench.sphere, bench.rig, SEED, TipFault())
+    rig = CalibratingRig(bench.rig, bench.body, (scene,), SEED)
+    frames = rig.frames(0, 40)
+    flags = np.where(np.arange(40) >= 10, FrameFlag.DROPPED, 0).astype(np.uint32)
+    for _ in range(2):
+        # The bit stays set for a second: one blow.
+        procedure.watch(replace(frames, flags=flags))
+        flags = np.full(40, FrameFlag.DROPPED, dtype=np.uint32)
+    last = store.events[-1]
+    assert (last.kind, last.who, last.tip) == (TipEventKind.DOUBTED, MONITOR, TIP)
+    assert [one.kind for one in store.events].count(TipEventKind.DOUBTED) == 1
+    show(procedure, rig, bench.now)
+    procedure.compute()
+    outcome = procedure.view.outcome
+    assert outcome is not None
+    assert outcome.record.passed
+    with pytest.raises(CalibrationError, match="felt a blow"):
+        procedure.accept(bench.now(), "")
+    store.refresh()
+    assert store.checks() == ()
+
+
+def test_where_a_blow_begins() -> None:
+    sense = BlowSense()
+    felt = int(FrameFlag.DROPPED)
+    for flags, begun in (
+        ([0, felt, felt, 0, felt | 1], [1, 4]), ([felt, 0], []), ([1, 0], []), ([felt], [0]),
+    ):  # fmt: skip
+        count = len(flags)
+        block = replace(
+            _NOTHING,
+            counter=np.arange(count),
+            time_ns=np.arange(count),
+            flags=np.array(flags, dtype=np.uint32),
+        )
+        assert sense.feed(block).tolist() == begun
+    assert sense.feed(_NOTHING).tolist() == []
