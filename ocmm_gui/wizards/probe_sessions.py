@@ -35,8 +35,6 @@ from ocmm_gui.wizards.site import (
 )
 
 PROBE_KINDS = (Kind.PIVOT, Kind.QUALIFICATION, Kind.TIP_CHECK)
-HOLD_S = 0.5
-"""The ball rests for so long before a touch is taken by itself: a hand needs time to settle."""
 
 _CONE = Field("cone", "Cone", "What is written on it; leave it empty if nothing is")
 _SPHERE = Field(
@@ -88,7 +86,7 @@ def begin_probe_session(
     place, cameras = folder / SESSIONS, _cameras(site.store)
     if kind is Kind.PIVOT:
         return opened_probe_session(
-            site, kind, rig,
+            site, kind,
             PivotProcedure.begin(
                 place, rig, probe.design, store, tip, now, who=who, temperature_c=warm,
                 tip_unknown=values["place"] == "unknown", cone=cone,
@@ -97,46 +95,50 @@ def begin_probe_session(
     sphere = load_sphere(given(values, "sphere", "the document of the sphere"))
     if kind is Kind.QUALIFICATION:
         return opened_probe_session(
-            site, kind, rig,
+            site, kind,
             TipQualificationProcedure.begin(
                 place, rig, probe.design, store, tip, sphere, now, who=who, temperature_c=warm,
-                cone=cone, nominal_mm=_diameter(values["nominal"]), cameras=cameras, hold_s=HOLD_S,
+                cone=cone, nominal_mm=_diameter(values["nominal"]), cameras=cameras,
+                hold_s=probe.hold_s,
             ),
         )  # fmt: skip
     return opened_probe_session(
-        site, kind, rig,
+        site, kind,
         TipCheckProcedure.begin(
             place, rig, probe.design, store, tip, sphere, now, who=who, temperature_c=warm,
-            cone=cone, cameras=cameras, hold_s=HOLD_S,
+            cone=cone, cameras=cameras, hold_s=probe.hold_s,
         ),
     )  # fmt: skip
 
 
-def resumed_probe_session(
-    kind: Kind, path: Path, rig: Rig, design: ProbeBody, folder: Path, calibrations: Path | None
-) -> ShownProcedure:
-    """Return the procedure of a session file; also what a process that calculates begins with."""
-    store = ProbeStore(folder)
-    if kind is Kind.PIVOT:
-        return PivotProcedure.resume(path, rig, design, store)
-    cameras = _cameras(calibrations)
-    if kind is Kind.QUALIFICATION:
-        return TipQualificationProcedure.resume(
-            path, rig, design, store, cameras=cameras, hold_s=HOLD_S
-        )
-    return TipCheckProcedure.resume(path, rig, design, store, cameras=cameras, hold_s=HOLD_S)
-
-
-def opened_probe_session(
-    site: WizardSite, kind: Kind, rig: Rig, procedure: ShownProcedure
-) -> Opened:
-    """Return a procedure with what calculates its result."""
+def resumed_probe_session(site: WizardSite, kind: Kind, path: Path) -> ShownProcedure:
+    """Return the procedure of a session file."""
     probe, folder = probe_site_of(site)
+    rig = running_rig(site)
+    if kind is Kind.PIVOT:
+        return resumed_pivot(path, rig, probe.design, folder)
+    resumes = (
+        TipQualificationProcedure.resume
+        if kind is Kind.QUALIFICATION
+        else TipCheckProcedure.resume
+    )
+    return resumes(
+        path, rig, probe.design, ProbeStore(folder), cameras=_cameras(site.store),
+        hold_s=probe.hold_s,
+    )  # fmt: skip
+
+
+def resumed_pivot(path: Path, rig: Rig, design: ProbeBody, folder: Path) -> PivotProcedure:
+    """Return the procedure of a session file; also what a process that calculates begins with."""
+    return PivotProcedure.resume(path, rig, design, ProbeStore(folder))
+
+
+def opened_probe_session(site: WizardSite, kind: Kind, procedure: ShownProcedure) -> Opened:
+    """Return a procedure with what calculates its result."""
+    (probe, folder), rig = probe_site_of(site), running_rig(site)
     if kind is not Kind.PIVOT:
         return Opened(procedure, rig, DirectCalculation(procedure))
-    again = partial(
-        resumed_probe_session, kind, procedure.base.session, rig, probe.design, folder, site.store
-    )
+    again = partial(resumed_pivot, procedure.base.session, rig, probe.design, folder)
     return Opened(procedure, rig, ProcessCalculation(procedure, again))
 
 

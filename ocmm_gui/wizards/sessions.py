@@ -61,12 +61,9 @@ def begin(site: WizardSite, kind: Kind, values: Mapping[str, str], now: datetime
 
 def resume(site: WizardSite, kind: Kind, path: Path) -> Opened:
     """Go on with a session; raise OcmmError where that is not possible."""
-    rig = running_rig(site)
     if kind in PROBE_KINDS:
-        probe, store = probe_site_of(site)
-        found = resumed_probe_session(kind, path, rig, probe.design, store, site.store)
-        return opened_probe_session(site, kind, rig, found)
-    folder = store_folder_of(site)
+        return opened_probe_session(site, kind, resumed_probe_session(site, kind, path))
+    rig, folder = running_rig(site), store_folder_of(site)
     again = resumed_camera_session(kind, path, rig, site.body, folder)
     return opened_camera_session(site, kind, rig, again)
 

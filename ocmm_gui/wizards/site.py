@@ -35,12 +35,15 @@ class ProbeSite:
         Name of the tip that is proposed.
     obstacle
         Why no records are kept, and what to do; empty where they are.
+    hold_s
+        The ball rests for so long before a touch is taken by itself: a hand needs time to settle.
     """
 
     design: ProbeBody
     store: Path | None
     tip: str = "1"
     obstacle: tuple[str, str] = ("", "")
+    hold_s: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)

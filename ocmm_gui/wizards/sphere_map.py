@@ -15,6 +15,10 @@ from ocmm_gui.theme import text_font
 from ocmm_gui.views.point_view import upright
 
 _RING = np.radians(15.0)
+_WIDE = np.radians(60.0)
+_LABELS = np.radians(11.0)
+"""Where the rings have their numbers: to the right, and down by so much."""
+
 _FOOT_PX = 24.0
 _LEAST_REACH = np.radians(35.0)
 _NEAR = np.radians(4.0)
@@ -122,15 +126,18 @@ class SphereMap(Painted):
         painter.drawEllipse(centre, radius, radius)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.border), 1.0))
-        for ring in np.arange(_RING, reach, _RING).tolist():
+        step = _RING if reach < _WIDE else 2.0 * _RING
+        rings = np.arange(step, reach, step).tolist()
+        for ring in rings:
             painter.drawEllipse(centre, radius * ring / reach, radius * ring / reach)
         for across in (QPointF(radius, 0.0), QPointF(0.0, radius)):
             painter.drawLine(centre - across, centre + across)
         painter.setFont(text_font(12))
         painter.setPen(QColor(theme.muted))
-        for ring in np.arange(_RING, reach, _RING).tolist():
-            place = centre + QPointF(radius * ring / reach + 3.0, -3.0)
-            painter.drawText(place, f"{np.degrees(ring):.0f}°")
+        aside, below = np.cos(_LABELS), np.sin(_LABELS)
+        for ring in rings:
+            at = radius * ring / reach + 2.0
+            painter.drawText(centre + QPointF(at * aside, at * below), f"{np.degrees(ring):.0f}°")
 
     def _paint_now(self, painter: QPainter, centre: QPointF, scale: float, dot: float) -> None:
         """Paint where it is, and an arrow to where it should go."""

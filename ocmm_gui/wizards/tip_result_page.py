@@ -8,9 +8,11 @@ from datetime import datetime
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.probe_records import TipCheckRecord, TipRecord
+from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.tip_views import TipCheckOutcome, TipOutcome
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Points3
@@ -23,12 +25,48 @@ from ocmm_gui.wizards.touch_pages import TipScatter
 from ocmm_gui.wizards.verdict_page import ErrorChart
 
 _SCALE_PX = 58.0
+_CHECKED = (
+    ("Check", "what is compared with a limit"),
+    ("Error, µm", "what was found"),
+    ("U, µm", "expanded uncertainty (k = 2)"),
+    ("Limit, µm", "of the error"),
+)
 _COMPARED = (
     ("", "what is compared"),
     ("Now", "this qualification"),
     ("Before", "the qualification before"),
     ("Change", "now less before"),
 )
+
+
+class ChecksView(QWidget):
+    """Errors between their limits as a chart, and in numbers below it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Errors and limits")
+        self.chart = ErrorChart(whole_names=True)
+        self.table = NumberTable("Errors in numbers", _CHECKED)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.chart, 1)
+        layout.addWidget(self.table)
+
+    def show_checks(self, checks: Sequence[Check], largest: int) -> None:
+        """Show all checks; the one that is nearest to its limit is named."""
+        self.chart.show_checks(checks, largest)
+        self.table.show_rows(
+            [
+                (
+                    one.name,
+                    f"{1e3 * one.error_mm:+.1f}",
+                    f"{1e3 * one.expanded_mm:.1f}" if one.expanded_mm else "–",
+                    f"± {1e3 * one.limit_mm:.1f}",
+                )
+                for one in checks
+            ]
+        )
 
 
 class FormPlot(Plot):
@@ -98,7 +136,7 @@ class TipResultPage(ResultFrame):
 
     def __init__(self, rig: Rig) -> None:
         views = (
-            ErrorChart(), FormPlot(), TipScatter(rig),
+            ChecksView(), FormPlot(), TipScatter(rig),
             NumberTable("Now and before", _COMPARED, whole=False),
         )  # fmt: skip
         super().__init__(tuple(zip(self.plots, views, strict=True)))
@@ -146,7 +184,7 @@ class TipCheckResultPage(ResultFrame):
     keys = ("back", "calculate", "keep", "accept")
 
     def __init__(self) -> None:
-        chart = ErrorChart()
+        chart = ChecksView()
         super().__init__((("Limits", chart),))
         self.chart = chart
 
@@ -171,11 +209,7 @@ class TipCheckResultPage(ResultFrame):
             return (), ()
         record = outcome.record
         self.chart.show_checks(record.checks, outcome.largest)
-        facts = [
-            (one.name, f"{1e3 * one.error_mm:+.1f} ± {1e3 * one.expanded_mm:.1f} µm")
-            for one in record.checks
-        ]
-        facts.append(("Artefacts", _artefacts(record)))
+        facts = (("Tip", record.tip), ("Artefacts", _artefacts(record)))
         return facts, (*outcome.findings, *outcome.warnings)
 
 

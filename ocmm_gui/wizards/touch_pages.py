@@ -49,7 +49,7 @@ class SpherePage(HandsPage):
             return
         self.show_cameras(view.base.live)
         sphere = view.sphere
-        self.banner.tell(told_of(view, _next_place(sphere), automatic=seen.automatic))
+        self.banner.tell(told_of(view, "TOUCH", _next_place(sphere), automatic=seen.automatic))
         self.map.show_map(_sphere_map(sphere))
         sigma, limit = sphere.diameter_sigma_mm, sphere.diameter_sigma_limit_mm
         known = bool(np.isfinite(sigma)) and sigma > 0.0
@@ -100,7 +100,8 @@ class ConePage(HandsPage):
             return
         self.show_cameras(view.base.live)
         cone = view.cone
-        self.banner.tell(told_of(view, _next_attitude(cone), automatic=seen.automatic))
+        where = _next_attitude(cone)
+        self.banner.tell(told_of(view, where.upper(), where, automatic=seen.automatic))
         self.map.show_map(_cone_map(cone, self._up))
         spread, limit = cone.spread_2s_mm, cone.spread_limit_mm
         known = bool(np.isfinite(spread)) and bool(np.isfinite(limit))
@@ -135,8 +136,9 @@ class TipScatter(Plot):
     def show_off(self, off_world: Points3, limit_mm: float) -> None:
         """Show differences (n, 3), mm, in a circle of what is allowed; NaN draws none."""
         self._off_um, self._limit_um = 1e3 * off_world, 1e3 * limit_mm
-        largest = float(np.linalg.norm(self._off_um, axis=1).max()) if len(off_world) else 0.0
-        self._say(f"largest {largest:.1f} µm" if len(off_world) > 1 else "none yet")
+        self._off_um = self._off_um[np.isfinite(self._off_um).all(axis=1)]
+        largest = float(np.linalg.norm(self._off_um, axis=1).max(initial=0.0))
+        self._say(f"largest {largest:.1f} µm" if len(self._off_um) > 1 else "none yet")
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint both views with the circle of the limit."""
@@ -145,8 +147,9 @@ class TipScatter(Plot):
         across = [axis for axis in range(3) if axis != self._up]
         half = QRectF(box.left(), box.top(), 0.5 * box.width() - 4.0, box.height())
         other = half.translated(0.5 * box.width() + 4.0, 0.0)
-        scatter = np.linalg.norm(self._off_um, axis=1) if len(self._off_um) else np.zeros(1)
-        reach = 1.15 * max(float(np.nan_to_num(self._limit_um)), float(scatter.max()), 1.0)
+        largest = float(np.linalg.norm(self._off_um, axis=1).max(initial=0.0))
+        limit = self._limit_um if np.isfinite(self._limit_um) else 0.0
+        reach = 1.15 * max(limit, largest, 1.0)
         for part, axes, sign in (
             (half, (across[0], self._up), self._raised),
             (other, (across[0], across[1]), 1.0),
@@ -183,20 +186,25 @@ class TipScatter(Plot):
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, names)
 
 
-def told_of(view: TouchView, where: str, *, automatic: bool) -> Told:
-    """Return what the banner says while one observation is awaited."""
+def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
+    """Return what the banner says while one observation is awaited: ``word`` until it is near."""
     countdown, hint = view.countdown, view.base.live.hint
     if not where:
         return Told("COMPLETE", "Nothing is missing.", Mark.GOOD, 1.0)
     if countdown.phase is Phase.RESTING:
-        word = f"HOLD STILL  {countdown.seconds_left:.1f}"
-        return Told(word, where, Mark.ACTIVE, countdown.fraction)
+        still = f"HOLD STILL  {countdown.seconds_left:.1f}"
+        return Told(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
     if countdown.phase is Phase.READY:
         note = "Taken by itself." if automatic else "Press Space to take it."
         return Told("READY", note, Mark.GOOD, 1.0)
     if countdown.phase is Phase.TAKEN:
         return Told("TAKEN", f"Next: {where}", Mark.GOOD, 0.0)
-    return Told("NEXT", f"{where}. {hint}", Mark.DOUBT, 0.0)
+    note = hint if word == where.upper() else f"{_sentence(where)} {hint}"
+    return Told(word, note, Mark.ACTIVE, 0.0)
+
+
+def _sentence(where: str) -> str:
+    return f"{where[:1].upper()}{where[1:]}."
 
 
 def _next_place(sphere: SphereProgress) -> str:

@@ -27,10 +27,18 @@ _SCALE_PX = 58.0
 
 
 class ErrorChart(Plot):
-    """Errors with their uncertainty between the limits, check by check."""
+    """Errors with their uncertainty between the limits, check by check.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    whole_names
+        Names of checks are wrapped instead of being cut.
+    """
+
+    def __init__(self, *, whole_names: bool = False) -> None:
         super().__init__("Errors, µm")
+        self._whole_names = whole_names
+        self._foot = 62.0 if whole_names else 24.0
         self._checks: tuple[Check, ...] = ()
         self._largest = 0
 
@@ -46,7 +54,7 @@ class ErrorChart(Plot):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint limits as a band, and every error as a dot with its uncertainty."""
         painter = self._painter()
-        box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -24.0)
+        box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -self._foot)
         theme, checks = self._theme, self._checks
         if not checks:
             return
@@ -110,9 +118,15 @@ class ErrorChart(Plot):
             x = box.left() + index * pitch
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom() + 6.0))
             place = QRectF(
-                box.left() + begin * pitch, box.bottom() + 2.0, (index - begin) * pitch, 20.0
-            )
+                box.left() + begin * pitch, box.bottom() + 2.0, (index - begin) * pitch,
+                self._foot - 4.0,
+            )  # fmt: skip
             painter.setPen(QColor(self._theme.muted))
+            if self._whole_names:
+                wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.TextFlag.TextWordWrap
+                painter.drawText(place.adjusted(3.0, 0.0, -3.0, 0.0), wrapped, names[begin])
+                begin = index
+                continue
             # The end of a name says more than its beginning: "space diagonal 2".
             text = names[begin]
             while painter.fontMetrics().horizontalAdvance(text) > place.width() and text:

@@ -180,7 +180,7 @@ def _prepare(opened: Opened, site: WizardSite) -> StepPage:
     if isinstance(view, PivotView):
         facts = (("Probe", view.probe), ("Tip", view.tip))
     elif isinstance(view, TouchView):
-        sphere = f"{view.sphere_diameter_mm:.4f} ± {1e3 * view.sphere_expanded_mm:.1f} µm (k = 2)"
+        sphere = f"{view.sphere_diameter_mm:.4f} mm, U {1e3 * view.sphere_expanded_mm:.1f} µm"
         facts = (
             ("Probe", view.probe), ("Tip", view.tip), ("Ball", f"{view.nominal_mm:g} mm"),
             (view.sphere_name, sphere),
