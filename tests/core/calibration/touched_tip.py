@@ -139,10 +139,10 @@ class TipWorld:
             self.body.tip_probe + off[-3:],
         )
 
-    def touched(
+    def seen(
         self, plan: Plan, truth: Truth, rng: np.random.Generator, fault: Fault | None = None
-    ) -> tuple[Touch, ...]:
-        """Return the touches of a plan as they are seen in one world."""
+    ) -> Float:
+        """Return the spots (n, C, L, 2), px, of a plan in one world."""
         fault = fault or Fault()
         reach = self.reach + 0.5 * fault.diameter
         # A plan in the cone has no directions, and its ball always rests in the same place.
@@ -151,8 +151,14 @@ class TipWorld:
         tip = truth.tip - np.array([0.0, 0.0, fault.length])
         points = np.einsum("nij,lj->nli", plan.rotations, truth.leds - tip) + balls[:, None]
         uv = np.stack([project(camera, points) for camera in truth.rig.cameras], axis=1)
-        uv = uv + SIGMA_PX * rng.standard_normal(uv.shape)
-        tips = solve(uv, self.rig, self.body, SIGMA_PX).tip_world
+        noisy: Float = uv + SIGMA_PX * rng.standard_normal(uv.shape)
+        return noisy
+
+    def touched(
+        self, plan: Plan, truth: Truth, rng: np.random.Generator, fault: Fault | None = None
+    ) -> tuple[Touch, ...]:
+        """Return the touches of a plan as they are seen in one world."""
+        tips = solve(self.seen(plan, truth, rng, fault), self.rig, self.body, SIGMA_PX).tip_world
         return tuple(
             replace(touch, tip_world=one) for touch, one in zip(plan.touches, tips, strict=True)
         )
