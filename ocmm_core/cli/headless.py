@@ -47,6 +47,8 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
     calibration = station.calibration()
     console.print(f"Calibration  {calibration.label}", highlight=False)
     console.print(f"Temperature  {station.job().temperature}", highlight=False)
+    if station.reference is not None:
+        console.print(f"Reference  {station.reference.label}", highlight=False)
     for warning in calibration.warnings:
         console.print(f"[yellow]{warning}[/]", highlight=False)
     try:

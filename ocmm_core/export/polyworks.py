@@ -30,7 +30,7 @@ FEATURES_HEADER = (
 )
 REPORT_HEADER = (
     "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    "Calibration,Temperature,Probe"
+    "Calibration,Temperature,Probe,Reference"
 )
 
 _NO_VECTOR = ["", "", ""]
@@ -45,6 +45,7 @@ def export_polyworks(
     calibration: str,
     temperature: str = "",
     probe: str = "",
+    reference: str = "",
 ) -> tuple[Path, Path, Path]:
     """Write ``<job>_points.csv``, ``<job>_features.csv`` and ``<job>_report.csv``.
 
@@ -68,6 +69,8 @@ def export_polyworks(
         Temperatures and switches of their compensation, ASCII without commas, for the report.
     probe
         State, names, hash and due date of probe and tip, likewise.
+    reference
+        Name and hash of the reference body, likewise; empty without one.
 
     Returns
     -------
@@ -101,7 +104,7 @@ def export_polyworks(
     report = [REPORT_HEADER.split(",")]
     for result in job.characteristics:
         _check_name("characteristic", result.name)
-        report.append([*_report_row(result), calibration, temperature, probe])
+        report.append([*_report_row(result), calibration, temperature, probe, reference])
     folder = Path(directory)
     stem = f"{job.job}_UNCALIBRATED" if job.unproven else job.job
     paths = (

@@ -48,6 +48,7 @@ from ocmm_core.station.live import LiveState
 from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
+from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.result import TrackBlock, in_rig
 
 _log = logging.getLogger(__name__)
@@ -244,6 +245,11 @@ class MeasuringStation:
         """Return the probe that the job was begun with, and its records."""
         return self._probe.in_use
 
+    @property
+    def reference(self) -> ReferenceBody | None:
+        """Return the reference body to which everything is given; None without one."""
+        return self._options.session.reference
+
     def mount_tip(self, tip: str) -> None:
         """Say that a tip, maybe the same one again, was screwed on; it must be checked.
 
@@ -369,6 +375,7 @@ class MeasuringStation:
             directory,
             calibration=self.calibration().label,
             probe=self.probe_view().label,
+            reference=self.reference.label if self.reference is not None else "",
             temperature=self._options.session.climate.label,
             T_part_from_world=self._session.T_part_from_world,
         )

@@ -65,6 +65,12 @@ class ReferenceBody:
         return self.leds.name
 
     @property
+    def label(self) -> str:
+        """Return name and shortened hash, for reports; pure ASCII, no commas."""
+        kept = (sign if sign.isascii() and sign.isprintable() else "?" for sign in self.name)
+        return f"{''.join(kept).replace(',', ' ')} {self.identity[:12]}"
+
+    @property
     def n_leds(self) -> int:
         """Return the number of LEDs."""
         return self.leds.n_leds

@@ -127,8 +127,14 @@ NOMINALS = [
 
 STATE = "VALID 0123456789ab"
 TIP = "VALID standard/6 mm 0123456789ab due 2027-01-01"
-export = partial(export_polyworks, calibration=STATE, temperature="Probe 21 C", probe=TIP)
-LAST = f"{STATE},Probe 21 C,{TIP}"
+export = partial(
+    export_polyworks,
+    calibration=STATE,
+    temperature="Probe 21 C",
+    probe=TIP,
+    reference="plate 0123456789ab",
+)
+LAST = f"{STATE},Probe 21 C,{TIP},plate 0123456789ab"
 
 POINTS_PART = (
     b"BORE 1.001,0.0000,-10.0000,0.0000,0.000000,1.000000,0.000000\r\n"
@@ -152,7 +158,7 @@ FEATURES_PART = (
 )
 REPORT = (
     "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    "Calibration,Temperature,Probe\r\n"
+    "Calibration,Temperature,Probe,Reference\r\n"
     "Bore diameter,Diameter,20.0000,20.0025,0.0025,-0.0100,0.0200,Pass,0.0000,0.0038,mm,"
     f"{LAST}\r\n"
     "Bore too big,Diameter,20.0000,20.0312,0.0312,-0.0100,0.0200,Fail,0.0112,0.0038,mm,"
