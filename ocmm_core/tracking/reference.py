@@ -217,7 +217,7 @@ class HomeTaker:
         self._rig = rig
         self._reference = reference
         self._spots: list[Float] = []
-        self._began_ns = self._before_ns = 0
+        self._began_ns = self._before_ns = self._count = 0
         self._seen = np.zeros(0, dtype=np.uint16)
 
     def feed(self, body: TrackBlock) -> tuple[int, ReferenceHome] | None:
@@ -227,22 +227,32 @@ class HomeTaker:
             good = body.status[index] == FrameStatus.OK
             gap = now_ns - self._before_ns > INTERRUPTION_NS or now_ns <= self._before_ns
             self._before_ns = now_ns
-            if not good or gap or not np.array_equal(body.seen[index], self._seen):
-                self._spots.clear()
-                self._began_ns, self._seen = now_ns, body.seen[index]
+            more = np.bitwise_count(body.seen[index]).sum() > np.bitwise_count(self._seen).sum()
+            if not good or gap or more:
+                self._begin(body, index)
             if not good:
                 continue
-            self._spots.append(body.uv[index])
-            if now_ns - self._began_ns >= HOME_NS and len(self._spots) >= 2 * _BATCHES:
-                spots = np.stack(self._spots)
-                self._spots.clear()
-                self._began_ns = now_ns
-                if self._rests(spots):
-                    return index + 1, home_of(
-                        spots.mean(axis=0), len(spots), self._rig, self._reference
-                    )
+            self._count += 1
+            # An LED may be dark in some frames: those in which most are seen make the mean.
+            if np.array_equal(body.seen[index], self._seen):
+                self._spots.append(body.uv[index])
+            if now_ns - self._began_ns < HOME_NS:
+                continue
+            spots = np.array(self._spots)
+            enough = len(spots) >= max(2 * _BATCHES, self._count // 2)
+            self._begin(body, index)
+            if enough and self._rests(spots):
+                return index + 1, home_of(
+                    spots.mean(axis=0), len(spots), self._rig, self._reference
+                )
+            if enough:
                 self.reason = "it does not rest, so that its place cannot be taken"
         return None
+
+    def _begin(self, body: TrackBlock, index: int) -> None:
+        self._spots.clear()
+        self._count = 0
+        self._began_ns, self._seen = int(body.time_ns[index]), body.seen[index]
 
     def _rests(self, spots: Float) -> bool:
         means = np.array([part.mean(axis=0) for part in np.array_split(spots, _BATCHES)])
