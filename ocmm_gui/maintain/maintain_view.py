@@ -25,6 +25,7 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, status_colour, text_fon
 
 _SIDE_PX = 170
 _ROW_PX = 48
+_LARGE_PX = 54
 _TOOLS = ("theme", "log")
 
 
@@ -127,6 +128,8 @@ class MaintainView(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
         layout.addWidget(page.widget, 1)
+        if page.actions:
+            layout.addLayout(_large_buttons([actions[key] for key in page.actions]))
         row = QHBoxLayout()
         row.setSpacing(6)
         hint = QLabel(page.tip)
@@ -134,9 +137,22 @@ class MaintainView(QWidget):
         hint.setFont(text_font(12))
         hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         row.addWidget(hint, 1)
-        for key in (*page.actions, *_TOOLS):
-            button = make_button(actions[key], primary=key in page.actions)
+        for key in _TOOLS:
+            button = make_button(actions[key])
             button.setFont(text_font(13))
             row.addWidget(button)
         layout.addLayout(row)
         return whole
+
+
+def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
+    """Return buttons for hands in gloves, as wide as there is room."""
+    row = QHBoxLayout()
+    row.setSpacing(6)
+    for action in actions:
+        button = make_button(action, primary=True)
+        button.setText(button.text().replace("  [", "\n["))
+        button.setFont(text_font(15))
+        button.setMinimumHeight(_LARGE_PX)
+        row.addWidget(button, 1)
+    return row

@@ -103,13 +103,16 @@ class NumberTable(Table):
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.setWordWrap(False)
 
     def set_theme(self, theme: Theme) -> None:
         """Write in the colours of ``theme`` from now on."""
         self._colours = theme
+        self.blockSignals(True)
         for row in range(self.rowCount()):
             for column, word in enumerate(self.words(row)):
                 self._write(row, column, word)
+        self.blockSignals(False)
 
     def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
         """Show rows of words."""

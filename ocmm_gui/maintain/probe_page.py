@@ -69,7 +69,7 @@ class ProbePage(StandingPage):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
         layout.addLayout(self._head())
-        layout.addWidget(self.tips, 3)
+        layout.addWidget(self.tips, 2)
         layout.addWidget(self._charts, 4)
         layout.addWidget(self._empty, 2)
         layout.addWidget(self.history, 4)

@@ -41,7 +41,7 @@ _TONES = {
     TipEventKind.DOUBTED: Tone.WARN,
     TipEventKind.MOUNTED: Tone.WARN,
 }
-_STANDING = 1
+_STANDING, _ROW_PX = 1, 38
 
 
 class TipTable(Table):
@@ -54,7 +54,8 @@ class TipTable(Table):
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(len(_TIPS) - 1, QHeaderView.ResizeMode.Stretch)
-        self.verticalHeader().setDefaultSectionSize(38)
+        self.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.setWordWrap(False)
         self._tips: tuple[TipState, ...] = ()
 
     def chosen(self) -> str | None:

@@ -12,7 +12,7 @@ from ocmm_core.camera.rig import MAX_SLOTS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking.body import SCHEMA, LedEntry, OrientationRule, ProbeDocument
 from ocmm_core.tracking.strobe import StrobeEntry
-from ocmm_gui.maintain.parts import Table
+from ocmm_gui.maintain.parts import NumberTable
 from ocmm_gui.theme import digit_font, text_font
 from ocmm_gui.words import led_name
 
@@ -39,25 +39,28 @@ _COLUMNS = (
 )
 
 
-class LedTable(Table):
+class LedTable(NumberTable):
     """The LEDs with the directions of their light; every number can be changed."""
 
     def __init__(self) -> None:
-        super().__init__("LEDs", _COLUMNS)
-        self.setFont(digit_font(16, bold=False))
+        super().__init__("LEDs", _COLUMNS, whole=False)
+        self.setFont(digit_font(14, bold=False))
         self.setEditTriggers(QTableWidget.EditTrigger.AllEditTriggers)
         self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectItems)
         self.verticalHeader().setDefaultSectionSize(40)
-        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        first = QHeaderView.ResizeMode.ResizeToContents
+        self.horizontalHeader().setSectionResizeMode(0, first)
 
     def show_leds(self, leds: Sequence[LedEntry]) -> None:
         """Show LEDs instead of those that are there."""
-        self.blockSignals(True)
-        self.setRowCount(len(leds))
+        rows = []
         for row, led in enumerate(leds):
-            words = (led_name(row), *(f"{value:g}" for value in (*led.position, *led.direction)))
-            for column, word in enumerate(words):
-                self._write(row, column, word)
+            place = (f"{value:.7g}" for value in led.position)
+            # A hundredth is half a degree: nobody knows the light of an LED better.
+            light = (f"{round(value, 2):g}" for value in led.direction)
+            rows.append((led_name(row), *place, *light))
+        self.blockSignals(True)
+        self.show_rows(rows)
         self.blockSignals(False)
 
     def leds(self) -> tuple[LedEntry, ...]:

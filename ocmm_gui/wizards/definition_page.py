@@ -241,7 +241,7 @@ class DefinitionPage(QWidget):
         middle = QHBoxLayout()
         middle.setSpacing(8)
         middle.addWidget(panel(form), 4)
-        middle.addWidget(self.leds, 4)
+        middle.addWidget(self.leds, 5)
         middle.addWidget(panel(right), 4)
         row = QHBoxLayout()
         row.setSpacing(8)
