@@ -7,8 +7,9 @@ from itertools import permutations
 
 import numpy as np
 
-from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking.body import AMBIGUITY_LIMIT_MM, Ambiguity, ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, Int, rigid_fit
+from ocmm_core.tracking.ambiguity import AMBIGUITY_LIMIT_MM, REVERSED, Ambiguity
+from ocmm_core.tracking.body import ProbeBody
 
 _FIRST = 50
 """So many labellings that change the distances least are fitted before others are left out."""
@@ -56,7 +57,8 @@ def nearest_labelling(body: ProbeBody, seen: tuple[int, ...]) -> Ambiguity | Non
 
     Every LED of the body may be believed at every place, for nobody tells which one is hidden. A
     labelling whose motion reverses the axis of an orientation rule is excluded, as in
-    `tracking.body.nearest_ambiguity`.
+    `tracking.ambiguity`, whose `nearest` takes all LEDs to be seen, and whose `confused` finds only
+    what is below its limit; a designer wants to know how near the nearest one is.
     """
     labels = np.array(
         [order for order in permutations(range(body.n_leds), len(seen)) if order != seen]
@@ -72,7 +74,7 @@ def nearest_labelling(body: ProbeBody, seen: tuple[int, ...]) -> Ambiguity | Non
             break
         believed = leds[labels[index]]
         rotation, translation = rigid_fit(believed, leds[list(seen)])
-        if any(float(axis @ rotation @ axis) < -0.99 for axis, _ in body.rules):
+        if any(float(axis @ rotation @ axis) < REVERSED for axis, _ in body.rules):
             continue
         miss = believed @ rotation.T + translation - leds[list(seen)]
         residual = float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))

@@ -15,8 +15,8 @@ from ocmm_core.calibration.beam import Deflection, bow, compression, sag, side_l
 from ocmm_core.calibration.probe_design import ProbeDesign
 from ocmm_core.calibration.thermal import Temperature, strain_shapes
 from ocmm_core.errors import InputError
-from ocmm_core.geometry import Float
-from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking.body import ProbeBody
 
 LOWEST_C, HIGHEST_C = 0.0, 50.0
 """A probe or part outside is no place to measure with micrometres, or a wrong number."""

@@ -122,7 +122,7 @@ def print_report(console: Console, report: ProbeReport) -> None:
     console.print()
     for item in report.labels:
         console.print(label_words(item), highlight=False)
-    console.print(label_verdict(report.labels), highlight=False)
+    console.print(label_verdict(report.labels, coded=report.coded), highlight=False)
     console.print()
     if report.mechanics is None:
         console.print(

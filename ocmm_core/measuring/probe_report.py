@@ -127,6 +127,8 @@ class ProbeReport:
         Over tilt, and over the volume from above and from the front.
     labels
         Nearest wrong labelling with all LEDs, then with each of them hidden.
+    coded
+        A strobe code names the LEDs, whatever their places.
     mechanics
         None without a design.
     budget
@@ -140,6 +142,7 @@ class ProbeReport:
     number: TipNumber
     maps: tuple[TipMap, ...]
     labels: tuple[WrongLabels, ...]
+    coded: bool
     mechanics: Mechanics | None
     budget: tuple[BudgetTerm, ...]
 
@@ -171,6 +174,7 @@ def examine(
         number=number,
         maps=tuple(maps),
         labels=labels,
+        coded=body.code is not None,
         mechanics=None if design is None else mechanics_of(design, body),
         budget=budget_of(view, design, asked.postures, asked.seed),
     )

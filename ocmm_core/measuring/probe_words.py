@@ -19,8 +19,10 @@ def label_words(item: WrongLabels) -> str:
     )
 
 
-def label_verdict(labels: tuple[WrongLabels, ...]) -> str:
+def label_verdict(labels: tuple[WrongLabels, ...], *, coded: bool) -> str:
     """Return whether the LEDs can be confused."""
+    if coded:
+        return "The LEDs carry a strobe code, which names them whatever their places."
     unsafe = [item for item in labels if not item.is_safe]
     if not unsafe:
         return "The LEDs cannot be taken for one another."

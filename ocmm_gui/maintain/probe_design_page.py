@@ -210,7 +210,7 @@ class ProbeDesignPage(QWidget):
         self._number.show_text(
             f"{number.space_um:.1f} µm" if seen else "–", theme.text if seen else theme.bad
         )
-        safe = all(item.is_safe for item in report.labels)
+        safe = report.coded or all(item.is_safe for item in report.labels)
         self._labels.show_text(
             "LEDs cannot be confused" if safe else "LEDs can be confused",
             theme.good if safe else theme.bad,
@@ -237,7 +237,8 @@ class ProbeDesignPage(QWidget):
             report.labels,
             key=lambda item: np.inf if item.ambiguity is None else item.ambiguity.residual_mm,
         )
-        self._nearest.setText(f"{label_words(nearest)} {label_verdict(report.labels)}")
+        verdict = label_verdict(report.labels, coded=report.coded)
+        self._nearest.setText(f"{label_words(nearest)} {verdict}")
         self._mechanics.setText(
             "Growth and bending are not known without a design document."
             if report.mechanics is None

@@ -19,8 +19,8 @@ from ocmm_core.calibration.layout_labels import nearest_labelling, wrong_labels
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.tracking.body import ProbeBody, load_probe, nearest_ambiguity, rigid_fit
+from ocmm_core.geometry import Float, RigidTransform, rigid_fit
+from ocmm_core.tracking.body import ProbeBody, load_probe, nearest_ambiguity
 from ocmm_core.tracking.pose import solve
 
 SIGMA_PX = 0.0105
