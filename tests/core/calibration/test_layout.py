@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import permutations
 
@@ -87,13 +88,19 @@ def with_leds(body: ProbeBody, places: Float, depths: Float) -> ProbeBody:
 
 @pytest.mark.parametrize(("base", "count"), CHART)
 def test_the_hardware_chart_is_reproduced(
-    base: int, count: int, rig: Rig, probe: ProbeBody
+    base: int,
+    count: int,
+    rig: Rig,
+    probe: ProbeBody,
+    record_property: Callable[[str, object], None],
 ) -> None:
     # 2.5 %: 0.5 % are the 2,000 poses and the last digit; the rest are places of the third camera
     # and of LEDs 5 to 8, which the chart does not print.
     for (places, depths), published in zip(LAYOUTS.values(), CHART[base, count], strict=True):
         view = View(rig_of(rig, base, count), with_leds(probe, places, depths), SIGMA_PX, True)
         number = tip_number(view, POSTURES, 2000, seed=1)
+        name = f"{base} mm, {count} cameras, {len(places)} LEDs, depth {np.ptp(depths) * 30:.0f} mm"
+        record_property(name, f"{number.space_um:.1f} um, published {published}")
         assert number.space_um == pytest.approx(published, rel=0.025)
         assert number.share == 1.0
 
