@@ -14,6 +14,7 @@ from ocmm_core.calibration.history import State
 from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.procedure_tip import TipQualificationProcedure
 from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
+from ocmm_core.calibration.sphere_layout import CHECK_RINGS, QUALIFICATION_RINGS
 from ocmm_core.calibration.tip_qualification import TipLimits
 from ocmm_core.calibration.tip_views import CheckVerdict, Phase
 from ocmm_core.cli.tip_scenes import scene_of_tip
@@ -22,6 +23,7 @@ from ocmm_core.simulation.calibrating import CalibratingRig, TouchSeats
 from ocmm_core.simulation.tip_scenes import TipFault
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
+from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld
 
 TIP = "6 mm"
 
@@ -74,6 +76,21 @@ class Tips:
         return CalibratingRig(self.bench.rig, self.bench.body, (scene,), SEED)
 
 
+def take(
+    procedure: TipQualificationProcedure | TipCheckProcedure, bench: Bench, sphere: int, cone: int
+) -> None:
+    """Take computed spots on the first places of the layout, and in the first attitudes."""
+    rng = np.random.default_rng(SEED)
+    world = TipWorld(bench.rig, bench.body, bench.sphere)
+    truth = world.draw(rng)
+    rings = CHECK_RINGS if isinstance(procedure, TipCheckProcedure) else QUALIFICATION_RINGS
+    for plan, count in ((world.on_sphere(rings, rng, np.inf), sphere), (world.in_cone(rng), cone)):
+        if count:
+            procedure.advance(bench.now())
+        for uv in world.seen(plan, truth, rng)[:count]:
+            procedure.take_shot(uv, SIGMA_PX, bench.now())
+
+
 def test_a_tip_is_qualified_across_a_crash_and_is_then_valid(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     now = tips.bench.now
@@ -118,7 +135,7 @@ def test_a_point_may_be_taken_back_and_the_file_says_so(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     now = tips.bench.now
     procedure = tips.qualification()
-    show(procedure, tips.touching(procedure), now, at_most=4)
+    take(procedure, tips.bench, 4, 0)
     held = procedure.view.sphere.tips_world
     procedure.take_back(1, now())
     assert procedure.view.sphere.tips_world == pytest.approx(held[[0, 2, 3]])
@@ -163,9 +180,8 @@ def test_an_insensitive_qualification_makes_every_check_inconclusive(tmp_path: P
     vague = make_tip_record(record, diameter_mm=6.0, diameter_sigma_mm=0.0085)
     tips.store.qualify(vague, tips.bench.now())
     procedure = tips.check()
-    show(procedure, tips.touching(procedure), tips.bench.now)
+    take(procedure, tips.bench, 13, 0)
     gate = procedure.base.step.gate
-    assert procedure.base.step.name == "sphere"
     assert "no check can compare" in gate.reason
     assert gate.remedy == "Qualify the tip again."
 
@@ -177,9 +193,8 @@ def test_the_diameter_must_be_known_well_enough(tmp_path: Path) -> None:
         bench.sessions, bench.rig, bench.body, tips.store, TIP, bench.sphere, bench.now(),
         who="technician", limits=TipLimits(diameter_sigma=0.001),
     )  # fmt: skip
-    show(procedure, tips.touching(procedure), bench.now)
+    take(procedure, bench, 25, 0)
     gate = procedure.base.step.gate
-    assert procedure.base.step.name == "sphere"
     assert "Go closer to the equator: touch the sphere at the equator" in gate.remedy
     assert procedure.view.sphere.also_world is not None
 
@@ -188,7 +203,7 @@ def test_what_is_not_wanted_is_not_taken_and_says_why(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     now, bench = tips.bench.now, tips.bench
     procedure = tips.qualification()
-    show(procedure, tips.touching(procedure), now, at_most=6)
+    take(procedure, bench, 6, 0)
     seat = CalibratingRig(
         bench.rig, bench.body, (TouchSeats(tips=((60.0, 20.0, -120.0),), seed=1),), SEED
     )
@@ -250,7 +265,8 @@ def test_what_was_overtaken_is_not_stored(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path, qualified=True)
     now = tips.bench.now
     procedure = tips.check()
-    show(procedure, tips.touching(procedure), now)
+    take(procedure, tips.bench, 13, 5)
+    procedure.advance(now())
     procedure.compute()
     record = make_probe_record(made_utc=BEGIN.isoformat())
     newer = make_tip_record(record, diameter_mm=6.001, diameter_sigma_mm=0.004)
