@@ -532,6 +532,7 @@ class InspectionSession:
             unproven=self._unproven,
             held=tuple(point.number for point in self._points if point.number in held),
             temperature=self._options.climate.words,
+            at_20_c=self._options.climate.part.compensated,
         )
 
     def _checked_features(self) -> dict[str, ActualFeature | FitError]:

@@ -159,6 +159,8 @@ class JobView:
         Numbers of the points that are held back: what rests on them is NOT PROVEN.
     temperature
         What is known of the temperatures of probe and part, and what is compensated, in words.
+    at_20_c
+        Values are those of the part at 20 °C.
     """
 
     job: str
@@ -172,3 +174,4 @@ class JobView:
     unproven: str = ""
     held: tuple[int, ...] = ()
     temperature: str = ""
+    at_20_c: bool = False

@@ -104,6 +104,8 @@ class FarView(QWidget):
         """Show the active feature."""
         self._job = job
         self._step.show_text(next_step(job))
+        where = "at 20 °C, mm" if job.at_20_c else "measured, mm"
+        self._captions[0].show_text(where, self._theme.muted)
         self._show_trouble()
         feature = shown_feature(job)
         if feature is None:
