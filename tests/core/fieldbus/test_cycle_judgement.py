@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.fieldbus.alarms import Alarm
 from ocmm_core.fieldbus.camera_slave import (
     DATA_CRC_AT,
@@ -178,6 +179,13 @@ def test_frames_that_cannot_be_are_refused_although_the_check_sum_fits(
     fault = judge(given, records(100), SCHEDULE)
     assert fault is not None
     assert fault.alarm is Alarm.PAYLOAD
+
+
+def test_every_flag_of_a_frame_may_be_set() -> None:
+    good = answer(header(100), header(100))
+    flags = sum(int(flag) for flag in FrameFlag)
+    given = replace(good, inputs=(good.inputs[0], content(header(100), flags=flags)))
+    assert judge(given, records(100), SCHEDULE) is None
 
 
 @pytest.mark.parametrize(

@@ -271,3 +271,11 @@ def test_the_button_is_down_once_in_every_touch(make_rig: MakeRig) -> None:
     for frame, touch in zip(pressed, touches, strict=True):
         assert touch.first_frame < frame < touch.last_frame
         assert frame / 8000.0 == pytest.approx(touch.contact_s + 0.10, abs=1.5 / 8000.0)
+
+
+def test_a_drop_is_felt_for_a_second_by_every_camera(make_rig: MakeRig) -> None:
+    rig = make_rig([("BED", 1)], options=WorldOptions(drops=(1200,)))
+    felt = rig.frames(0, 10_000).flags & FrameFlag.DROPPED
+    assert np.flatnonzero(felt).tolist() == list(range(1200, 9200))
+    _, flags, _ = rig.camera_frames(1, 1199, 2)
+    assert (flags & FrameFlag.DROPPED).tolist() == [0, FrameFlag.DROPPED]
