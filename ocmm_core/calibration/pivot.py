@@ -87,8 +87,9 @@ def calibrate_probe(
     let_pass(turned, force)
     kept = sweep.only(used)
     uncertainty = pivot_uncertainty(
-        rig, kept, state, geometry, options.slack_mm, options.resamples, options.seed
-    )
+        rig, kept, state, geometry, options.slack_mm, options.resamples, options.seed,
+        pattern=options.pattern,
+    )  # fmt: skip
     total = uncertainty.total
     tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
     spots = int(np.count_nonzero(kept.weights))

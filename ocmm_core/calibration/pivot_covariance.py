@@ -6,7 +6,9 @@ consecutive frames, as long as the frames' influences on the tip resemble each o
 replacement instead (block bootstrap; Kuensch 1989), each draw solved by one Gauss-Newton step from
 the sums of its blocks. A hand also comes back to the same attitudes, and with them to the same
 errors of the sensors: blocks of neighbouring attitudes are drawn likewise, and count where they
-scatter more. What the cameras' own uncertainty does to the result is common to all frames and added
+scatter more. Neither sees all of the sensors' fixed pattern, which is the same in both sweeps of a
+cone; what the rig says of it is computed (`pivot_pattern`) and counts where it is larger. What the
+cameras' own uncertainty does to the result is common to all frames and added
 to it; what it does to the scatter of the blocks is taken off, or it would count twice.
 """
 
@@ -25,6 +27,7 @@ from ocmm_core.calibration.pivot_bundle import (
     solve_pinned,
 )
 from ocmm_core.calibration.pivot_data import PivotSweep
+from ocmm_core.calibration.pivot_pattern import pattern_covariance
 from ocmm_core.calibration.pivot_poses import PosePivot
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
@@ -35,6 +38,9 @@ MOST_BLOCKS = 200
 LEAST_BLOCKS = 8
 _CORRELATIONS_PER_BLOCK = 6.0
 _CELLS_ACROSS = 8
+
+PATTERN_WAVES = 300
+"""Cosine waves of a sensor's pattern: variances are then right to some per cent."""
 
 BEYOND_CHANCE = 1.4
 """Variances from some sixty blocks differ by a fifth; always taking the larger would exaggerate."""
@@ -69,7 +75,7 @@ class PivotUncertainty:
     ----------
     noise
         Of the sweep, by block bootstrap, less what the cameras' errors add to the scatter of the
-        blocks; never below the formal one.
+        blocks; never below the formal one, nor below that of the sensors' pattern.
     formal
         Of independent frames with the stated sigma.
     by_cameras
@@ -108,7 +114,7 @@ def geometry_in(leds_document: Points3, arms: Points3) -> Geometry:
 
 def pivot_uncertainty(
     rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
-    resamples: int, seed: int,
+    resamples: int, seed: int, *, pattern: bool = False,
 ) -> PivotUncertainty:  # fmt: skip
     """Return how far a minimum can be wrong.
 
@@ -118,6 +124,8 @@ def pivot_uncertainty(
         The frames that took part, and the minimum.
     resamples, seed
         Draws of the bootstrap, and their seed.
+    pattern
+        The sensors have the pattern that the rig says.
 
     Raises
     ------
@@ -148,9 +156,15 @@ def pivot_uncertainty(
         left = max(_of_tip(drawn) - of_cameras, _of_tip(formal))
         noises.append(drawn * left / _of_tip(drawn))
     beyond = _of_tip(noises[1]) > BEYOND_CHANCE * _of_tip(noises[0])
+    noise = noises[1] if beyond and cells.max() + 1 >= LEAST_BLOCKS else noises[0]
+    if pattern:
+        modelled = formal + pattern_covariance(
+            rig, sweep, state, by_common, inverse, slack_mm, PATTERN_WAVES, seed
+        )
+        noise = modelled if _of_tip(modelled) > _of_tip(noise) else noise
     by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed[0])
     return PivotUncertainty(
-        noise=noises[1] if beyond and cells.max() + 1 >= LEAST_BLOCKS else noises[0],
+        noise=noise,
         formal=formal,
         by_cameras=by_cameras,
         cameras=by_cameras @ rig.parameter_covariance @ by_cameras.T,

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.calibration.pivot_bundle import PivotState, inverse_pinned, normals_at
 from ocmm_core.calibration.pivot_covariance import geometry_in
 from ocmm_core.calibration.pivot_data import Coverage, PivotSweep
+from ocmm_core.calibration.pivot_pattern import pattern_covariance
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking.body import ProbeBody
@@ -17,6 +18,8 @@ from ocmm_core.tracking.pose import solve
 
 ATTITUDE_STEP = np.radians(2.0)
 _LEAST_FRAMES = 10
+_WAVES = 60
+"""Cosine waves of a sensor's pattern: enough for what is shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +60,18 @@ def coverage_of(rotations: Float, middle_probe: Float) -> Coverage:
     return Coverage(axes[order], (high - low)[order], len(cells), unit(rotations @ middle_probe))
 
 
-def preview_pivot(rig: Rig, body: ProbeBody, sweep: PivotSweep) -> PivotPreview:
+def preview_pivot(
+    rig: Rig, body: ProbeBody, sweep: PivotSweep, *, pattern: bool = False
+) -> PivotPreview:
     """Return coverage and predicted uncertainty of a sweep that goes on.
 
     The probe is taken as its document says; nothing is fitted but the poses, so that this is
     quick enough to be shown live.
+
+    Parameters
+    ----------
+    pattern
+        As in `pivot_data.PivotOptions`.
     """
     sigma = float(np.median(sweep.sigma_px)) if len(sweep.uv) else 1.0
     poses = solve(sweep.uv, rig, body, sigma)
@@ -72,7 +82,8 @@ def preview_pivot(rig: Rig, body: ProbeBody, sweep: PivotSweep) -> PivotPreview:
     rotations = poses.rotation_world_from_probe[solved]
     centre = np.median(poses.tip_world[solved], axis=0)
     state = PivotState(centre, arms, rotations, np.zeros((len(rotations), 3)))
-    here = normals_at(rig, sweep.only(solved), state, 0.0, with_cameras=True)
+    kept = sweep.only(solved)
+    here = normals_at(rig, kept, state, 0.0, with_cameras=True)
     covariance = inverse_pinned(here.normals[0], state.turns())
     tip_sigma = np.inf
     if covariance is not None:
@@ -80,5 +91,8 @@ def preview_pivot(rig: Rig, body: ProbeBody, sweep: PivotSweep) -> PivotPreview:
         by_cameras = by_arms @ (covariance @ here.crossed[0])[3:]
         variance = by_arms @ covariance[3:, 3:] @ by_arms.T
         variance += by_cameras @ rig.parameter_covariance @ by_cameras.T
+        if pattern:
+            by_common = np.hstack([np.zeros((3, 3)), by_arms])
+            variance += pattern_covariance(rig, kept, state, by_common, covariance, 0.0, _WAVES, 1)
         tip_sigma = float(np.sqrt(np.trace(variance)))
     return PivotPreview(coverage_of(rotations, arms.mean(axis=0)), tip_sigma, centre)

@@ -100,6 +100,9 @@ class PivotOptions:
         Of the random choices.
     resamples
         Draws of the bootstrap.
+    pattern
+        The sensors have the fixed pattern that the rig says, and its part of the uncertainty is
+        computed; without it, spots scatter by their sigma alone, as in simulations of it.
     limits
         Of the guards.
     """
@@ -107,6 +110,7 @@ class PivotOptions:
     slack_mm: float = 0.0
     seed: int = 1
     resamples: int = 500
+    pattern: bool = False
     limits: PivotLimits = field(default_factory=PivotLimits)
 
 

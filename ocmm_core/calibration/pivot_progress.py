@@ -90,7 +90,7 @@ def progress_of(
             len(sweep.uv), None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ()
         )
     own = body if tip is None else replace(body, tip_probe=tip)
-    preview = preview_pivot(rig, own, sweep)
+    preview = preview_pivot(rig, own, sweep, pattern=True)
     if preview.coverage is None:
         return Progress(
             len(sweep.uv), None, np.inf, tip, preview.centre_world, np.full(3, np.nan), (), ()

@@ -66,7 +66,7 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
 
     def options(self) -> PivotOptions:
         """Return how the sweeps are evaluated."""
-        return PivotOptions(slack_mm=self.slack_mm, limits=self.limits())
+        return PivotOptions(slack_mm=self.slack_mm, pattern=True, limits=self.limits())
 
 
 class PosesTaken(SessionEvent, frozen=True, kw_only=True):

@@ -100,7 +100,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         self._poses = {name: SweepPoses() for name in SWEEPS}
         self._progress: dict[str, Progress] = {}
         self._last_utc = begun.utc
-        # While the file is read nobody watches, and every progress would be computed in vain.
+        # While many lines come at once, the progress after each of them would be computed in vain.
         self._watching = False
         self._watch = self._watch_of(FIRST)
         self._fold()
@@ -284,16 +284,21 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                     f"'{self._step}'.",
                     "Give the sweeps of this rig and probe while a sweep is to be taken.",
                 )
-            for first in range(0, len(uv), _RECORDED_BATCH):
-                part = uv[first : first + _RECORDED_BATCH]
-                self._append(
-                    PosesTaken(
-                        utc=utc_text(now),
-                        step=self._step,
-                        poses=tuple(to_spots(pose) for pose in part),
-                        sigma_px=sigma_px,
+            self._watching = False
+            try:
+                for first in range(0, len(uv), _RECORDED_BATCH):
+                    part = uv[first : first + _RECORDED_BATCH]
+                    self._append(
+                        PosesTaken(
+                            utc=utc_text(now),
+                            step=self._step,
+                            poses=tuple(to_spots(pose) for pose in part),
+                            sigma_px=sigma_px,
+                        )
                     )
-                )
+            finally:
+                self._watching = True
+                self._rewatch()
 
     def accept(self, now: datetime, reason: str) -> None:
         """Store the result and end the procedure; see `procedure.Procedure.accept`.
