@@ -54,8 +54,6 @@ class StationBridge(QObject):
     """Emits the written files, ``tuple[Path, ...]``."""
     bus_text_saved = Signal(object)
     """Emits the `Path` that the report of the bus was written to."""
-    tip_mounted = Signal(str)
-    """Emits the name of the tip that was said to be on the probe now."""
     cameras_written = Signal()
     """The cameras store the intrinsics of the calibration."""
     failed = Signal(object)
@@ -201,12 +199,7 @@ class StationBridge(QObject):
 
     def mount_tip(self, tip: str) -> None:
         """Say that a tip, maybe the same one again, was screwed on."""
-
-        def mount() -> None:
-            self._station.mount_tip(tip)
-            self.tip_mounted.emit(tip)
-
-        self._command(mount)
+        self._command(lambda: self._station.mount_tip(tip))
 
     def look_at_probe_records(self) -> None:
         """Let the station take in what a wizard has stored about the probe."""

@@ -12,6 +12,7 @@ from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.probe_definition import definition_of
+from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.calibration.procedure import Kind
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import FeatureState, JobView, LiveView
@@ -139,12 +140,7 @@ class MainWindow(QMainWindow):
         bridge.bus_text_saved.connect(
             lambda path: notices.inform(f"The report of the bus is in {path}.")
         )
-        bridge.tip_mounted.connect(
-            lambda tip: notices.inform(
-                f"Tip '{tip}' is on the probe now. No points are taken until the quick tip check "
-                "has passed: one minute, H in Maintain."
-            )
-        )
+        self.tip_line.turned.connect(self._on_tip_turned)
         bridge.cameras_written.connect(
             lambda: notices.inform("The cameras store the intrinsics of the calibration.")
         )
@@ -340,6 +336,13 @@ class MainWindow(QMainWindow):
     def _on_wizard_failed(self, error: OcmmError) -> None:
         self._play(Sound.REFUSED)
         self._notices.error(error)
+
+    def _on_tip_turned(self, view: ProbeView) -> None:
+        if view.hindrance is None:
+            self._notices.inform(f"Points are taken again: {view.title} is {view.word.value}.")
+            return
+        self._play(Sound.REFUSED)
+        self._notices.inform(f"No points are taken. {view.hindrance}")
 
     def _on_wizard_left(self) -> None:
         self._bridge.look_at_probe_records()

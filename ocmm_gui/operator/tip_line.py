@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy
 
 from ocmm_core.calibration.in_use import Word
@@ -16,6 +16,9 @@ _NEAR_PX, _FAR_PX = 14, 30
 
 class TipLine(QFrame):
     """A mark and a sentence about the probe; calm in good order, and never away."""
+
+    turned = Signal(object)
+    """Emits the `ProbeView` when the tip stops the points, or does so no more."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -40,11 +43,13 @@ class TipLine(QFrame):
         """Show what is to be said about the probe in that place."""
         if (view, place) == (self._view, self._place):
             return
-        self._view, self._place = view, place
+        before, self._view, self._place = self._view, view, place
         text = tip_words(view, place)
         self._text.setText(text)
         self._text.setToolTip(text)
         self._paint()
+        if before is not None and (before.hindrance is None) != (view.hindrance is None):
+            self.turned.emit(view)
 
     def text(self) -> str:
         """Return what the line says."""

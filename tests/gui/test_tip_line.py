@@ -51,8 +51,14 @@ def test_words_and_marks_of_every_standing() -> None:
 
 
 @pytest.fixture
-def window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[MainWindow]:
-    Tips(tmp_path)
+def tips(tmp_path: Path) -> Tips:
+    return Tips(tmp_path)
+
+
+@pytest.fixture
+def window(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, tips: Tips
+) -> Iterator[MainWindow]:
     request = StationRequest(
         plan=resource("plans", "quick.toml"),
         out=tmp_path / "out",
@@ -75,7 +81,7 @@ def window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[MainWin
 
 
 def test_mounting_a_tip_is_said_on_every_screen(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path
+    window: MainWindow, qtbot: QtBot, tips: Tips
 ) -> None:
     line = window.tip_line
     qtbot.waitUntil(lambda: "VALID until" in line.text())
@@ -89,9 +95,12 @@ def test_mounting_a_tip_is_said_on_every_screen(
     QTest.keyClick(window, Qt.Key.Key_N)
     qtbot.waitUntil(lambda: "was mounted and not checked since" in line.text())
     assert "Make the quick tip check: one minute." in line.text()
-    qtbot.waitUntil(lambda: "No points are taken until" in window.banner.text())
+    qtbot.waitUntil(lambda: "was mounted and not checked since" in window.banner.text())
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: SUSPECT")
     QTest.keyClick(window, Qt.Key.Key_V)
     qtbot.waitUntil(lambda: "SUSPECT" in line.text() and "ball" in line.text())
     qtbot.waitUntil(lambda: window.desk.strip.status() == "NOT READY")
+    tips.check()
+    qtbot.waitUntil(lambda: "Points are taken again" in window.banner.text())
+    assert "VALID until" in line.text()
