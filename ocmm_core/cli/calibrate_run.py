@@ -198,9 +198,11 @@ def collect(
                     if procedure.base.live.ready:
                         procedure.take(_now())
                         retake_misplaced(procedure, console)
-                    step = procedure.base.step
+                    view = procedure.base
+                    step, hint = view.step, view.live.hint
+                    said = f"{step.title}: {hint}" if hint else step.title
                     progress.update(
-                        task, description=step.title, completed=step.done, total=step.wanted
+                        task, description=said, completed=step.done, total=step.wanted or None
                     )
                 elif stopped or (frames is not None and seen >= frames):
                     break
