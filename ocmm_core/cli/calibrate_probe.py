@@ -12,12 +12,7 @@ import typer
 from msgspec.structs import replace
 from rich.console import Console
 
-from ocmm_core.acquisition.recorder import FrameRecorder
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import CalibrationInUse, default_folder, judge, store_folder
 from ocmm_core.calibration.pivot_session import SECOND, SWEEPS
-from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
-from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.procedure import Decision, Kind
 from ocmm_core.calibration.procedure_pivot import (
     CHANGE_LIMIT_MM,
@@ -26,7 +21,6 @@ from ocmm_core.calibration.procedure_pivot import (
     PivotProcedure,
 )
 from ocmm_core.calibration.sweep_table import load_sweeps
-from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.calibrate import (
     VIRTUAL_SOURCES,
     DecisionOption,
@@ -39,9 +33,7 @@ from ocmm_core.cli.calibrate import (
 )
 from ocmm_core.cli.calibrate_probe_report import print_probe, print_tip_standing
 from ocmm_core.cli.calibrate_run import (
-    SESSIONS,
     Site,
-    collect,
     continued,
     decide,
     pass_open_gates,
@@ -49,7 +41,6 @@ from ocmm_core.cli.calibrate_run import (
     virtual_feed,
 )
 from ocmm_core.cli.calibrate_scenes import VirtualSite
-from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibration
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import (
     DEFAULT_SEED,
@@ -62,10 +53,17 @@ from ocmm_core.cli.options import (
     SourceOption,
     SpeedOption,
 )
+from ocmm_core.cli.probe_site import (
+    AnyCamerasOption,
+    ProbeRecordsOption,
+    ProbeSite,
+    about_tip,
+    collect_from,
+    open_probe_site,
+)
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.pivot_scenes import Jump, SweepProbe
-from ocmm_core.tracking.body import load_probe
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _OTHER_PROBE = resource("probes", "thesis.toml")
@@ -134,14 +132,7 @@ def probe_command(
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     calibrations: FolderOption = None,
-    probes: Annotated[
-        Path | None,
-        typer.Option(
-            "--probes",
-            help="Folder of records of probes. Without it that of this user for real cameras, and "
-            "one apart from it for virtual ones.",
-        ),
-    ] = None,
+    probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
     decision: DecisionOption = None,
@@ -150,9 +141,7 @@ def probe_command(
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     record: RecordOption = None,
-    uncalibrated: Annotated[
-        bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
-    ] = False,
+    uncalibrated: AnyCamerasOption = False,
     force: ForceOption = False,
 ) -> None:
     """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
@@ -160,24 +149,17 @@ def probe_command(
     A sweep begins when the ball rests in the cone, and ends when enough was seen. Then lift the
     ball out, put the cone elsewhere and sweep again: the second sweep must show the same tip.
     """
-    console, body = make_console(), load_probe(probe)
-    cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
-    _require_cameras(cameras, console)
-    folder = probe_store_folder(probes or _own_folder(source), body.name)
-    store = ProbeStore(folder)
-    design = load_rig(rig)
-    site = Site(
-        design,
-        cameras.rig,
-        CalibrationStore(store_folder(calibrations or default_folder(), design.name)),
-        folder / SESSIONS,
+    console = make_console()
+    place = open_probe_site(
+        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
+    site, body, store = place.site, place.body, place.store
     procedure = None
     if not new:
         procedure = continued(
             site,
             Kind.PIVOT,
-            lambda path: _same_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+            lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
             console,
         )
     if procedure is None:
@@ -192,7 +174,7 @@ def probe_command(
         _take_recorded(procedure, sweeps, site, body.n_leds)
     elif pass_open_gates(procedure) < len(procedure.base.steps) - 1:
         run = _Run(source, scene, seed, speed, record, force)
-        _collect(procedure, site, rig, probe, cameras, run, console)
+        _collect(procedure, place, rig, probe, run, console)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -224,35 +206,6 @@ def virtual_sweeps(scene: SceneChoice, step: str, seed: int) -> tuple[SweepProbe
     return (second,) if step == SECOND else (first, second)
 
 
-def _own_folder(source: str) -> Path:
-    """Return the folder of records without one given; virtual probes must not pass for real."""
-    folder = default_probe_folder()
-    return folder.with_name("virtual-probes") if source in VIRTUAL_SOURCES else folder
-
-
-def _require_cameras(cameras: CalibrationInUse, console: Console) -> None:
-    """Refuse cameras without a calibration, and say where one is not quite in order."""
-    view = judge(cameras, _now())
-    if cameras.fault is not None and view.hindrance is not None:
-        raise CalibrationError(
-            "calibrate.cameras",
-            f"The cameras cannot be used: {view.hindrance.what}",
-            view.hindrance.remedy,
-        )
-    if view.obstacle is not None:
-        console.print(f"Cameras  {view.word.value}: {view.obstacle}", style="yellow")
-
-
-def _same_tip(procedure: PivotProcedure, tip: str) -> PivotProcedure:
-    if procedure.tip != tip:
-        raise CalibrationError(
-            "calibrate.tip",
-            f"The session is about tip '{procedure.tip}'.",
-            "Give that tip, or begin a new session with --new.",
-        )
-    return procedure
-
-
 def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: int) -> None:
     """Take recorded sweeps that the session does not have yet.
 
@@ -277,10 +230,9 @@ def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: in
 
 def _collect(
     procedure: PivotProcedure,
-    site: Site,
+    place: ProbeSite,
     rig: Path,
     probe: Path,
-    cameras: CalibrationInUse,
     options: _Run,
     console: Console,
 ) -> None:
@@ -294,17 +246,9 @@ def _collect(
         frames = script.build().n_frames
         feed = virtual_feed(script, source, options.speed)
     else:
-        feed = real_feed(rig, site.design, source, force=options.force)
-    recorder = None
+        feed = real_feed(rig, place.site.design, source, force=options.force)
     try:
-        _require_cameras(checked_for_replay(cameras, feed.recorded), console)
-        if options.record is not None:
-            recorder = FrameRecorder(options.record, feed.description, site.design)
-    except BaseException:
-        feed.ring.close()
-        raise
-    try:
-        collect(procedure, feed, frames, console, recorder)
+        collect_from(procedure, place, feed, frames, options.record, console)
     except CalibrationError:
         # Where a person overruled the guards, the last sweep may end with what it has.
         sweep = procedure.view.sweep

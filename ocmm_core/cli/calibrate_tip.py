@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -56,13 +56,18 @@ from ocmm_core.cli.options import (
     SourceOption,
     SpeedOption,
 )
-from ocmm_core.cli.probe_site import ProbeSite, collect_from, open_probe_site
+from ocmm_core.cli.probe_site import (
+    AnyCamerasOption,
+    ProbeRecordsOption,
+    ProbeSite,
+    about_tip,
+    collect_from,
+    open_probe_site,
+)
 from ocmm_core.cli.tip_scenes import scene_of_tip
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.tip_scenes import TipFault
-
-P = TypeVar("P", TipQualificationProcedure, TipCheckProcedure)
 
 VIRTUAL_SPHERE = resource("artefacts", "sphere.toml")
 
@@ -94,17 +99,6 @@ ConeOption = Annotated[str, typer.Option("--cone", help="What is written on the 
 SceneOption = Annotated[
     TipChoice, typer.Option("--scene", help="Which tip is on the virtual probe.")
 ]
-ProbesOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--probes",
-        help="Folder of records of probes. Without it that of this user for real cameras, and one "
-        "apart from it for virtual ones.",
-    ),
-]
-UncalibratedOption = Annotated[
-    bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
-]
 
 
 def tip_command(
@@ -125,7 +119,7 @@ def tip_command(
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     calibrations: FolderOption = None,
-    probes: ProbesOption = None,
+    probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
     decision: DecisionOption = None,
@@ -133,7 +127,7 @@ def tip_command(
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     record: RecordOption = None,
-    uncalibrated: UncalibratedOption = False,
+    uncalibrated: AnyCamerasOption = False,
     force: ForceOption = False,
 ) -> None:
     """Qualify a tip: its ball on a calibrated sphere (25 points), and in a cone (five attitudes).
@@ -151,7 +145,7 @@ def tip_command(
         procedure = continued(
             place.site,
             Kind.QUALIFICATION,
-            lambda path: _same_tip(
+            lambda path: about_tip(
                 TipQualificationProcedure.resume(
                     path, place.site.rig, place.body, place.store, cameras=place.site.store
                 ),
@@ -188,7 +182,7 @@ def check_tip_command(
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     calibrations: FolderOption = None,
-    probes: ProbesOption = None,
+    probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
     decision: DecisionOption = None,
@@ -196,7 +190,7 @@ def check_tip_command(
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     record: RecordOption = None,
-    uncalibrated: UncalibratedOption = False,
+    uncalibrated: AnyCamerasOption = False,
     force: ForceOption = False,
 ) -> None:
     """Check in a minute that the tip is still the qualified one: 13 points, five attitudes.
@@ -214,7 +208,7 @@ def check_tip_command(
         procedure = continued(
             place.site,
             Kind.TIP_CHECK,
-            lambda path: _same_tip(
+            lambda path: about_tip(
                 TipCheckProcedure.resume(
                     path, place.site.rig, place.body, place.store, cameras=place.site.store
                 ),
@@ -327,16 +321,6 @@ def take_tip_shots(
                 "Give the shots of the sphere, then those in the cone.",
             )
         procedure.take_shot(shot.uv, shot.sigma_px, _now())
-
-
-def _same_tip(procedure: P, tip: str) -> P:
-    if procedure.tip != tip:
-        raise CalibrationError(
-            "calibrate.tip",
-            f"The session is about tip '{procedure.tip}'.",
-            "Give that tip, or begin a new session with --new.",
-        )
-    return procedure
 
 
 def _finish(

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Annotated, Protocol, TypeVar
 
+import typer
 from rich.console import Console
 
 from ocmm_core.acquisition.recorder import FrameRecorder
@@ -21,6 +23,27 @@ from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibrat
 from ocmm_core.cli.compose import Feed
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking.body import ProbeBody, load_probe
+
+ProbeRecordsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--probes",
+        help="Folder of records of probes. Without it that of this user for real cameras, and one "
+        "apart from it for virtual ones.",
+    ),
+]
+AnyCamerasOption = Annotated[
+    bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
+]
+
+
+class AboutTip(Protocol):
+    """A procedure about a tip."""
+
+    tip: str
+
+
+P = TypeVar("P", bound=AboutTip)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +94,17 @@ def open_probe_site(
     of_cameras = CalibrationStore(store_folder(calibrations or default_folder(), design.name))
     site = Site(design, cameras.rig, of_cameras, store.folder / SESSIONS)
     return ProbeSite(site, cameras, body, store)
+
+
+def about_tip(procedure: P, tip: str) -> P:
+    """Return a procedure that goes on; raise CalibrationError where it is about another tip."""
+    if procedure.tip != tip:
+        raise CalibrationError(
+            "calibrate.tip",
+            f"The session is about tip '{procedure.tip}'.",
+            "Give that tip, or begin a new session with --new.",
+        )
+    return procedure
 
 
 def own_folder(source: str) -> Path:
