@@ -35,7 +35,8 @@ class JobHead:
     operator, part, serial
         Names, as entered.
     plan_text, rig_text, probe_text
-        The complete documents, so that everything can be computed again from this file alone.
+        The complete documents, or the records that stand in their place, so that everything can be
+        computed again from this file alone.
     """
 
     job_uuid: str
@@ -60,7 +61,7 @@ class JobHead:
 
     @property
     def probe_identity(self) -> str:
-        """Return the SHA-256 of the probe document, equal to ``ProbeBody.identity``."""
+        """Return the SHA-256 of ``probe_text``, equal to ``ProbeBody.identity``."""
         return _sha256(self.probe_text)
 
 
