@@ -57,9 +57,6 @@ def test_a_probe_without_a_design_says_so(ocmm: Ocmm, tmp_path: Path) -> None:
     assert done.returncode == 0
     assert "Growth and bending: not known." in done.stdout
     assert "Warmth" not in done.stdout
-    wrong = ocmm("probe", "design", "--probe", "mine.toml", "--design", DESIGN)
-    assert wrong.returncode == 2
-    assert "field 'probe' is 'standard'" in wrong.stderr
 
 
 def test_both_compensations_are_in_the_job_and_in_the_report(ocmm: Ocmm, tmp_path: Path) -> None:
