@@ -20,7 +20,7 @@ from ocmm_core.calibration.sphere_layout import (
     sphere_layout,
 )
 from ocmm_core.calibration.tip_check import decide_check
-from ocmm_core.calibration.tip_fit import predicted_covariance
+from ocmm_core.calibration.tip_fit import fit_ball_on, predicted_covariance
 from ocmm_core.calibration.tip_qualification import (
     TipLimits,
     conforms,
@@ -28,7 +28,7 @@ from ocmm_core.calibration.tip_qualification import (
     sphere_warnings,
 )
 from ocmm_core.calibration.tip_views import CheckVerdict
-from ocmm_core.calibration.touches import Touch
+from ocmm_core.calibration.touches import Touch, joint_covariance
 from ocmm_core.calibration.verification import fit_sphere
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import rotation_from_vector
@@ -133,6 +133,38 @@ def test_checks_find_wrong_tips_and_leave_good_ones_alone(rig: str) -> None:
             assert [one.code for one in found.findings] == ([code] if code else [])
     # 24 runs know a standard deviation to 15 %: three of these.
     assert np.std(off) == pytest.approx(np.mean(stated), rel=0.45)
+
+
+def test_what_touches_have_in_common_is_common() -> None:
+    rng = np.random.default_rng(14)
+    first, second = WORLD.on_sphere(CHECK_RINGS, rng, np.inf).touches[:2]
+    along = np.stack([np.eye(3), np.eye(3)])
+    found = joint_covariance((first, second), along, WORLD.rig, WORLD.body)
+    shared = sum(
+        getattr(first, name) @ covariance @ getattr(second, name).T
+        for name, covariance in (
+            ("by_cameras", WORLD.rig.parameter_covariance),
+            ("by_geometry", WORLD.body.geometry_covariance),
+        )
+    )
+    assert found[:3, 3:] == pytest.approx(shared, abs=1e-15)
+    own = found[:3, :3] - first.noise
+    # The tip of the probe (2 um) and its LEDs turn with it; alike attitudes share nearly all.
+    assert np.diag(own) == pytest.approx(np.diag(shared), rel=0.5)
+    assert np.sqrt(np.diag(own)).min() > 0.002
+
+
+def test_the_sphere_has_the_size_of_its_temperature() -> None:
+    rng = np.random.default_rng(15)
+    plan = WORLD.on_sphere(QUALIFICATION_RINGS, rng, np.inf)
+    at = {
+        degrees: fit_ball_on(plan.touches, WORLD.sphere, WORLD.rig, WORLD.body, degrees)
+        for degrees in (20.0, 30.0, None)
+    }
+    assert at[20.0].diameter == pytest.approx(6.0, abs=1e-6)
+    # 30 mm of steel grow by 11.5e-6 a degree.
+    assert at[20.0].diameter - at[30.0].diameter == pytest.approx(0.00345, abs=1e-6)
+    assert at[None].diameter_sigma > at[20.0].diameter_sigma
 
 
 def test_the_predicted_uncertainty_says_go_closer_to_the_equator() -> None:
