@@ -7,11 +7,12 @@ observation is one line of a session file that is on the disk before the call re
 a pure fold over these lines, so that a procedure that was killed at any moment is the same one
 after `resume`.
 
-The three procedures, each with ``begin`` and ``resume`` (see their modules):
+The procedures, each with ``begin`` and ``resume`` (see their modules):
 
 - `procedure_known_points.KnownPointsProcedure`: steps ``prepare``, ``collect``, ``result``
 - `procedure_relocation.RelocationProcedure`: ``prepare``, ``wave``, ``bar``, ``world``, ``result``
 - `procedure_verification.VerificationProcedure`: ``prepare``, ``lines``, ``spheres``, ``result``
+- `procedure_pivot.PivotProcedure`: ``prepare``, ``first``, ``second``, ``result``
 
 ``begin`` writes what is fixed for the whole session (rig, artefacts, people, temperature); the step
 ``prepare`` shows it. A calculation that takes longer than a moment is `compute`; call it from a
