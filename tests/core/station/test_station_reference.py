@@ -13,7 +13,12 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import Refusal, RefusalCode
-from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
+from ocmm_core.simulation.world import (
+    ScriptedBump,
+    ScriptedNudge,
+    ScriptedOcclusion,
+    WorldOptions,
+)
 from ocmm_core.storage.job_file import JobFile
 from tests.core.station.test_station_calibration import wait_until
 
@@ -74,6 +79,20 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
         assert reference is not None
         assert reference.n_frames == 126
         assert all(point.reference_spots is not None for point in stored.points())
+
+
+def test_one_pushed_camera_is_noticed_as_without_a_reference_body(build: Build) -> None:
+    push = ScriptedBump(0, 10 * RATE_HZ, (40e-6, 0.0, 0.0))
+    built = build(world=WorldOptions(nudges=(NUDGE,), bumps=(push,)))
+    station = built.station
+    refusals: list[Refusal] = []
+    station.point_refused.connect(refusals.append)
+    station.start()
+    assert station.wait_finished(50.0)
+    assert station.job().held != ()
+    assert refusals
+    assert {refusal.code for refusal in refusals} == {RefusalCode.CALIBRATION}
+    assert "has changed since the calibration" in refusals[0].what
 
 
 def test_a_lost_reference_body_blocks_the_readout_and_the_points(build: Build) -> None:

@@ -1,0 +1,71 @@
+"""The option --reference as a stranger uses it."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.documents import resource
+
+Ocmm = Callable[..., subprocess.CompletedProcess[str]]
+
+PLAN = """
+schema = "ocmm.plan/1"
+unit = "mm"
+name = "STEP"
+part = "DEMO_PART"
+
+[[features]]
+name = "BLOCK_TOP"
+shape = "Plane"
+points = 3
+point = [-72.0, 0.0, 20.34]
+direction = [0.0, 0.0, 1.0]
+
+[[characteristics]]
+name = "Flatness"
+kind = "form"
+features = ["BLOCK_TOP"]
+nominal = 0.0
+lower = 0.0
+upper = 0.1
+"""
+
+
+def test_a_job_with_a_reference_body_names_it_in_its_report(ocmm: Ocmm, tmp_path: Path) -> None:
+    plan = tmp_path / "step.toml"
+    plan.write_text(PLAN, encoding="utf-8")
+    done = ocmm(
+        "measure", "--plan", plan, "--out", "out",
+        "--probe", resource("probes", "standard4.toml"),
+        "--reference", resource("references", "plate.toml"),
+    )  # fmt: skip
+    assert done.returncode in (0, 1), done.stderr
+    assert "Reference  plate " in done.stdout
+    (report,) = (tmp_path / "out").glob("*_report.csv")
+    with report.open(newline="", encoding="ascii") as stream:
+        (row,) = csv.DictReader(stream)
+    assert row["Reference"].startswith("plate ")
+
+
+@pytest.mark.parametrize(
+    ("probe", "reference", "words"),
+    [
+        ("standard.toml", "plate.toml", "a camera follows 8, not 10"),
+        ("standard4.toml", "missing.toml", "there is no such file"),
+    ],
+)
+def test_a_reference_body_that_cannot_be_used_is_refused_in_one_sentence(
+    ocmm: Ocmm, probe: str, reference: str, words: str
+) -> None:
+    done = ocmm(
+        "measure", "--plan", resource("plans", "quick.toml"), "--out", "out",
+        "--probe", resource("probes", probe), "--reference", resource("references", reference),
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert words in " ".join(done.stderr.split())
+    assert "Traceback" not in done.stderr
