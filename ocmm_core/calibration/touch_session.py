@@ -372,6 +372,7 @@ def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
     CalibrationError
         It was never calibrated, or another one is mounted.
     """
+    store.refresh()
     records = store.active(tip)
     if records is None:
         raise CalibrationError(

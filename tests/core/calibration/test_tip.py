@@ -10,6 +10,8 @@ import pytest
 
 from ocmm_core.calibration.articulation import articulate, place_of_ball
 from ocmm_core.calibration.chance import range_limit, square_limit
+from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.sphere_layout import (
     CHECK_RINGS,
     QUALIFICATION_RINGS,
@@ -19,7 +21,7 @@ from ocmm_core.calibration.sphere_layout import (
     match_places,
     sphere_layout,
 )
-from ocmm_core.calibration.tip_check import decide_check
+from ocmm_core.calibration.tip_check import Judged, decide_check
 from ocmm_core.calibration.tip_fit import fit_ball_on, predicted_covariance
 from ocmm_core.calibration.tip_qualification import (
     TipLimits,
@@ -45,7 +47,9 @@ WORLD = TipWorld.of()
 NO_MORE = np.empty((0, 3))
 
 
-@pytest.mark.parametrize("pole", [(0.0, 0.0, 1.0), (1.0, 0.2, -0.3), (0.0, -1.0, 0.0)])
+@pytest.mark.parametrize(
+    "pole", [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.2, -0.3), (0.0, -1.0, 0.0)]
+)
 def test_the_layout_is_that_of_the_standard_about_any_pole(
     pole: tuple[float, float, float],
 ) -> None:
@@ -58,6 +62,8 @@ def test_the_layout_is_that_of_the_standard_about_any_pole(
     assert np.linalg.norm(layout.directions, axis=1) == pytest.approx(np.ones(25))
     # Right-handed, and back is away from the cameras, so that "left" is left for who looks.
     assert np.cross(frame.right, frame.back) == pytest.approx(frame.pole)
+    centres = [camera.centre_world for camera in WORLD.rig.cameras]
+    assert frame.back @ (WORLD.rig.volume_world.mean(axis=0) - np.mean(centres, axis=0)) > -1e-6
 
 
 def test_points_find_their_places_once_and_others_none() -> None:
@@ -276,6 +282,27 @@ def test_a_check_that_cannot_tell_never_passes() -> None:
     )
     assert found.verdict is CheckVerdict.FAILED
     assert "shorter" in found.advice
+
+
+@pytest.mark.parametrize(
+    ("error", "sigma", "verdict"),
+    [
+        (0.02, 0.007, CheckVerdict.PASSED),
+        (0.03, 0.007, CheckVerdict.FAILED),
+        (0.001, 0.008, CheckVerdict.INCONCLUSIVE),
+        (0.03, 0.010, CheckVerdict.INCONCLUSIVE),
+        (-0.036, 0.010, CheckVerdict.FAILED),
+    ],
+)
+def test_what_is_not_known_well_enough_fails_only_beyond_doubt(
+    error: float, sigma: float, verdict: CheckVerdict
+) -> None:
+    check = Check(
+        name="diameter", measured_mm=6.0 + error, certified_mm=6.0, expanded_mm=2.0 * sigma,
+        limit_mm=0.025,
+    )  # fmt: skip
+    judged = Judged(check, 0.025 / 3.5, Finding("tip_check.diameter", "", "", refuses=True))
+    assert judged.verdict is verdict
 
 
 def test_a_sphere_with_another_duty_is_warned_of() -> None:
