@@ -6,9 +6,8 @@ import numpy as np
 
 from ocmm_core.calibration.pivot_progress import Progress
 from ocmm_core.calibration.pivot_session import FIRST, PREPARE, RESULT, SECOND, PivotBegun
-from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM
+from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM, attitude_between
 from ocmm_core.calibration.procedure import OPEN, Gate, Step
-from ocmm_core.geometry import unit
 
 
 def steps_of(
@@ -59,13 +58,13 @@ def steps_of(
 
 
 def apart(first: Progress, second: Progress) -> tuple[float, float]:
-    """Return how far two sweeps are apart: place of the ball, mm, and mean direction, rad."""
+    """Return how far two sweeps are apart: places of the ball, mm, and attitudes, rad."""
     if first.coverage is None or second.coverage is None:
         return np.nan, np.nan
     place = float(np.linalg.norm(second.centre_world - first.centre_world))
-    means = [unit(one.coverage.directions_world.mean(axis=0)) for one in (first, second)
-             if one.coverage is not None]  # fmt: skip
-    return place, float(np.arccos(np.clip(means[0] @ means[1], -1.0, 1.0)))
+    return place, attitude_between(
+        first.coverage.directions_world, second.coverage.directions_world
+    )
 
 
 def second_gate(gate: Gate, first: Progress, second: Progress) -> Gate:

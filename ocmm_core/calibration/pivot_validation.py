@@ -16,7 +16,7 @@ from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.pivot_data import PivotCalibration, PivotSweep
 from ocmm_core.calibration.pivot_robust import free_poses
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Points3
 
 CONTRADICTION = 1e-4
 """Probability below which chance does not explain the difference of two sweeps."""
@@ -44,7 +44,7 @@ class PivotValidation:
     place_distance
         mm: between the places of the ball.
     attitude_distance
-        rad: between the mean directions of the probe.
+        rad: between the middles of the directions in which the probe was held.
     articulation_2s, articulation_max
         mm: two standard deviations and the largest distance from their mean of the tips that the
         first calibration gives, averaged over attitudes within 10 degrees (single point
@@ -88,9 +88,7 @@ def validate_pivot(
     covariance = covariance + by_cameras @ rig.parameter_covariance @ by_cameras.T
     chi2 = float(off @ np.linalg.solve(covariance, off))
     place = float(np.linalg.norm(second.centre_world - first.centre_world))
-    attitude = _angle(
-        first.coverage.directions_world.mean(axis=0), second.coverage.directions_world.mean(axis=0)
-    )
+    attitude = attitude_between(first.coverage.directions_world, second.coverage.directions_world)
     spread, largest = _articulation(rig, first, second, sweep)
     sigma = np.sqrt(np.diag(covariance))
     findings = []
@@ -152,5 +150,14 @@ def _articulation(
     return 2.0 * float(np.sqrt(np.sum(distances**2) / (len(means) - 1))), float(distances.max())
 
 
-def _angle(a: Float, b: Float) -> float:
+def attitude_between(first: Points3, second: Points3) -> float:
+    """Return how far the middles of two sets of directions, unit, are apart, rad.
+
+    Each cell of directions counts once: where the hand happened to be slow does not make another
+    attitude.
+    """
+    a, b = (
+        np.unique(np.round(directions / _CELL), axis=0).mean(axis=0)
+        for directions in (first, second)
+    )
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))

@@ -211,7 +211,7 @@ class PivotView:
         The two sweeps.
     place_distance_mm, attitude_distance
         How far the second sweep is from the first: between the places of the ball, and between the
-        mean directions of the probe, rad; NaN before it has poses.
+        middles of the attitudes, rad; NaN before it has poses.
     place_wanted_mm, attitude_wanted
         One of the two must be reached.
     warnings

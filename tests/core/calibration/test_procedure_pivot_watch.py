@@ -11,6 +11,7 @@ import pytest
 
 from ocmm_core.calibration.pivot_data import PivotSweep
 from ocmm_core.calibration.pivot_map import CELL_RAD, sphere_map, where_missing
+from ocmm_core.calibration.pivot_validation import attitude_between
 from ocmm_core.calibration.pivot_views import SweepPhase
 from ocmm_core.calibration.pivot_watch import BATCH, POSE_TURN, SweepWatch
 from ocmm_core.calibration.procedure_pivot import PivotProcedure
@@ -161,6 +162,17 @@ def test_the_map_stands_still_and_says_what_is_missing(bench: PivotBench) -> Non
         replace(cell, poses=0) if cell.direction_world[0] < -0.1 else cell for cell in cells
     )
     assert where_missing(bench.rig, middle, empty) == "left"
+
+
+def test_where_a_hand_is_slow_makes_no_other_attitude() -> None:
+    tilts = np.radians(np.stack(np.meshgrid(np.arange(-25, 26, 5), np.arange(-25, 26, 5)), -1))
+    even = np.dstack([np.sin(tilts), np.ones(tilts.shape[:2])]).reshape(-1, 3)
+    even /= np.linalg.norm(even, axis=1)[:, None]
+    slow = np.concatenate([even, np.repeat(even[:11], 50, axis=0)])
+    assert attitude_between(even, slow) < np.radians(1.0)
+    lean = np.radians(20.0)
+    turn = np.array([[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]])
+    assert attitude_between(even, slow @ turn.T) == pytest.approx(lean, abs=np.radians(3.0))
 
 
 def test_recorded_sweeps_are_read_as_they_were_written(bench: PivotBench, tmp_path: Path) -> None:
