@@ -36,7 +36,8 @@ class ReferenceUse:
     Raises
     ------
     MeasuringError
-        The points of the job are relative to another reference body, or to none.
+        The points of the job are relative to another reference body, or to none, or the cameras
+        were calibrated anew since.
     """
 
     def __init__(
@@ -65,6 +66,13 @@ class ReferenceUse:
                 "session.no_reference",
                 f"{job.path}: the points of this job were taken without a reference body.",
                 "Go on without --reference, or begin a new job.",
+            )
+        if stored is not None and job.head.rig_identity != rig.identity:
+            raise MeasuringError(
+                "session.other_cameras",
+                f"{job.path}: the cameras were calibrated anew since this job was begun: where the "
+                "reference body stood then is not known to these.",
+                "Begin a new job.",
             )
         if stored is not None and reference is not None:
             self.home = home_of(stored.spots, stored.n_frames, rig, reference)

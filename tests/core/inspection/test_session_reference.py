@@ -203,6 +203,19 @@ def test_a_job_does_not_go_on_without_its_reference_body(
         assert caught.value.code == "session.other_reference"
 
 
+def test_a_job_does_not_go_on_with_cameras_that_were_calibrated_anew(
+    nudged: Script, new_job: Callable[[], JobFile]
+) -> None:
+    with new_job() as job:
+        take_all(session_of(job), nudged, 0, 2)
+        path = job.path
+    anew = replace(load_rig(RIG), identity="0" * 64)
+    options = SessionOptions(reference=load_reference(REFERENCE))
+    with JobFile.open(path) as job, pytest.raises(MeasuringError) as caught:
+        InspectionSession(load_plan(PLAN), anew, load_probe(PROBE), job, options)
+    assert caught.value.code == "session.other_cameras"
+
+
 def test_a_job_begun_without_a_reference_body_does_not_get_one(
     new_job: Callable[[], JobFile],
 ) -> None:
