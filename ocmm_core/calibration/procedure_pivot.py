@@ -17,14 +17,7 @@ import numpy as np
 
 from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.pivot_conclusion import PivotMaterial, conclude_pivot, expected_tip
-from ocmm_core.calibration.pivot_progress import (
-    Progress,
-    gate_of,
-    is_forcible,
-    progress_of,
-    view_of,
-)
+from ocmm_core.calibration.pivot_conclusion import expected_tip
 from ocmm_core.calibration.pivot_session import (
     FIRST,
     PREPARE,
@@ -35,15 +28,13 @@ from ocmm_core.calibration.pivot_session import (
     PivotEvent,
     PosesTaken,
     SweepDiscarded,
-    SweepPoses,
 )
-from ocmm_core.calibration.pivot_steps import apart, second_gate, steps_of
+from ocmm_core.calibration.pivot_state import PivotState
 from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM
 from ocmm_core.calibration.pivot_views import PivotOutcome, PivotView, SweepPhase, SweepView
-from ocmm_core.calibration.pivot_watch import SweepWatch
 from ocmm_core.calibration.probe_records import ProbeRecord
 from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Gate, Kind, Live, Step
+from ocmm_core.calibration.procedure import Kind, Live, Step
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.calibration.sealed import load_named
 from ocmm_core.calibration.session import ProbeProcedure
@@ -96,13 +87,10 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 "Continue it with that probe, or begin a new one.",
             )
         self._begun = begun
-        self._body = body
-        self._poses = {name: SweepPoses() for name in SWEEPS}
-        self._progress: dict[str, Progress] = {}
-        self._last_utc = begun.utc
+        self._state = PivotState(rig, body, begun)
         # While many lines come at once, the progress after each of them would be computed in vain.
         self._watching = False
-        self._watch = self._watch_of(FIRST)
+        self._watch = self._state.watch(FIRST)
         self._fold()
         self._watching = True
         self._rewatch()
@@ -216,10 +204,10 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         """Return the snapshot."""
         with self._lock:
             first, second = (self._sweep_view(name) for name in SWEEPS)
-            place, attitude = apart(*(self._progress_of(name) for name in SWEEPS))
+            place, attitude = self._state.apart()
             watching = self._step in SWEEPS
             nothing = np.full(3, np.nan)
-            findings = self._progress_of(self._step).findings if watching else ()
+            findings = self._state.progress(self._step).findings if watching else ()
             warnings = {one.code: one for one in (*self._watch.warnings(), *findings)}
             return PivotView(
                 base=self.base,
@@ -275,7 +263,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             No sweep is being taken, or the spots are not those of this rig and probe.
         """
         with self._lock:
-            wanted = (len(self.rig.cameras), self._body.n_leds, 2)
+            wanted = (len(self.rig.cameras), self._state.body.n_leds, 2)
             if self._step not in SWEEPS or uv.shape[1:] != wanted:
                 raise CalibrationError(
                     "pivot.recorded",
@@ -323,46 +311,13 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             super().accept(now, reason)
 
     def _sweep_view(self, name: str) -> SweepView:
-        begun, progress = self._begun, self._progress_of(name)
-        return view_of(
-            progress,
-            self._watch.phase if self._step == name else SweepPhase.IDLE,
-            self._gate(name),
-            begun.limits(),
-            begun.poses_wanted,
-            begun.tip_sigma_mm,
-            may_end=self._forced and is_forcible(progress, begun.limits()),
-        )
-
-    def _progress_of(self, name: str) -> Progress:
-        """Return how far a sweep has come, computed once for what was taken."""
-        known = self._progress.get(name)
-        if known is None:
-            begun = self._begun
-            known = progress_of(
-                self.rig,
-                begun.expected(self._body),
-                self._poses[name].sweep(self.rig, self._body),
-                begun.limits(),
-                begun.expected_tip is not None,
-            )
-            self._progress[name] = known
-        return known
-
-    def _watch_of(self, step: str) -> SweepWatch:
-        return SweepWatch(
-            self.rig,
-            self._begun.expected(self._body),
-            tip_known=self._begun.expected_tip is not None,
-            first=self._progress_of(FIRST) if step == SECOND else None,
-        )
+        phase = self._watch.phase if self._step == name else SweepPhase.IDLE
+        return self._state.view(name, phase, forced=self._forced)
 
     def _rewatch(self) -> None:
         """Look at frames with fresh eyes: another sweep, or this one begins anew."""
         if self._step in SWEEPS:
-            self._watch = self._watch_of(self._step)
-            if self._poses[self._step].count:
-                self._watch.stored(self._progress_of(self._step))
+            self._watch = self._state.watch(self._step)
 
     def _change(self, event: PivotEvent | CommonEvent) -> None:
         super()._change(event)
@@ -389,58 +344,25 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     def _observe(self, event: PivotEvent) -> None:
         if isinstance(event, PivotBegun):
             return
-        self._progress.pop(event.step, None)
-        if isinstance(event, SweepDiscarded):
-            self._poses[event.step].batches.clear()
-            return
-        self._poses[event.step].add(event)
-        self._last_utc = max(self._last_utc, event.utc)
-        if self._watching:
-            self._watch.stored(self._progress_of(event.step))
+        self._state.add(event)
+        if isinstance(event, PosesTaken) and self._watching:
+            self._watch.stored(self._state.progress(event.step))
 
     def _has_observation(self, step: str) -> bool:
-        return step in SWEEPS and self._poses[step].count > 0
+        return step in SWEEPS and self._state.poses[step].count > 0
 
     def _undo(self, step: str) -> None:
-        self._poses[step].batches.pop()
-        self._progress.pop(step, None)
+        self._state.remove(step)
         if self._watching:
             self._rewatch()
 
     def _steps(self) -> tuple[Step, ...]:
-        first, second = (self._poses[name].count for name in SWEEPS)
-        return steps_of(self._begun, (first, second), (self._gate(FIRST), self._gate(SECOND)))
-
-    def _gate(self, name: str) -> Gate:
-        begun, progress = self._begun, self._progress_of(name)
-        gate = gate_of(
-            self.rig, progress, begun.limits(), begun.poses_wanted, begun.tip_sigma_mm,
-            forced=self._forced,
-        )  # fmt: skip
-        if name == FIRST or self._forced:
-            return gate
-        return second_gate(gate, self._progress_of(FIRST), progress)
+        return self._state.steps(forced=self._forced)
 
     def _calculation(self) -> Callable[[], PivotOutcome]:
-        for step in self._steps()[1:-1]:
-            gate = step.gate
-            if not gate.open and not self._sweep_view(step.name).may_end:
-                raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
-        given = PivotMaterial(
-            rig=self.rig,
-            body=self._body,
-            begun=self._begun,
-            first=self._poses[FIRST].sweep(self.rig, self._body),
-            second=self._poses[SECOND].sweep(self.rig, self._body),
-            previous=self._previous(),
-            made=datetime.fromisoformat(self._last_utc),
-            force=self._forced,
-        )
-        return lambda: conclude_pivot(given)
-
-    def _previous(self) -> ProbeRecord | None:
         running = self._begun.running
-        return load_named(self._store.folder, running, ProbeRecord) if running else None
+        previous = load_named(self._store.folder, running, ProbeRecord) if running else None
+        return self._state.calculation(previous, forced=self._forced)
 
     def _put(self, outcome: PivotOutcome, decided: Decided) -> None:
         reason = decided.reason if outcome.must_be_confirmed else ""
