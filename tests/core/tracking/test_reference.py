@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -94,7 +95,7 @@ def test_a_nudge_does_not_move_the_tip(bench: Bench) -> None:
 
 def test_the_stated_covariance_is_that_of_the_frames(bench: Bench) -> None:
     world = world_of(bench, replace(WorldOptions.ideal(), white_noise=True))
-    quiet = replace(bench.rig, noise=replace_noise(bench.rig, pattern_px=0.0))
+    quiet = replace(bench.rig, noise=msgspec.structs.replace(bench.rig.noise, pattern_px=0.0))
     tracked = pick(track(replace(bench, rig=quiet), frames_of(world, 12_000)), slice(4000, None))
     assert (tracked.status == FrameStatus.OK).all()
     for block in (tracked, simultaneous(tracked)):
@@ -106,12 +107,6 @@ def test_the_stated_covariance_is_that_of_the_frames(bench: Bench) -> None:
     averaged = np.trace(tracked.tip_covariance.mean(axis=0))
     alone = np.trace(in_rig(tracked).tip_covariance.mean(axis=0))
     assert alone < averaged < 1.02 * alone < one
-
-
-def replace_noise(rig: Rig, **changes: float) -> object:
-    names = ("white_px", "pattern_px", "pattern_length_px")
-    values = {name: getattr(rig.noise, name) for name in names} | changes
-    return type(rig.noise)(**values)
 
 
 def test_points_after_a_nudge_are_as_uncertain_as_stated(bench: Bench) -> None:
