@@ -19,7 +19,8 @@ HIDDEN_LEDS = (0.0, 0.0, 0.2, 0.45)
 """Chance of an LED to be hidden from all cameras."""
 
 MOST_GHOSTS = 4
-BESIDE = 0.0
+BESIDE_MM = (2.0, 20.0)
+"""How far reflections beside an LED are from it: nearer lies its own lens."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +113,31 @@ def draw_scenes(
     return _in_slots(rng, uv, shines, body.n_leds, rotations, origins, ghosts=ghosts)
 
 
+def mirrored(body: LedBody) -> LedBody:
+    """Return what a mirror shows of a body."""
+    flip = np.array([-1.0, 1.0, 1.0])
+    return replace(
+        body, leds_body=body.leds_body * flip, led_directions_body=body.led_directions_body * flip
+    )
+
+
+def together(
+    rng: np.random.Generator, rig: Rig, bodies: tuple[LedBody, LedBody], n: int, *, sigma_px: float
+) -> tuple[Scenes, Scenes]:
+    """Return ``n`` frames with two bodies in sight, and what is true of each of them."""
+    first = draw_scenes(rng, rig, bodies[0], n, sigma_px=sigma_px)
+    second = draw_scenes(rng, rig, bodies[1], n, sigma_px=sigma_px, ghosts=False)
+    spots = first.spots.copy()
+    slots = np.full_like(second.slots, -1)
+    for led in range(bodies[1].n_leds):
+        free = np.isnan(spots[..., 0])
+        f, c = np.nonzero((second.slots[:, :, led] >= 0) & free.any(axis=2))
+        slot = np.argmax(free[f, c], axis=1)
+        slots[f, c, led] = slot
+        spots[f, c, slot] = second.spots[f, c, second.slots[f, c, led]]
+    return replace(first, spots=spots), replace(second, spots=spots, slots=slots)
+
+
 def _ghosts(
     rng: np.random.Generator, rig: Rig, body: LedBody, leds: Float, directions: Float
 ) -> tuple[Float, NDArray[np.bool_]]:
@@ -122,7 +148,8 @@ def _ghosts(
     about = middle[:, None] + rng.uniform(-90.0, 90.0, shape)
     picked = rng.permuted(np.tile(np.arange(body.n_leds), (n, 1)), axis=1)[:, :MOST_GHOSTS]
     chosen = leds[np.arange(n)[:, None], picked]
-    beside = chosen + unit(rng.standard_normal(shape)) * rng.uniform(BESIDE, 20.0, (*shape[:2], 1))
+    aside = rng.uniform(*BESIDE_MM, (*shape[:2], 1)) * unit(rng.standard_normal(shape))
+    beside = chosen + aside
     # A mirror in front of which the whole probe stands.
     normal = unit(rng.standard_normal((n, 3)))
     height = np.einsum("nlk,nk->nl", leds - middle[:, None], normal)

@@ -70,12 +70,12 @@ def nearest(leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]]) -> Am
     return worst
 
 
-def nearest_hidden(
-    leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]]
+def confused(
+    leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]], hidden: int
 ) -> Ambiguity | None:
-    """Return the nearest wrong labelling below the limit while one LED is hidden, any of them.
+    """Return the nearest wrong labelling below the limit while ``hidden`` LEDs are not seen.
 
-    Nobody tells which one is hidden: LEDs of the whole body may be believed at every place. Three
+    Nobody tells which ones are hidden: LEDs of the whole body may be believed at every place. Three
     LEDs are never named without a fourth, but what could be meant by three that are seen keeps
     four from being named, for the search wants every other labelling to explain fewer spots by more
     than one light could add.
@@ -83,7 +83,7 @@ def nearest_hidden(
     worst: Ambiguity | None = None
     # See above for the bound.
     slack = 2.0 * np.sqrt(len(leds)) * AMBIGUITY_LIMIT_MM
-    for labels in _alike(_distances(leds), slack):
+    for labels in _alike(_distances(leds), slack, hidden):
         if all(label in (-1, led) for led, label in enumerate(labels)):
             continue
         found = _judge(leds, tip, rules, labels)
@@ -131,14 +131,14 @@ def _judge(
     return Ambiguity(tuple(labels), residual, float(np.linalg.norm(moved - tip)))
 
 
-def _alike(between: Float, slack: float) -> Iterator[tuple[int, ...]]:
-    """Give labellings of all LEDs but one, whose distances (L, L) agree within ``slack``, mm."""
+def _alike(between: Float, slack: float, hidden: int) -> Iterator[tuple[int, ...]]:
+    """Give labellings without ``hidden`` LEDs whose distances (L, L), mm, agree within slack."""
     count = len(between)
 
     def extend(labels: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
         led = len(labels)
         if led == count:
-            if -1 in labels:
+            if labels.count(-1) == hidden:
                 yield labels
             return
         for label in range(count):
@@ -147,7 +147,7 @@ def _alike(between: Float, slack: float) -> Iterator[tuple[int, ...]]:
                 for known, other in enumerate(labels)
             ):
                 yield from extend((*labels, label))
-        if -1 not in labels:
+        if labels.count(-1) < hidden:
             yield from extend((*labels, -1))
 
     return extend(())

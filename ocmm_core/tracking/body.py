@@ -16,7 +16,7 @@ from ocmm_core.geometry import rigid_fit as rigid_fit
 from ocmm_core.tracking.ambiguity import AMBIGUITY_LIMIT_MM as AMBIGUITY_LIMIT_MM
 from ocmm_core.tracking.ambiguity import Ambiguity as Ambiguity
 from ocmm_core.tracking.ambiguity import check_distinct as check_distinct
-from ocmm_core.tracking.ambiguity import nearest, nearest_hidden
+from ocmm_core.tracking.ambiguity import confused, nearest
 from ocmm_core.tracking.led_document import MIN_LEDS as MIN_LEDS
 from ocmm_core.tracking.led_document import MIN_WIDTH_MM as MIN_WIDTH_MM
 from ocmm_core.tracking.led_document import LedEntry as LedEntry
@@ -207,14 +207,6 @@ def nearest_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
     return nearest(*_shape(body))
 
 
-def hidden_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
-    """Return the nearest wrong labelling while one LED is hidden, see `ambiguity.nearest_hidden`.
-
-    None where all leave the residual that is asked for.
-    """
-    return nearest_hidden(*_shape(body))
-
-
 def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None:
     """Refuse a body whose labels can be confused; a strobe code makes all labels certain.
 
@@ -234,8 +226,8 @@ def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None
         return
     point = "tip" if isinstance(body, ProbeBody) else "body"
     remedy = "Move one LED by 10 mm, or add an orientation rule that excludes that order."
-    worst = nearest_ambiguity(body)
-    if worst is not None and worst.residual_mm < AMBIGUITY_LIMIT_MM:
+    worst = confused(*_shape(body), hidden=0)
+    if worst is not None:
         raise InputError(
             f"{what}.ambiguous",
             f"{path}: LEDs taken in the order {worst.labels} fit the body to "
@@ -249,7 +241,7 @@ def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None
             f"{path}: the {what} has {MIN_LEDS} LEDs, of which a reflection could be one.",
             "Add a fourth LED, or give the LEDs a strobe code.",
         )
-    worst = hidden_ambiguity(body)
+    worst = confused(*_shape(body), hidden=1)
     if worst is not None:
         hidden = worst.labels.index(-1)
         raise InputError(

@@ -1,4 +1,8 @@
-"""The compiled growth of a labelling: from three LEDs to all spots that their pose explains."""
+"""The compiled growth of a labelling: from three LEDs to all spots that their pose explains.
+
+Here and in the search, arrays are copied and summed element by element: numba compiles slices with
+all their checks and messages, which takes longer than all the rest.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +82,7 @@ def grow(
     place = np.empty(2)
     points = np.empty((n_leds, 3))
     located = np.empty(n_leds, np.bool_)
-    _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+    spots = _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
     count = triangulate_leds(led_ideal, seen, cams, points, located)
     fit_leds(
         leds, points, located, count, rotation, origin, np.empty((4, 4)), np.empty((4, 4))
@@ -93,7 +97,7 @@ def grow(
         chi2 = _improve(
             led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g, step, work, sigma
         )
-        if chi2 < 0.0 or chi2 > limits[2 * np.sum(seen) - 6]:
+        if chi2 < 0.0 or chi2 > limits[2 * spots - 6]:
             return -1.0
         best, best_c, best_led, best_slot = np.inf, -1, -1, -1
         for c in range(n_cameras):
@@ -127,7 +131,7 @@ def grow(
         if best_c < 0:
             break
         labels[best_c, best_led] = best_slot
-        _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+        spots = _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
     if _drop_rivals(
         ideal, slopes, there, cams, centres, leds, directions, least_cosine, rival_px, labels,
         rotation, origin, place, rows,
@@ -147,14 +151,21 @@ def grow(
 @compiled()
 def _gather(
     ideal: Float, slopes: Float, labels: Int, led_ideal: Float, led_slopes: Float, seen: Bool
-) -> None:
+) -> int:
+    """Put the labelled spots in the order of the LEDs; return their number."""
+    spots = 0
     for c in range(labels.shape[0]):
         for led in range(labels.shape[1]):
             slot = labels[c, led]
             seen[c, led] = slot >= 0
-            if slot >= 0:
-                led_ideal[c, led] = ideal[c, slot]
-                led_slopes[c, led] = slopes[c, slot]
+            if slot < 0:
+                continue
+            spots += 1
+            for k in range(2):
+                led_ideal[c, led, k] = ideal[c, slot, k]
+            for k in range(4):
+                led_slopes[c, led, k] = slopes[c, slot, k]
+    return spots
 
 
 @compiled(kernel, small_algebra)
@@ -187,9 +198,9 @@ def _doubt(
 
     Every LED is left out in turn. Infinite where the others leave the pose open, or expect the LED
     elsewhere than its spots are. Else the greatest of what the pose moves without an LED that is a
-    little odd, squared, in units of the stated covariance; and of what the variance grows without
-    an LED, in the same units, weighted: a light that little else speaks for moves the pose far
-    before it looks odd.
+    little odd (any LED, where three only are seen by two cameras), squared, in units of the stated
+    covariance; and of what the variance grows without an LED, in the same units, weighted: a light
+    that little else speaks for moves the pose far before it looks odd.
     """
     h = np.empty((6, 6))
     g = np.empty(6)
@@ -199,19 +210,26 @@ def _doubt(
     change = np.empty(6)
     column = np.empty(6)
     normal_equations(led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g)
-    only = np.zeros_like(seen)
+    n_cameras, n_leds = seen.shape
+    only = np.zeros((n_cameras, n_leds), np.bool_)
+    located = 0
+    for led in range(n_leds):
+        located += int(_views(seen, led) >= 2)
     worst = 0.0
-    for led in range(seen.shape[1]):
-        views = np.sum(seen[:, led])
+    for led in range(n_leds):
+        views = _views(seen, led)
         if views == 0:
             continue
-        only[:] = False
-        only[:, led] = seen[:, led]
+        for c in range(n_cameras):
+            only[c, led - 1] = False
+            only[c, led] = seen[c, led]
         misfit = normal_equations(
             led_ideal, led_slopes, only, cams, leds, rotation, origin, own, own_g
         )
-        rest[:] = h - own
-        change[:] = g - own_g
+        for i in range(6):
+            change[i] = g[i] - own_g[i]
+            for j in range(6):
+                rest[i, j] = h[i, j] - own[i, j]
         if not cholesky(rest):
             return np.inf
         forward(rest, change)
@@ -226,14 +244,14 @@ def _doubt(
         for i in range(6):
             for j in range(6):
                 moved += change[i] * h[i, j] * change[j] / (sigma * sigma)
-            column[:] = 0.0
-            column[i] = 1.0
+            for j in range(6):
+                column[j] = 1.0 if i == j else 0.0
             forward(rest, column)
             backward(rest, column)
             for j in range(6):
                 grown += column[j] * own[i, j]
         worst = max(worst, GROWTH_WEIGHT * grown)
-        if misfit > ODD_CHI2 + ODD_CHI2_PER_VIEW * views:
+        if located < 4 or misfit > ODD_CHI2 + ODD_CHI2_PER_VIEW * views:
             worst = max(worst, moved)
     return worst
 
@@ -288,8 +306,20 @@ def _miss(ideal: Float, slope: Float, place: Float) -> tuple[float, float]:
 
 
 @compiled()
+def _views(seen: Bool, led: int) -> int:
+    """Return how many cameras see an LED."""
+    views = 0
+    for c in range(seen.shape[0]):
+        views += int(seen[c, led])
+    return views
+
+
+@compiled()
 def _taken(labels: Int, c: int, slot: int) -> bool:
-    return bool(np.any(labels[c] == slot))
+    taken = False
+    for led in range(labels.shape[1]):
+        taken = taken or labels[c, led] == slot
+    return taken
 
 
 @compiled(meeting_kernel)
@@ -304,7 +334,8 @@ def _drop_rivals(
     dropped = False
     for c in range(n_cameras):
         for led in range(n_leds):
-            near[led] = False
+            for slot in range(there.shape[1]):
+                near[led, slot] = False
             if labels[c, led] < 0 and not _faces(
                 centres[c], leds[led], directions[led], rotation, origin, least_cosine
             ):
@@ -316,7 +347,15 @@ def _drop_rivals(
                     near[led, slot] = ex * ex + ey * ey < rival_px * rival_px
         for led in range(n_leds):
             slot = labels[c, led]
-            if slot >= 0 and (np.sum(near[led]) > 1 or np.sum(near[:, slot]) > 1):
+            if slot < 0:
+                continue
+            rivals = 0
+            for other in range(there.shape[1]):
+                rivals += int(near[led, other])
+            for other in range(n_leds):
+                rivals += int(near[other, slot])
+            # Itself is counted twice where it lies at its place.
+            if rivals > 2 * int(near[led, slot]):
                 labels[c, led] = -1
                 dropped = True
     return dropped

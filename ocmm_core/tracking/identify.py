@@ -163,7 +163,7 @@ def identify_many(
         axes,
         worlds,
         n_rules,
-        usable,
+        usable.reshape(count, n_cameras * MAX_SLOTS),
         coded,
         options.sigma_px,
         options.rival_px,

@@ -58,7 +58,7 @@ def identify_frames(
     axes, rule_worlds, n_rules
         Orientation rules (B, 4, 3), (B, 4, 3), (B,).
     usable, coded
-        (B, C, S): LED by strobe code, -1 where a slot may be any, -2 where none; (B,).
+        (B, C S): LED by strobe code, -1 where a slot may be any, -2 where none; (B,).
     sigma, rival_px, limits
         See `grow_kernel.grow`.
     status, labels
@@ -75,7 +75,8 @@ def identify_frames(
     doubt = np.empty(MAX_POSES)
     for frame in range(n):
         straighten(spots[frame], cams, ideal, slopes, there)
-        held = 0
+        # A constant would be one more type to compile for.
+        held = int(np.int64(0))
         for body in range(n_bodies):
             size = counts[body]
             before = held
@@ -87,7 +88,7 @@ def identify_frames(
             )  # fmt: skip
             status[frame, body] = outcome if held == before or outcome == CONFUSED else FOUND
         for body in range(n_bodies):
-            labels[frame, body] = -1
+            _clear(labels[frame, body])
             if status[frame, body] == FOUND:
                 _decide(
                     poses, owner, certain, doubt, held, body, coded[body], status[frame],
@@ -155,8 +156,10 @@ def _match(
     nominal = np.empty((n_leds, n_leds))
     for i in range(n_leds):
         for j in range(n_leds):
-            nominal[i, j] = np.sqrt(np.sum((leds[i] - leds[j]) ** 2))
-    usable = usable.ravel()
+            square = 0.0
+            for k in range(3):
+                square += (leds[i, k] - leds[j, k]) ** 2
+            nominal[i, j] = np.sqrt(square)
     labels = np.empty((there.shape[0], n_leds), np.int64)
     rotation = np.empty((3, 3))
     origin = np.empty(3)
@@ -184,7 +187,7 @@ def _match(
                                 or not _may(usable, lights[o], k)
                             ):
                                 continue
-                            labels[:] = -1
+                            _clear(labels)
                             for side in range(2):
                                 labels[lights[m, side] // n_slots, i] = lights[m, side] % n_slots
                                 labels[lights[n, side] // n_slots, j] = lights[n, side] % n_slots
@@ -202,8 +205,8 @@ def _match(
                             kept = _promise(axes, rule_worlds, rotation)
                             if chi2 < 0.0 or kept < -RULE_MARGIN:
                                 continue
-                            poses[held] = -1
-                            poses[held, :, :n_leds] = labels
+                            _clear(poses[held])
+                            _copy(labels, poses[held])
                             owner[held], certain[held] = body, kept > RULE_MARGIN
                             doubt[held] = worth[0]
                             held = _merge(poses, start, held, certain, doubt)
@@ -262,7 +265,7 @@ def _merge(poses: Int, start: int, held: int, certain: Bool, doubt: Float) -> in
                 more += int(other >= 0) - int(one >= 0)
         if conflicts == 0 and same >= 6:
             if more > 0:
-                poses[pose] = poses[held]
+                _copy(poses[held], poses[pose])
                 certain[pose], doubt[pose] = certain[held], doubt[held]
             return held
     return held + 1
@@ -281,23 +284,49 @@ def _decide(
     n_cameras = poses.shape[1]
     best, most = -1, -1
     for pose in range(held):
-        if owner[pose] == body and np.sum(poses[pose] >= 0) > most:
-            best, most = pose, np.sum(poses[pose] >= 0)
+        if owner[pose] == body and _spots(poses[pose]) > most:
+            best, most = pose, _spots(poses[pose])
     for pose in range(held):
-        if pose == best or np.sum(poses[pose] >= 0) < most - n_cameras:
+        if pose == best or _spots(poses[pose]) < most - n_cameras:
             continue
         if owner[pose] == body or _share(poses[best], poses[pose]):
             status[body] = AMBIGUOUS
             return
     in_sight = 0
     for led in range(8):
-        in_sight += int(np.any(poses[best, :, led] >= 0))
+        seen = False
+        for c in range(n_cameras):
+            seen = seen or poses[best, c, led] >= 0
+        in_sight += int(seen)
     if doubt[best] > MAX_DOUBT and not (coded and in_sight == 3):
         status[body] = THIN
     elif not certain[best]:
         status[body] = NEAR_RULE
     else:
-        labels[:] = poses[best]
+        _copy(poses[best], labels)
+
+
+@compiled()
+def _clear(labels: Int) -> None:
+    for c in range(labels.shape[0]):
+        for led in range(labels.shape[1]):
+            labels[c, led] = -1
+
+
+@compiled()
+def _copy(labels: Int, to: Int) -> None:
+    for c in range(labels.shape[0]):
+        for led in range(labels.shape[1]):
+            to[c, led] = labels[c, led]
+
+
+@compiled()
+def _spots(labels: Int) -> int:
+    count = 0
+    for c in range(labels.shape[0]):
+        for led in range(labels.shape[1]):
+            count += int(labels[c, led] >= 0)
+    return count
 
 
 @compiled()

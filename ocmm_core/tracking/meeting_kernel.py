@@ -96,7 +96,8 @@ def meet(
     points = np.empty((n_slots * n_slots, 3))
     located = np.empty(n_slots * n_slots, np.bool_)
     both = np.empty((2, cams.shape[1]))
-    both[0], both[1] = cams[first], cams[second]
+    for k in range(cams.shape[1]):
+        both[0, k], both[1, k] = cams[first, k], cams[second, k]
     triangulate_leds(pair, seen, both, points, located)
     derivative = np.empty((2, 3))
     information = np.empty((3, 3))
@@ -128,7 +129,8 @@ def meet(
                         information[k, m] += row[k] * row[m]
         if not inside or squares > (MISS_SIGMAS * sigma) ** 2:
             continue
-        positions[count] = points[i]
+        for k in range(3):
+            positions[count, k] = points[i, k]
         lights[count, 0] = first * n_slots + numbers[i, 0]
         lights[count, 1] = second * n_slots + numbers[i, 1]
         _inverse(information, sigma * sigma, covariances[count])

@@ -143,7 +143,8 @@ def test_reflections_never_give_a_wrong_tip(
         miss = np.linalg.norm(tip_of(scene, found.slot_of_led, recommended, body) - tip)
         # Noise of one frame with few LEDs is 0.1 mm; a wrong label would be 10 mm off.
         assert miss < 1.0
-    assert named > 60
+    # Frames of four LEDs, of which a tenth of the spots is hidden, are often too thin.
+    assert named > 50
 
 
 def test_only_ghosts_are_no_probe(recommended: Rig, standard_probe: ProbeBody, look: Look) -> None:
