@@ -297,3 +297,26 @@ def test_a_given_first_place_is_kept(bench: Bench) -> None:
     assert (tracked.status == FrameStatus.OK).all()
     assert pipeline.home is home
     assert np.abs(tracked.tip_world.mean(axis=0) - PLACE).max() < 0.05
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_random_occlusions_of_both_bodies_never_give_a_wrong_tip(bench: Bench, seed: int) -> None:
+    slow = ScriptedNudge(6000, 2000, (1e-3, -1e-3, 0.5e-3), (1.0, -0.5, 0.5))
+    options = WorldOptions(nudges=(slow,), occlusion_rate_hz=0.4)
+    script = [("BED", 4), ("BLOCK_TOP", 4)]
+    world = VirtualRig(
+        bench.rig, bench.body, bench.part, script, seed, options, 1000, bench.reference
+    )
+    still = VirtualRig(
+        bench.rig, bench.body, bench.part, script, seed, WorldOptions(), 1000, bench.reference
+    )
+    pipeline = TrackingPipeline(bench.rig, bench.body, reference=bench.reference)
+    n = 10_000
+    tracked = join([pipeline.process(world.frames(first, 100)) for first in range(0, n, 100)])
+    good = tracked.status == FrameStatus.OK
+    error = tracked.tip_world[good] - still.motion(0, n).tip_world[good]
+    squares = np.einsum("ni,nij,nj->n", error, np.linalg.inv(tracked.tip_covariance[good]), error)
+    # Errors of cameras and probe, 10 um, come on top of the noise of 40 um that is stated.
+    assert np.sqrt(squares.max()) < 6.5
+    assert np.mean(good) > 0.4
+    assert np.mean(tracked.status == FrameStatus.REFERENCE_LOST) > 0.02
