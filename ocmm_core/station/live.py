@@ -15,7 +15,8 @@ from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.fieldbus.report_words import trouble_words
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.view import LiveView, ReferenceView, StatusWord
-from ocmm_core.measuring.stable_point import PointOptions, explain
+from ocmm_core.measuring.missing_tip import explain
+from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.measuring.uncertainty import point_uncertainty
 from ocmm_core.station.bus_watch import SILENCE_S, BusWatch
 from ocmm_core.station.reference_watch import judge_reference, reference_view

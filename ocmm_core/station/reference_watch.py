@@ -6,7 +6,7 @@ import numpy as np
 
 from ocmm_core.camera.rig import Rig
 from ocmm_core.inspection.view import ReferenceView, StatusWord
-from ocmm_core.measuring.stable_point import explain_reference
+from ocmm_core.measuring.missing_tip import explain_reference
 from ocmm_core.tracking.pipeline import TrackingPipeline
 from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.result import FrameStatus, TrackBlock
