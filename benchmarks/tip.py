@@ -21,7 +21,7 @@ from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about
 from ocmm_core.calibration.tip_qualification import TipLimits, conforms, qualification_checks
 from ocmm_core.calibration.tip_views import CheckVerdict
 from ocmm_core.calibration.verification import fit_sphere
-from tests.core.calibration.touched_tip import POLE, Fault, TipWorld, check_plans, qualified
+from tests.core.calibration.touched_tip import POLE, Fault, TipWorld, check_plans, record_of
 
 RIGS = ("recommended", "thesis")
 PLANS = 20
@@ -40,12 +40,14 @@ def checks(rig: str, runs: int, seed: int) -> bool:
     world = TipWorld.of(rig)
     plans = check_plans(world, PLANS, seed)
     points = [len(plan.sphere.touches) for plan in plans]
-    sigma = [1e3 * world.sigma(plan.sphere) for plan in plans]
+    sigma = [
+        1e3 * world.sigma(plan.sphere, world.qualified(plan.qualification)) for plan in plans
+    ]
     print(
         f"{rig} rig, {runs} checks each; points on the sphere: qualification "
         f"{min(len(p.qualification.touches) for p in plans)} to "
         f"{max(len(p.qualification.touches) for p in plans)}, check {min(points)} to "
-        f"{max(points)} (diameter known to {min(sigma):.1f} to {max(sigma):.1f} um), 5 attitudes"
+        f"{max(points)} (compared to {min(sigma):.1f} to {max(sigma):.1f} um), 5 attitudes"
     )
     rng = np.random.default_rng(seed + 1)
     verdicts: dict[str, list[CheckVerdict]] = {"good": [], "50 um": [], "1 mm": []}
@@ -57,7 +59,7 @@ def checks(rig: str, runs: int, seed: int) -> bool:
         ball = world.ball(world.touched(plan.qualification, truth, rng))
         off.append(ball.diameter - 2.0 * world.body.tip_radius)
         inside.append(abs(off[-1]) <= 2.0 * ball.diameter_sigma)
-        record = qualified(ball.diameter, ball.diameter_sigma)
+        record = record_of(ball, world)
         faults = (Fault(), Fault(diameter=0.05 * sign), Fault(length=sign))
         for name, fault in zip(verdicts, faults, strict=True):
             decision = world.check(

@@ -159,6 +159,11 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
         Hash of the `ProbeRecord` that the points were computed with.
     diameter_mm, diameter_sigma_mm
         Effective diameter of the ball and its standard uncertainty, with that of the sphere.
+    noise_sigma_mm
+        The part of it that comes from the spots alone.
+    by_cameras, by_geometry
+        Derivatives of the diameter by the parameters of the cameras (14 C) and by LEDs and tip of
+        the probe (3 L + 3): what a later check has in common with it. Empty where nobody kept them.
     form_mm
         Largest less smallest radius over all points (ISO 10360-5).
     points
@@ -182,6 +187,9 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     calibration: str
     diameter_mm: float
     diameter_sigma_mm: float
+    noise_sigma_mm: float = 0.0
+    by_cameras: tuple[float, ...] = ()
+    by_geometry: tuple[float, ...] = ()
     form_mm: float
     points: int
     point_sigma_mm: float

@@ -14,7 +14,7 @@ from ocmm_core import __version__
 from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.articulation import articulate
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.probe_records import TIP_SCHEMA, TipRecord
+from ocmm_core.calibration.probe_records import TIP_SCHEMA, TipRecord, probe_from_records
 from ocmm_core.calibration.probe_store import ProbeStore, TipRecords
 from ocmm_core.calibration.procedure import Gate, Kind
 from ocmm_core.calibration.records import ArtefactUse
@@ -32,6 +32,7 @@ from ocmm_core.calibration.sphere_layout import (
     frame_about,
     sphere_layout,
 )
+from ocmm_core.calibration.tip_errors import sigma_with_sphere
 from ocmm_core.calibration.tip_events import TipBegun, TouchEvent
 from ocmm_core.calibration.tip_fit import fit_ball_on
 from ocmm_core.calibration.tip_qualification import (
@@ -84,12 +85,16 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome]):
     ) -> None:
         self._begun = begun
         frame, limits = frame_about(POLE, rig), begun.limits
+        calibrated = probe_from_records(body, records.calibration, None)
         wanted = Wanted(
             frame=frame,
             places=sphere_layout(QUALIFICATION_RINGS, frame),
             attitudes=cone_layout(frame),
             points=limits.points,
             places_needed=limits.places,
+            sigma_of=lambda errors: sigma_with_sphere(
+                errors, begun.sphere, begun.temperature_c, rig, calibrated
+            ),
             diameter_sigma=limits.diameter_sigma,
             artefact_limit=limits.nominal,
         )
@@ -242,6 +247,9 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome]):
             valid_until_utc=utc_text(made + timedelta(days=begun.valid_days)),
             diameter_mm=ball.diameter,
             diameter_sigma_mm=ball.diameter_sigma,
+            noise_sigma_mm=ball.errors.noise,
+            by_cameras=tuple(ball.errors.by_cameras.tolist()),
+            by_geometry=tuple(ball.errors.by_geometry.tolist()),
             form_mm=ball.form,
             points=len(state.on_sphere),
             point_sigma_mm=ball.point_sigma,

@@ -13,7 +13,12 @@ from pathlib import Path
 from ocmm_core import __version__
 from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.probe_records import CHECK_SCHEMA, TipCheckRecord, TipRecord
+from ocmm_core.calibration.probe_records import (
+    CHECK_SCHEMA,
+    TipCheckRecord,
+    TipRecord,
+    probe_from_records,
+)
 from ocmm_core.calibration.probe_store import ProbeStore, TipRecords
 from ocmm_core.calibration.procedure import OPEN, Gate, Kind
 from ocmm_core.calibration.records import ArtefactUse
@@ -34,10 +39,12 @@ from ocmm_core.calibration.sphere_layout import (
 from ocmm_core.calibration.tip_check import (
     CHANCE,
     DIAMETER_DEFECT_MM,
+    DIAMETER_SIGMA_MM,
     TipCheckDecision,
     decide_check,
-    sigma_wanted,
+    never_conclusive,
 )
+from ocmm_core.calibration.tip_errors import sigma_of_difference
 from ocmm_core.calibration.tip_events import TipCheckBegun, TouchEvent
 from ocmm_core.calibration.tip_qualification import doubtful_warning, nearest_to_limit
 from ocmm_core.calibration.tip_state import Wanted
@@ -84,6 +91,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
         self._begun = begun
         self._qualification = _qualified(records, begun.qualification)
         frame = frame_about(POLE, rig)
+        calibrated = probe_from_records(body, records.calibration, None)
         places = sphere_layout(CHECK_RINGS, frame)
         wanted = Wanted(
             frame=frame,
@@ -91,7 +99,10 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
             attitudes=cone_layout(frame),
             points=len(places.names),
             places_needed=len(places.names) - 2,
-            diameter_sigma=sigma_wanted(self._qualification),
+            sigma_of=lambda errors: sigma_of_difference(
+                errors, begun.sphere, begun.temperature_c, self._qualification, rig, calibrated
+            ),
+            diameter_sigma=DIAMETER_SIGMA_MM,
             artefact_limit=_ARTEFACT_LIMIT_MM,
             chance=CHANCE,
         )
@@ -221,15 +232,14 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
         if not gate.open or progress.diameter_sigma_mm <= progress.diameter_sigma_limit_mm:
             return gate
         reason = (
-            f"Inconclusive: the diameter is known to {1e3 * progress.diameter_sigma_mm:.1f} um "
-            f"only, and {1e3 * progress.diameter_sigma_limit_mm:.1f} um are needed."
+            "Inconclusive: the diameter can be compared to "
+            f"{1e3 * progress.diameter_sigma_mm:.1f} um only, and "
+            f"{1e3 * progress.diameter_sigma_limit_mm:.1f} um are needed."
         )
-        if progress.diameter_sigma_limit_mm == 0.0:
+        if never_conclusive(self._qualification):
             return Gate(
                 False,
-                f"The qualification knows the diameter to "
-                f"{1e3 * self._qualification.diameter_sigma_mm:.1f} um only: no check can "
-                f"compare with it.",
+                "The qualification knows the diameter too badly: no check can compare with it.",
                 "Qualify the tip again.",
             )
         return Gate(

@@ -24,6 +24,7 @@ from ocmm_core.calibration.articulation import (
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.probe_records import TipRecord
 from ocmm_core.calibration.records import Check
+from ocmm_core.calibration.tip_errors import sigma_of_difference
 from ocmm_core.calibration.tip_fit import BallFit, fit_ball_on
 from ocmm_core.calibration.tip_qualification import articulation_check, form_checks
 from ocmm_core.calibration.tip_views import CheckVerdict
@@ -44,6 +45,9 @@ SIDEWAYS_SIGMAS = 4.3
 
 LENGTH = "tip_check.length"
 """Code of findings that say that the ball is elsewhere in the probe."""
+
+DIAMETER_SIGMA_MM = 0.5 * DIAMETER_DEFECT_MM / SIGMAS
+"""Standard uncertainty of the difference from the qualified diameter that is conclusive."""
 
 CHANCE = 1e-4
 """Probability that form or articulation of a good tip exceed what uncertainties allow."""
@@ -114,12 +118,6 @@ class TipCheckDecision:
         return _causes(self.judged)
 
 
-def sigma_wanted(qualification: TipRecord) -> float:
-    """Return how well a check must know the diameter, mm; zero where it never can."""
-    whole = 0.5 * DIAMETER_DEFECT_MM / SIGMAS
-    return float(np.sqrt(max(whole**2 - qualification.diameter_sigma_mm**2, 0.0)))
-
-
 def decide_check(
     on_sphere: Sequence[Touch],
     in_cone: Sequence[Touch],
@@ -146,7 +144,10 @@ def decide_check(
     if ball is None:
         lacking = "The points on the sphere do not determine the ball yet: touch more places."
     else:
-        judged += [_diameter(ball, qualification), *_form(ball)]
+        sigma = sigma_of_difference(
+            ball.errors, sphere, temperature_c, qualification, rig, body
+        )
+        judged += [_diameter(ball, sigma, qualification), *_form(ball)]
     place = place_of_ball(in_cone, rig, body)
     articulation = articulate(in_cone, rig, body, CHANCE) if len(in_cone) > 1 else None
     if place is None or articulation is None:
@@ -188,8 +189,7 @@ def _ball(
         return None
 
 
-def _diameter(ball: BallFit, qualification: TipRecord) -> Judged:
-    sigma = float(np.hypot(ball.diameter_sigma, qualification.diameter_sigma_mm))
+def _diameter(ball: BallFit, sigma: float, qualification: TipRecord) -> Judged:
     off = ball.diameter - qualification.diameter_mm
     check = Check(
         name="diameter of the ball",
@@ -200,7 +200,7 @@ def _diameter(ball: BallFit, qualification: TipRecord) -> Judged:
     )
     return Judged(
         check,
-        check.limit_mm / SIGMAS,
+        DIAMETER_SIGMA_MM,
         Finding(
             "tip_check.diameter",
             f"The ball is {1e3 * abs(off):.0f} um {'larger' if off > 0.0 else 'smaller'} than it "
@@ -292,6 +292,12 @@ def _articulation(found: Articulation) -> Judged:
     )
 
 
+def never_conclusive(qualification: TipRecord) -> bool:
+    """Return whether no check can be held against a qualification: it scatters too much itself."""
+    own = qualification.noise_sigma_mm or qualification.diameter_sigma_mm
+    return own >= DIAMETER_SIGMA_MM
+
+
 def _more(unknown: Judged, qualification: TipRecord) -> str:
     sigma = 0.5 * unknown.check.expanded_mm
     said = (
@@ -300,6 +306,6 @@ def _more(unknown: Judged, qualification: TipRecord) -> str:
     )
     if unknown.finding.code != "tip_check.diameter":
         return f"{said} hold the probe in more attitudes, leaning farther."
-    if sigma_wanted(qualification) == 0.0:
+    if never_conclusive(qualification):
         return f"{said} the qualification itself is not good enough; qualify the tip again."
     return f"{said} take more points, at the equator, to the left and right."

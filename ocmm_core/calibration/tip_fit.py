@@ -11,7 +11,7 @@ least-squares sphere.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
@@ -19,6 +19,7 @@ from scipy.stats import norm
 
 from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.chance import range_limit
+from ocmm_core.calibration.tip_errors import DiameterErrors, errors_of, sigma_with_sphere
 from ocmm_core.calibration.touches import Touch, joint_covariance, tips_of
 from ocmm_core.calibration.verification import fit_sphere
 from ocmm_core.camera.rig import Rig
@@ -69,6 +70,8 @@ class BallFit:
     diameter, diameter_sigma
         mm: of the ball, and its standard uncertainty with that of the sphere; where the residuals
         are larger than chance allows, in their ratio larger.
+    errors
+        What makes the diameter uncertain, apart from the sphere.
     doubtful
         Indices of points that do not fit, the worst first; none was left out.
     """
@@ -86,6 +89,7 @@ class BallFit:
     point_sigma: float
     diameter: float
     diameter_sigma: float
+    errors: DiameterErrors
     doubtful: tuple[int, ...]
 
 
@@ -135,11 +139,14 @@ def fit_ball_on(
     weight = np.linalg.inv(of_points)
     dof = len(touches) - 4
     chi2 = float(residuals @ weight @ residuals)
-    certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
+    certified, _ = sphere.artefact.at(sphere.diameter, temperature_c)
     # In units of what is known of the points: how much larger residuals are than they should be.
     ratio, limit = np.sqrt(np.array([chi2, chi2_distribution.isf(FORM_CHANCE, dof)]) / dof)
     sigmas = np.sqrt(np.diag(of_points))
     typical = float(np.sqrt(np.mean(sigmas**2)))
+    errors = errors_of(touches, normals, 2.0 * gain[3])
+    if ratio > limit:
+        errors = replace(errors, noise=2.0 * float(ratio * np.sqrt(covariance[3, 3])))
     return BallFit(
         centre_world=centre,
         radius=radius,
@@ -153,12 +160,8 @@ def fit_ball_on(
         form_limit=range_limit(_plain_residuals(normals, of_points), FORM_CHANCE),
         point_sigma=float(np.sqrt(plain @ plain / dof)),
         diameter=2.0 * radius - certified,
-        diameter_sigma=float(
-            np.hypot(
-                2.0 * (ratio if ratio > limit else 1.0) * np.sqrt(covariance[3, 3]),
-                0.5 * expanded,
-            )
-        ),
+        diameter_sigma=sigma_with_sphere(errors, sphere, temperature_c, rig, body),
+        errors=errors,
         doubtful=doubtful_points(normals, of_points, residuals),
     )
 
@@ -215,16 +218,35 @@ def predicted_covariance(
         (m, 3): directions of further points; each is taken to be as uncertain as the nearest one
         that was taken.
     """
+    predicted = _predicted(touches, directions, rig, body, more)
+    return np.full((4, 4), np.inf) if predicted is None else predicted[0]
+
+
+def predicted_errors(
+    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+) -> DiameterErrors | None:
+    """Return what will make the diameter uncertain; None before the points determine it.
+
+    See `predicted_covariance`.
+    """
+    predicted = _predicted(touches, directions, rig, body, more)
+    return None if predicted is None else predicted[1]
+
+
+def _predicted(
+    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+) -> tuple[Float, DiameterErrors] | None:
     if not len(touches):
-        return np.full((4, 4), np.inf)
+        return None
     nearest = np.argmax(more @ directions.T, axis=1) if len(more) else np.empty(0, dtype=np.int64)
     all_touches = [*touches, *(touches[i] for i in nearest)]
     normals = np.concatenate([directions, more])
     rows = _rows(normals)
     if len(rows) < 4 or np.linalg.cond(rows) > np.sqrt(_WORST_CONDITION):
-        return np.full((4, 4), np.inf)
-    covariance = joint_covariance(all_touches, normals[:, None], rig, body)
-    return _solved(normals, covariance)[0]
+        return None
+    of_points = joint_covariance(all_touches, normals[:, None], rig, body)
+    covariance, gain = _solved(normals, of_points)
+    return covariance, errors_of(all_touches, normals, 2.0 * gain[3])
 
 
 def centre_of_few(tips: Points3, radius: float, pole: Float) -> Float:

@@ -21,8 +21,8 @@ class TipLimits:
     nominal
         Permissible difference of the ball's diameter from its nominal one, mm.
     diameter_sigma
-        Standard uncertainty of the diameter from which on the sphere was touched enough, mm. The
-        quick check, which has to compare with it, needs it to be at most 0.0055.
+        Standard uncertainty of the diameter from which on the sphere was touched enough, mm: the
+        difference from the nominal one is then as sure as that of a quick check.
     points
         On the sphere, at least.
     places
@@ -32,7 +32,7 @@ class TipLimits:
     """
 
     nominal: float = 0.025
-    diameter_sigma: float = 0.0055
+    diameter_sigma: float = 0.007
     points: int = 25
     places: int = 21
     attitudes: int = 5

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,6 +23,7 @@ from ocmm_core.calibration.sphere_layout import (
     points_of_places,
     round_equator,
 )
+from ocmm_core.calibration.tip_errors import DiameterErrors
 from ocmm_core.calibration.tip_events import BallInCone, BallOnSphere, TouchBegun
 from ocmm_core.calibration.tip_fit import (
     LEAST_POINTS,
@@ -30,6 +31,7 @@ from ocmm_core.calibration.tip_fit import (
     centre_of_few,
     fit_ball_on,
     predicted_covariance,
+    predicted_errors,
 )
 from ocmm_core.calibration.tip_views import (
     ConeAttitude,
@@ -57,8 +59,10 @@ class Wanted:
         Layouts about the pole.
     points, places_needed
         On the sphere, at least.
+    sigma_of
+        Standard uncertainty that counts, mm, from what makes a diameter uncertain.
     diameter_sigma
-        When the diameter is known well enough, mm.
+        When it is good enough.
     artefact_limit
         Permissible error of a diameter that the certificate of the sphere is held against, mm.
     chance
@@ -70,6 +74,7 @@ class Wanted:
     attitudes: Layout
     points: int
     places_needed: int
+    sigma_of: Callable[[DiameterErrors], float]
     diameter_sigma: float
     artefact_limit: float
     chance: float = ARTICULATION_CHANCE
@@ -198,14 +203,7 @@ class TouchState:
         points = points_of_places(slots, len(wanted.places.names))
         missing = [i for i, point in enumerate(points) if point is None]
         so_far = predicted_covariance(touches, directions, self.rig, self.body, none)
-        end = so_far
-        if missing and n:
-            rest = wanted.places.directions[missing]
-            end = predicted_covariance(touches, directions, self.rig, self.body, rest)
-        fixed = 0.5 * self.begun.sphere.artefact.at(
-            self.begun.sphere.diameter, self.begun.temperature_c
-        )[1]
-        sigma = float(np.hypot(2.0 * np.sqrt(so_far[3, 3]), fixed))
+        sigma = self._sigma(touches, directions, none)
         complete = len(points) - len(missing) >= wanted.places_needed and n >= wanted.points
         also = None
         if complete and sigma > wanted.diameter_sigma:
@@ -233,22 +231,26 @@ class TouchState:
             diameter_mm=np.nan if fit is None else fit.diameter,
             diameter_sigma_mm=sigma,
             diameter_sigma_end_mm=(
-                float(np.hypot(2.0 * np.sqrt(end[3, 3]), fixed)) if n else np.nan
+                self._sigma(touches, directions, wanted.places.directions[missing])
+                if n
+                else np.nan
             ),
             diameter_sigma_limit_mm=wanted.diameter_sigma,
             centre_sigma_mm=np.sqrt(np.diag(so_far)[:3]),
             form_mm=np.nan if fit is None else fit.form,
         )
 
+    def _sigma(self, touches: Sequence[Touch], directions: Points3, more: Points3) -> float:
+        """Return how well the diameter is known with more points, mm; see `Wanted.sigma_of`."""
+        errors = predicted_errors(touches, directions, self.rig, self.body, more)
+        return np.inf if errors is None else self.wanted.sigma_of(errors)
+
     def _most_useful(self, touches: Sequence[Touch], directions: Points3) -> Float | None:
         """Return the untouched direction on the equator that would tell most of the diameter."""
         candidates = round_equator(self.wanted.frame)
         near = (candidates @ directions.T).max(axis=1) > np.cos(_NEIGHBOUR)
         free = candidates[~near] if not near.all() else candidates
-        sigmas = [
-            predicted_covariance(touches, directions, self.rig, self.body, one[None])[3, 3]
-            for one in free
-        ]
+        sigmas = [self._sigma(touches, directions, one[None]) for one in free]
         return np.asarray(free[int(np.argmin(sigmas))])
 
     def _cone_progress(self) -> ConeProgress:

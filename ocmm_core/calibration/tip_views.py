@@ -94,8 +94,8 @@ class SphereProgress:
     diameter_mm
         Of the ball, so far; NaN before the points determine it.
     diameter_sigma_mm
-        Its predicted standard uncertainty with the points so far; infinite before they
-        determine it.
+        Its predicted standard uncertainty with the points so far, in a check that of its difference
+        from the qualified one; infinite before they determine it.
     diameter_sigma_end_mm
         The same when the rest of the layout is taken as well; NaN before the first point.
     diameter_sigma_limit_mm

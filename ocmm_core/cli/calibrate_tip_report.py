@@ -10,7 +10,12 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.calibration.records import Check
-from ocmm_core.calibration.tip_views import TipCheckOutcome, TipOutcome, TouchView
+from ocmm_core.calibration.tip_views import (
+    TipCheckOutcome,
+    TipCheckView,
+    TipOutcome,
+    TouchView,
+)
 
 
 def print_sphere(console: Console, view: TouchView) -> None:
@@ -22,10 +27,11 @@ def print_sphere(console: Console, view: TouchView) -> None:
         f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)",
     )
     touched = len(sphere.places) - len(sphere.missing)
+    known = "compared with the qualified one" if isinstance(view, TipCheckView) else "known"
     _say(
         console,
         f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; diameter "
-        f"of the ball known to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)",
+        f"of the ball {known} to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)",
     )
     for index in sphere.missing:
         _say(console, f"         not touched: {sphere.places[index].name}")

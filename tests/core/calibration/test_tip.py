@@ -41,6 +41,7 @@ from tests.core.calibration.touched_tip import (
     TipWorld,
     check_plans,
     qualified,
+    record_of,
 )
 
 WORLD = TipWorld.of()
@@ -124,7 +125,7 @@ def test_checks_find_wrong_tips_and_leave_good_ones_alone(rig: str) -> None:
         ball = world.ball(world.touched(plan.qualification, truth, rng))
         off.append(ball.diameter - 6.0)
         stated.append(ball.diameter_sigma)
-        record = qualified(ball.diameter, ball.diameter_sigma)
+        record = record_of(ball, world)
         for fault, verdict, code in (
             (Fault(), CheckVerdict.PASSED, None),
             (Fault(diameter=0.05 * sign), CheckVerdict.FAILED, "tip_check.diameter"),

@@ -22,8 +22,9 @@ from ocmm_core.calibration.sphere_layout import (
     round_equator,
     sphere_layout,
 )
-from ocmm_core.calibration.tip_check import TipCheckDecision, decide_check, sigma_wanted
-from ocmm_core.calibration.tip_fit import BallFit, fit_ball_on, predicted_covariance
+from ocmm_core.calibration.tip_check import DIAMETER_SIGMA_MM, TipCheckDecision, decide_check
+from ocmm_core.calibration.tip_errors import sigma_of_difference, sigma_with_sphere
+from ocmm_core.calibration.tip_fit import BallFit, fit_ball_on, predicted_errors
 from ocmm_core.calibration.tip_qualification import TipLimits
 from ocmm_core.calibration.touches import Touch, touch_of
 from ocmm_core.camera.model import project
@@ -96,19 +97,17 @@ class TipWorld:
     def reach(self) -> float:
         return 0.5 * self.sphere.diameter + self.body.tip_radius
 
-    def on_sphere(self, rings: Rings, rng: np.random.Generator, sigma_limit: float) -> Plan:
+    def on_sphere(
+        self, rings: Rings, rng: np.random.Generator, sigma_limit: float,
+        against: TipRecord | None = None,
+    ) -> Plan:
         """Return touches in a layout, and more on the equator until the diameter is known."""
         frame = frame_about(POLE, self.rig)
         plan = self._touching(sphere_layout(rings, frame).directions, rng)
-        while self.sigma(plan) > sigma_limit and len(plan.touches) < 60:
+        while self.sigma(plan, against) > sigma_limit and len(plan.touches) < 60:
             candidates = round_equator(frame)
-            variances = [
-                predicted_covariance(
-                    plan.touches, plan.directions, self.rig, self.body, one[None]
-                )[3, 3]
-                for one in candidates
-            ]
-            plan = plan + self._touching(candidates[[int(np.argmin(variances))]], rng)
+            sigmas = [self.sigma(plan, against, one[None]) for one in candidates]
+            plan = plan + self._touching(candidates[[int(np.argmin(sigmas))]], rng)
         return plan
 
     def in_cone(self, rng: np.random.Generator) -> Plan:
@@ -122,12 +121,22 @@ class TipWorld:
         balls = np.broadcast_to(CONE_WORLD, (len(handles), 3))
         return self._plan(np.zeros_like(balls), np.array(rotations), balls)
 
-    def sigma(self, plan: Plan) -> float:
-        """Return the predicted standard uncertainty of the diameter with the sphere's, mm."""
-        covariance = predicted_covariance(
-            plan.touches, plan.directions, self.rig, self.body, np.empty((0, 3))
-        )
-        return float(np.hypot(2.0 * np.sqrt(covariance[3, 3]), 0.5 * self.sphere.artefact.expanded))
+    def sigma(
+        self, plan: Plan, against: TipRecord | None = None, more: Points3 | None = None
+    ) -> float:
+        """Return the predicted standard uncertainty of a diameter or of a difference, mm."""
+        errors = predicted_errors(
+            plan.touches, plan.directions, self.rig, self.body,
+            np.empty((0, 3)) if more is None else more,
+        )  # fmt: skip
+        assert errors is not None
+        if against is None:
+            return sigma_with_sphere(errors, self.sphere, 20.0, self.rig, self.body)
+        return sigma_of_difference(errors, self.sphere, 20.0, against, self.rig, self.body)
+
+    def qualified(self, plan: Plan) -> TipRecord:
+        """Return a qualification of a plan as it is without any error."""
+        return record_of(self.ball(plan.touches), self)
 
     def draw(self, rng: np.random.Generator) -> Truth:
         off = rng.multivariate_normal(
@@ -207,13 +216,25 @@ def check_plans(world: TipWorld, count: int, seed: int) -> list[CheckPlan]:
     plans = []
     for _ in range(count):
         first = world.on_sphere(QUALIFICATION_RINGS, rng, TipLimits().diameter_sigma)
-        wanted = sigma_wanted(qualified(6.0, world.sigma(first)))
-        plans.append(
-            CheckPlan(first, world.on_sphere(CHECK_RINGS, rng, wanted), world.in_cone(rng))
-        )
+        check = world.on_sphere(CHECK_RINGS, rng, DIAMETER_SIGMA_MM, world.qualified(first))
+        plans.append(CheckPlan(first, check, world.in_cone(rng)))
     return plans
 
 
 def qualified(diameter: float, sigma: float) -> TipRecord:
-    """Return a qualification that found a diameter."""
+    """Return a qualification that found a diameter, and does not say on what it rests."""
     return make_tip_record(make_probe_record(), diameter_mm=diameter, diameter_sigma_mm=sigma)
+
+
+def record_of(ball: BallFit, world: TipWorld) -> TipRecord:
+    """Return the record of a qualification."""
+    return make_tip_record(
+        make_probe_record(),
+        diameter_mm=ball.diameter,
+        diameter_sigma_mm=ball.diameter_sigma,
+        noise_sigma_mm=ball.errors.noise,
+        by_cameras=tuple(ball.errors.by_cameras.tolist()),
+        by_geometry=tuple(ball.errors.by_geometry.tolist()),
+        rig_identity=world.rig.identity,
+        artefacts=(world.sphere.artefact.use,),
+    )
