@@ -18,8 +18,7 @@ _TIPS = (
     ("Standing", "Whether it may be trusted"),
     ("Ball, mm", "Effective diameter and its standard uncertainty (k = 1)"),
     ("Form, µm", "Largest less smallest radius"),
-    ("In the cone, µm", "Two standard deviations of the tips of all attitudes"),
-    ("Tip ±, µm", "Standard uncertainty of its place by the calibration (k = 1)"),
+    ("Cone, µm", "Two standard deviations of the tips of all attitudes"),
     ("Qualified", "When, and how warm it was"),
     ("Checked", "The last quick check since"),
     ("Valid until", "After that day no points are taken with it"),
@@ -50,12 +49,13 @@ class TipTable(Table):
     def __init__(self) -> None:
         super().__init__("Tips", _TIPS)
         self.setAccessibleDescription("Up and down choose a tip")
-        self.setFont(text_font(16))
+        self.setFont(text_font(14))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(len(_TIPS) - 1, QHeaderView.ResizeMode.Stretch)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
+        self.setMinimumHeight(2 * _ROW_PX + 20)
         self._tips: tuple[TipState, ...] = ()
 
     def chosen(self) -> str | None:
@@ -103,22 +103,20 @@ class TipHistoryTable(EventTable):
 def _tip_words(one: TipState) -> tuple[str, ...]:
     found, check = one.qualification, one.check
     name = f"▶ {one.tip}" if one.mounted else f"   {one.tip}"
-    sigma = f"{1e3 * one.calibration.tip_sigma_mm:.1f}"
     until = local_time(one.due_utc)[:10]
     if found is None:
-        return (name, one.standing.state.value, "–", "–", "–", sigma, "never", "–", until)
+        return (name, one.standing.state.value, "–", "–", "–", "never", "–", until)
     warmth = "" if found.temperature_c is None else f", {found.temperature_c:.1f} °C"
     checked = "–"
     if check is not None:
         verdict = "passed" if check.passed else "FAILED"
-        checked = f"{local_time(check.made_utc)} {verdict}"
+        checked = f"{local_time(check.made_utc)[:10]} {verdict}"
     return (
         name,
         one.standing.state.value,
         f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}",
         f"{1e3 * found.form_mm:.1f}",
         f"{1e3 * found.articulation_2s_mm:.1f}",
-        sigma,
         f"{local_time(found.made_utc)[:10]}{warmth}",
         checked,
         until,

@@ -159,6 +159,7 @@ class WizardDriver(QObject):
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
+        self._held = False
         self._commands: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
         self._worker: threading.Thread | None = None
@@ -217,8 +218,13 @@ class WizardDriver(QObject):
         self._commands.put(self._take)
 
     def drop(self) -> None:
-        """Take back the last observation of the step."""
-        self.do(lambda now: self.procedure.drop(now))
+        """Take back the last observation of the step; what lies there is not taken by itself."""
+
+        def drop(now: datetime) -> None:
+            self._held = True
+            self.procedure.drop(now)
+
+        self.do(drop)
 
     def advance(self) -> None:
         """Enter the next step."""
@@ -293,7 +299,9 @@ class WizardDriver(QObject):
         if now - self._warmth_at >= WARMTH_S and base.decision is Decision.OPEN:
             self._warmth_at = now
             self.procedure.note_warmth(self._clock(), self._warmth())
-        if self._automatic and base.live.ready and base.decision is Decision.OPEN:
+        self._held = self._held and base.live.ready
+        ready = base.live.ready and not self._held
+        if self._automatic and ready and base.decision is Decision.OPEN:
             try:
                 self._take()
             except OcmmError as error:

@@ -69,8 +69,8 @@ class PlotTabs(QWidget):
             self._buttons.addButton(button, number - 1)
             tabs.addWidget(button, 1)
             self._stack.addWidget(view)
-            # A choice of one is none.
-            button.setVisible(len(plots) > 1)
+            if len(plots) == 1:
+                button.hide()
         self._buttons.idClicked.connect(self.show_plot)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)

@@ -32,8 +32,9 @@ _LOOKS = 4000
 class WizardBench:
     """A wizard of its own, as large as the smallest window, and what it works on."""
 
-    def __init__(self, qtbot: QtBot, folder: Path) -> None:
+    def __init__(self, qtbot: QtBot, folder: Path, tip: str = "T1") -> None:
         self.qtbot = qtbot
+        self.tip = tip
         self.bench = Bench.at(folder)
         self.errors: list[OcmmError] = []
         self.left: list[int] = []
@@ -56,7 +57,7 @@ class WizardBench:
     def _open(self) -> Wizard:
         self.site = WizardSite(
             self.bench.rig, self.bench.body, self.store, "technician", self._tap,
-            probe=ProbeSite(self.bench.body, self.probe_store, "T1"),
+            probe=ProbeSite(self.bench.body, self.probe_store, self.tip, hold_s=0.0),
         )  # fmt: skip
         wizard = Wizard(self.site, self.bench.now)
         wizard.resize(1024, 600)
