@@ -13,6 +13,8 @@ from rich.console import Console
 
 from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.calibration.artefacts import load_bar, load_sphere
+from ocmm_core.calibration.in_use import Word
+from ocmm_core.calibration.probe_in_use import judge_probe, require_records
 from ocmm_core.calibration.procedure import Decision, Kind, Procedure
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
 from ocmm_core.calibration.procedure_relocation import (
@@ -55,6 +57,7 @@ from ocmm_core.cli.calibrate_scenes import (
     scenes_of_verification,
 )
 from ocmm_core.cli.calibrate_sensors import WAVE_S, learn, require_usable, wave
+from ocmm_core.cli.calibration_choice import choose_probe
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import (
     DEFAULT_SEED,
@@ -62,16 +65,18 @@ from ocmm_core.cli.options import (
     STANDARD_PROBE,
     ForceOption,
     ProbeOption,
+    ProbesOption,
     RigOption,
     SeedOption,
     SourceOption,
     SpeedOption,
+    TipOption,
 )
 from ocmm_core.cli.write_cameras import write_accepted
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibrating import WAY_S, Scene, Wave
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.tracking.body import ProbeBody
 
 calibrate_app = typer.Typer(
     no_args_is_help=True,
@@ -248,6 +253,8 @@ def relocate(
     source: SourceOption = "simulated",
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
     calibrations: FolderOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
@@ -262,7 +269,7 @@ def relocate(
 ) -> None:
     """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar."""
     console, site = make_console(), open_site(rig, calibrations)
-    body, artefact = load_probe(probe), load_bar(bar)
+    body, artefact = _body(source, probe, probes, tip), load_bar(bar)
     known = None if control is None else load_reference_points(control)
     procedure = None
     if not new:
@@ -324,6 +331,8 @@ def verify(
     source: SourceOption = "simulated",
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
     calibrations: FolderOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
@@ -337,7 +346,7 @@ def verify(
 ) -> None:
     """Verify the calibration in force with a bar along seven lines, and with spheres."""
     console, site = make_console(), open_site(rig, calibrations)
-    body, artefact = load_probe(probe), load_bar(bar)
+    body, artefact = _body(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
     procedure = None
     if not new:
@@ -382,6 +391,8 @@ def sensors(
     source: SourceOption = "simulated",
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
     calibrations: FolderOption = None,
     seed: SeedOption = DEFAULT_SEED,
     move: MoveOption = None,
@@ -393,7 +404,8 @@ def sensors(
     Wave the probe through the whole volume right after a verification has passed. Without this,
     only larger pushes are noticed within seconds.
     """
-    console, site, body = make_console(), open_site(rig, calibrations), load_probe(probe)
+    console, site = make_console(), open_site(rig, calibrations)
+    body = _body(source, probe, probes, tip)
     calibration = require_usable(site, _now())
     if source in VIRTUAL_SOURCES:
         scenes = (Wave(ways=round(seconds / WAY_S), seed=seed),)
@@ -494,6 +506,23 @@ def _store_in_cameras(site: Site, source: str, rig: Path, force: bool, console: 
     record = site.store.active()
     if record is not None and source.startswith("ethercat:") and source not in VIRTUAL_SOURCES:
         write_accepted(record, source, rig, console, force=force)
+
+
+def _body(source: str, probe: Path, probes: Path | None, tip: str | None) -> ProbeBody:
+    """Return the probe by the records of its tip, or by its document where there are none.
+
+    Raises
+    ------
+    CalibrationError
+        The records are damaged, or there are none of a tip that was named.
+    """
+    in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
+    if in_use.fault is not None and (tip is not None or in_use.fault[0] is not Word.NONE):
+        require_records(in_use)
+    if in_use.records is not None:
+        view = judge_probe(in_use, _now())
+        make_console().print(f"Probe  {view.label}", highlight=False)
+    return in_use.body
 
 
 def _now() -> datetime:

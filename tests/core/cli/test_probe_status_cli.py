@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from ocmm_core.cli.app import app
 from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.cli.conftest import Ocmm
 
@@ -37,6 +38,17 @@ def test_what_is_said_about_a_tip(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     kinds = ["probe calibrated", "tip qualified", "tip mounted", "tip check passed"]
     assert [one for one in kinds if one in history] == kinds
     assert "Ada" in history
+
+
+@pytest.mark.parametrize("command", ["relocate", "verify", "sensors"])
+def test_cameras_are_not_calibrated_with_a_tip_that_is_not_known(
+    tmp_path: Path, command: str
+) -> None:
+    Tips(tmp_path / "tips")
+    folders = ["--calibrations", str(tmp_path / "cal"), "--probes", str(tmp_path / "tips")]
+    done = CliRunner().invoke(app, ["calibrate", command, *folders, "--tip", "long"])
+    assert isinstance(done.exception, CalibrationError)
+    assert "never calibrated with tip 'long'" in str(done.exception)
 
 
 def test_a_tip_that_failed_its_check_is_not_measured_with(ocmm: Ocmm, tmp_path: Path) -> None:
