@@ -37,12 +37,9 @@ from ocmm_core.simulation.world import ScriptedNudge, WorldOptions, nudged  # no
 from ocmm_core.tracking.body import ProbeBody, load_probe  # noqa: E402 - as above
 from ocmm_core.tracking.identify import ordered_spots  # noqa: E402 - as above
 from ocmm_core.tracking.pipeline import TrackingPipeline  # noqa: E402 - as above
-from ocmm_core.tracking.reference import (  # noqa: E402 - as above
-    home_of,
-    relative_sensitivity,
-    simultaneous,
-)
+from ocmm_core.tracking.reference import relative_sensitivity, simultaneous  # noqa: E402 - as above
 from ocmm_core.tracking.reference_body import ReferenceBody, load_reference  # noqa: E402 - as above
+from ocmm_core.tracking.reference_home import home_of  # noqa: E402 - as above
 from ocmm_core.tracking.result import FrameStatus, in_rig, join  # noqa: E402 - as above
 from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity  # noqa: E402 - as above
 

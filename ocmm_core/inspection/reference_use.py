@@ -8,8 +8,9 @@ from ocmm_core.geometry import Float
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobReference
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.reference import home_of, relative_sensitivity
+from ocmm_core.tracking.reference import relative_sensitivity
 from ocmm_core.tracking.reference_body import ReferenceBody
+from ocmm_core.tracking.reference_home import home_of
 from ocmm_core.tracking.result import ReferenceHome
 from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
 

@@ -24,8 +24,9 @@ from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
 from ocmm_core.tracking.body import load_probe
 from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.reference import home_of, relative_sensitivity
+from ocmm_core.tracking.reference import relative_sensitivity
 from ocmm_core.tracking.reference_body import load_reference
+from ocmm_core.tracking.reference_home import home_of
 from ocmm_core.tracking.result import ReferenceHome
 
 PLAN = resource("plans", "quick.toml")

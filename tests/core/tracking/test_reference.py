@@ -18,12 +18,8 @@ from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_core.tracking.identify import ordered_spots
 from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.reference import (
-    HOME_NS,
-    home_of,
-    relative_sensitivity,
-    simultaneous,
-)
+from ocmm_core.tracking.reference import relative_sensitivity, simultaneous
+from ocmm_core.tracking.reference_home import HOME_NS, home_of
 from ocmm_core.tracking.result import ARRAYS, FrameStatus, TrackBlock, in_rig, join, pick
 
 NUDGE = ScriptedNudge(4000, 0, (0.6e-3, -0.6e-3, 0.6e-3), (0.6, -0.6, 0.6))
