@@ -26,7 +26,7 @@ from ocmm_gui.maintain.calibration_page import CalibrationPage
 from ocmm_gui.maintain.maintain_view import MaintainView, Page
 from ocmm_gui.maintain.probe_design_page import ProbeDesignPage, plain_body
 from ocmm_gui.maintain.probe_page import ProbePage
-from ocmm_gui.notify import Banner, NoticeCentre
+from ocmm_gui.notify import Banner, Notice, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.operator.tip_line import TipLine
@@ -342,7 +342,12 @@ class MainWindow(QMainWindow):
             self._notices.inform(f"Points are taken again: {view.title} is {view.word.value}.")
             return
         self._play(Sound.REFUSED)
-        self._notices.inform(f"No points are taken. {view.hindrance}")
+        # It stands on every screen as long as it lasts.
+        self._notices.keep(
+            Notice(
+                True, view.hindrance.what, view.hindrance.remedy, "", datetime.now().astimezone()
+            )
+        )
 
     def _on_wizard_left(self) -> None:
         self._bridge.look_at_probe_records()
