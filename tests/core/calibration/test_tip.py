@@ -11,6 +11,7 @@ import pytest
 from ocmm_core.calibration.articulation import articulate, place_of_ball
 from ocmm_core.calibration.chance import range_limit, square_limit
 from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.probe_records import TipRecord
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.sphere_layout import (
     CHECK_RINGS,
@@ -22,6 +23,7 @@ from ocmm_core.calibration.sphere_layout import (
     sphere_layout,
 )
 from ocmm_core.calibration.tip_check import Judged, decide_check
+from ocmm_core.calibration.tip_errors import sigma_of_difference
 from ocmm_core.calibration.tip_fit import fit_ball_on, predicted_covariance
 from ocmm_core.calibration.tip_qualification import (
     TipLimits,
@@ -159,6 +161,29 @@ def test_what_touches_have_in_common_is_common() -> None:
     # The tip of the probe (2 um) and its LEDs turn with it; alike attitudes share nearly all.
     assert np.diag(own) == pytest.approx(np.diag(shared), rel=0.5)
     assert np.sqrt(np.diag(own)).min() > 0.002
+
+
+def test_what_a_check_shares_with_its_qualification_cancels() -> None:
+    rng = np.random.default_rng(16)
+    plan = WORLD.on_sphere(QUALIFICATION_RINGS, rng, np.inf)
+    ball = WORLD.ball(plan.touches)
+    record = record_of(ball, WORLD)
+
+    def compared(other: TipRecord) -> float:
+        return sigma_of_difference(
+            ball.errors, WORLD.sphere, 20.0, other, WORLD.rig, WORLD.body
+        )
+
+    # The same touches once more: only their spots differ, and the warmth of the sphere.
+    assert compared(record) == pytest.approx(np.sqrt(2.0) * ball.errors.noise, rel=0.02)
+    cameras = ball.errors.by_cameras @ WORLD.rig.parameter_covariance @ ball.errors.by_cameras
+    moved = compared(msgspec.structs.replace(record, rig_identity="another"))
+    assert moved**2 - compared(record) ** 2 == pytest.approx(2.0 * cameras, rel=1e-6)
+    other = compared(msgspec.structs.replace(record, artefacts=()))
+    assert other**2 - compared(record) ** 2 == pytest.approx(0.0005**2, rel=0.2)
+    # A record that does not say on what it rests shares nothing.
+    silent = compared(msgspec.structs.replace(record, by_cameras=(), by_geometry=()))
+    assert silent == pytest.approx(np.sqrt(2.0) * ball.diameter_sigma, rel=1e-6)
 
 
 def test_the_sphere_has_the_size_of_its_temperature() -> None:
