@@ -12,19 +12,17 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.body import LedBody, satisfies_rules
+from ocmm_core.tracking.grow_kernel import without_rivals
 from ocmm_core.tracking.identify import (
     IdentifyOptions,
     chi2_limit,
+    extended_labels,
     identify,
-    nearest_slots,
     ordered_spots,
 )
 from ocmm_core.tracking.pose import Method, PoseBatch, solve_leds
 from ocmm_core.tracking.result import FrameStatus, TrackBlock, interruptions, join
 from ocmm_core.tracking.strobe import StrobeReader, is_lit
-
-_EXTEND_GATE_PX = 2.0
-"""A spot that is offered to a free LED lies this close to where the LED must be, px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,8 +183,9 @@ class BodyTracker:
 
     def _follow(self, block: FrameBlock, start: int, labels: Int, pieces: list[TrackBlock]) -> int:
         self.slot_of_led = labels = self._extended(block, start, labels)
-        stop = self._next_extension(block, start, labels)
-        uv = ordered_spots(block.uv[start:stop], labels)
+        stop = self._next_extension(block, start)
+        apart = without_rivals(block.uv[start:stop], IdentifyOptions(self.sigma_px).rival_px)
+        uv = ordered_spots(apart, labels)
         batch = self._solve(uv, self.options.method)
         status = batch.status.copy()
         # Labels exchanged while nobody looked (lost frames) may fit a symmetric body: rules tell.
@@ -231,27 +230,14 @@ class BodyTracker:
         before_ns = int(block.time_ns[start - 1]) if start else self._before_ns
         period_ns = self.options.extend_ns
         due = int(block.time_ns[start]) // period_ns != before_ns // period_ns
-        if not due or labels.min() >= 0:
+        seen = np.isfinite(ordered_spots(block.uv[[start]], labels)).all()
+        if not due or seen:
             return labels
-        spots = block.uv[start]
-        unclaimed = spots.copy()
-        for camera, slots in enumerate(labels):
-            unclaimed[camera, slots[slots >= 0]] = np.nan
-        if not np.isfinite(unclaimed).any():
-            return labels
-        pose = self._solve(ordered_spots(spots[None], labels))
-        if pose.status[0] != FrameStatus.OK or pose.chi2[0] > chi2_limit(pose.dof)[0]:
-            return labels
-        rotation, origin = pose.rotation_world_from_probe[0], pose.origin_world[0]
-        near = nearest_slots(self.rig, self.body, unclaimed, rotation, origin, _EXTEND_GATE_PX)
-        more = np.where(labels < 0, near, labels)
-        pose = self._solve(ordered_spots(spots[None], more))
-        return more if pose.chi2[0] <= chi2_limit(pose.dof)[0] else labels
+        options = IdentifyOptions(sigma_px=self.sigma_px)
+        return extended_labels(self.rig, self.body, block.uv[start], labels, options)
 
-    def _next_extension(self, block: FrameBlock, start: int, labels: Int) -> int:
+    def _next_extension(self, block: FrameBlock, start: int) -> int:
         """Return where labels may change next: the same frame however the stream is cut."""
-        if labels.min() >= 0:
-            return len(block)
         due = np.flatnonzero(np.diff(block.time_ns[start:] // self.options.extend_ns))
         return start + 1 + int(due[0]) if len(due) else len(block)
 

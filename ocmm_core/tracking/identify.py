@@ -19,6 +19,7 @@ from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking import identify_kernel as kernel
 from ocmm_core.tracking.body import LedBody, ProbeBody
+from ocmm_core.tracking.grow_kernel import grow_known
 
 CHI2_SIGMAS = 5.0
 """Normal quantile of the chi-square gates: one false alarm in three million."""
@@ -148,7 +149,6 @@ def identify_many(
     for index, of_slots in enumerate(led_of_slot):
         if of_slots is not None:
             usable[index], coded[index] = of_slots, True
-    half_angles = np.array([body.emission_half_angle for body in bodies])
     status = np.empty((len(spots), count), dtype=np.uint8)
     labels = np.empty((len(spots), count, n_cameras, MAX_SLOTS), dtype=np.int64)
     kernel.identify_frames(
@@ -159,7 +159,7 @@ def identify_many(
         np.array([body.n_leds for body in bodies]),
         leds,
         directions,
-        np.cos(np.minimum(half_angles + _CONE_SLACK, np.pi)),
+        np.array([_least_cosine(body) for body in bodies]),
         axes,
         worlds,
         n_rules,
@@ -172,6 +172,41 @@ def identify_many(
         labels,
     )
     return status, labels
+
+
+def extended_labels(
+    rig: Rig, body: LedBody, spots: Float, labels: Int, options: IdentifyOptions
+) -> Int:
+    """Return labels (C, L) with free LEDs given to the spots at their places, where that is sure.
+
+    LEDs whose slot is empty in this frame are free as well, for they may come back in another one;
+    they keep their slot if they are not found. The labels are returned as they are where they do
+    not fit this frame, or where something would be left in doubt.
+
+    Parameters
+    ----------
+    spots
+        (C, 8, 2), px: one frame, NaN where a slot is empty.
+    labels
+        (C, L), -1 where none.
+    """
+    more = labels.copy()
+    doubt = grow_known(
+        np.ascontiguousarray(spots),
+        rig.packed(),
+        np.stack([camera.centre_world for camera in rig.cameras]),
+        body.leds_body,
+        body.led_directions_body,
+        _least_cosine(body),
+        options.sigma_px,
+        options.rival_px,
+        chi2_limit(np.arange(2 * len(rig.cameras) * MAX_SLOTS + 1)),
+        more,
+    )
+    if doubt > kernel.MAX_DOUBT:
+        return labels
+    taken = (labels[:, :, None] == more[:, None, :]).any(axis=2)
+    return np.where((more < 0) & ~taken, labels, more)
 
 
 def nearest_slots(
@@ -199,6 +234,10 @@ def nearest_slots(
             if distance[led, slot] == distance[led].min() == distance[:, slot].min():
                 slot_of_led[c, led] = slot
     return slot_of_led
+
+
+def _least_cosine(body: LedBody) -> float:
+    return float(np.cos(min(body.emission_half_angle + _CONE_SLACK, np.pi)))
 
 
 def led_body(body: LedBody | ProbeBody) -> LedBody:
