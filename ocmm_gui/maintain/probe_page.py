@@ -127,11 +127,11 @@ def _facts(view: ProbeView) -> dict[str, str]:
         "?" if one.temperature_c is None else f"{one.temperature_c:.1f}" for one in made
     )
     words |= {
-        "Calibrated": f"{local_time(calibration.made_utc)}, {calibration.made_by}",
-        "Valid until": local_time(view.due_utc),
+        "Calibrated": f"{local_time(calibration.made_utc)[:10]}, {calibration.made_by}",
+        "Valid until": local_time(view.due_utc)[:10],
         "Warmth": f"{warmth} °C",
         "Turned": "{:.0f}°, {:.0f}°, {:.0f}°".format(*calibration.ranges_deg),
     }
     if qualification is not None:
-        words["Qualified"] = f"{local_time(qualification.made_utc)}, {qualification.made_by}"
+        words["Qualified"] = f"{local_time(qualification.made_utc)[:10]}, {qualification.made_by}"
     return words

@@ -48,7 +48,7 @@ class FarBanner(Painted):
     """
 
     def __init__(self, name: str) -> None:
-        super().__init__(name, (600, 124), (300, 84))
+        super().__init__(name, (600, 124), (300, 64))
         self._name = name
         self._told = Told()
 

@@ -77,7 +77,7 @@ class HandsPage(StepPage):
         self.map = SphereMap(mapped, rig)
         self.cameras = CameraRow(rig)
         self.scores = QVBoxLayout()
-        self.scores.setSpacing(6)
+        self.scores.setSpacing(4)
         side = QVBoxLayout()
         side.setContentsMargins(0, 0, 0, 0)
         side.setSpacing(8)

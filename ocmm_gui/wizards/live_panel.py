@@ -96,7 +96,7 @@ class MiniCamera(Painted):
     """
 
     def __init__(self, camera: CameraModel) -> None:
-        super().__init__(f"Camera {camera.name}", (130, 130), (60, 56))
+        super().__init__(f"Camera {camera.name}", (130, 130), (60, 46))
         self._name = camera.name
         self._size = (float(camera.width), float(camera.height))
         self._live: CameraLive | None = None

@@ -33,6 +33,7 @@ from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.theme import THEMES, Themed
 from ocmm_gui.wizards.keys import WIZARD_ACTIONS
 from ocmm_gui.wizards.pages import CollectPage
+from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench
 
 if TYPE_CHECKING:
@@ -43,6 +44,9 @@ _KEYS = {
     Kind.KNOWN_POINTS: Qt.Key.Key_K,
     Kind.RELOCATION: Qt.Key.Key_R,
     Kind.VERIFICATION: Qt.Key.Key_Y,
+    Kind.PIVOT: Qt.Key.Key_P,
+    Kind.QUALIFICATION: Qt.Key.Key_Q,
+    Kind.TIP_CHECK: Qt.Key.Key_H,
 }
 _QT_PARTS = ("qt_", "Scroll", "ExtensionButton")
 
@@ -166,10 +170,12 @@ def test_no_two_actions_of_a_wizard_share_a_key_with_each_other_or_the_window() 
 def test_every_page_is_named_fits_and_uses_the_theme(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, kind: Kind
 ) -> None:
-    bench = WizardBench(qtbot, tmp_path)
+    bench = WizardBench(qtbot, tmp_path, TIP)
     try:
         if kind is Kind.VERIFICATION:
             bench.bench.calibrated(120)
+        if kind in (Kind.QUALIFICATION, Kind.TIP_CHECK):
+            Tips.at(tmp_path, qualified=True)
         points = tmp_path / "points.csv"
         points.write_text(
             "# ocmm reference points\n# unit: mm\n# uncertainty: 0.002\n# frame: CMM\n"
