@@ -67,7 +67,9 @@ from ocmm_core.simulation.pivot_scenes import Jump, SweepProbe
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _OTHER_PROBE = resource("probes", "thesis.toml")
-_SECONDS = 25.0
+_SECONDS, _SECONDS_PER_POSE = 10.0, 0.0375
+"""A hand that sweeps makes some forty poses a second, and needs time to reach all sides."""
+
 _RANGES = (30.0, 30.0, 13.0)
 
 
@@ -187,9 +189,12 @@ def probe_command(
         raise typer.Exit(1)
 
 
-def virtual_sweeps(scene: SceneChoice, step: str, seed: int) -> tuple[SweepProbe, ...]:
+def virtual_sweeps(
+    scene: SceneChoice, step: str, seed: int, poses: int
+) -> tuple[SweepProbe, ...]:
     """Return the sweeps that a session in ``step`` still lacks, as the virtual hand makes them."""
-    first = SweepProbe(cone=_FIRST_CONE, seconds=_SECONDS, seed=seed, reach_deg=_RANGES)
+    seconds = _SECONDS + _SECONDS_PER_POSE * poses
+    first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)
     if scene is SceneChoice.SLACK:
         first = replace(first, slack_mm=0.003)
     elif scene is SceneChoice.PUSHED:
@@ -240,8 +245,9 @@ def _collect(
     if source in VIRTUAL_SOURCES:
         if options.scene is SceneChoice.OTHER_PROBE:
             probe = _OTHER_PROBE
+        view = procedure.view
         script = VirtualSite(rig, probe, options.seed, None).script(
-            virtual_sweeps(options.scene, procedure.base.step.name, options.seed)
+            virtual_sweeps(options.scene, view.base.step.name, options.seed, view.first.poses_wanted)
         )
         frames = script.build().n_frames
         feed = virtual_feed(script, source, options.speed)
