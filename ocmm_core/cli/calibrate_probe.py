@@ -245,9 +245,9 @@ def _collect(
     if source in VIRTUAL_SOURCES:
         if options.scene is SceneChoice.OTHER_PROBE:
             probe = _OTHER_PROBE
-        view = procedure.view
+        step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted
         script = VirtualSite(rig, probe, options.seed, None).script(
-            virtual_sweeps(options.scene, view.base.step.name, options.seed, view.first.poses_wanted)
+            virtual_sweeps(options.scene, step, options.seed, wanted)
         )
         frames = script.build().n_frames
         feed = virtual_feed(script, source, options.speed)
