@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QPaintEvent
+from PySide6.QtGui import QColor, QPaintEvent, QPen
 
 from ocmm_gui.operator.marks import Mark, mark_colour, paint_mark
 from ocmm_gui.painted import Painted
@@ -93,6 +93,8 @@ class FarBanner(Painted):
         painter.drawText(note, _LEFT, told.note)
         if told.share is not None:
             bar = QRectF(inside.left(), frame.bottom() - _BAR_PX - 5.0, inside.width(), _BAR_PX)
-            painter.fillRect(bar, QColor(theme.border))
+            painter.setPen(QPen(QColor(theme.border), theme.border_px))
+            painter.setBrush(QColor(theme.background))
+            painter.drawRect(bar)
             bar.setWidth(bar.width() * min(max(told.share, 0.0), 1.0))
             painter.fillRect(bar, colour)

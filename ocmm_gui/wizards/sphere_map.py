@@ -104,7 +104,7 @@ class SphereMap(Painted):
         scale = radius / reach
         dot = max(0.42 * shown.spacing * scale, 4.0)
         for places, fill, edge, size in (
-            (shown.extra, theme.border, theme.border, 0.6 * dot),
+            (shown.extra, theme.zone_good, theme.good, 0.5 * dot),
             (shown.open, theme.background, theme.warn, dot),
             (shown.done, theme.good, theme.panel, dot),
         ):
