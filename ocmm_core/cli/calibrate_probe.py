@@ -140,6 +140,10 @@ def probe_command(
     decision: DecisionOption = None,
     overrule: OverruleOption = "",
     new: NewOption = False,
+    anew: Annotated[
+        bool,
+        typer.Option("--anew", help="Throw away what was taken of the sweep that is under way."),
+    ] = False,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     record: RecordOption = None,
@@ -170,6 +174,8 @@ def probe_command(
             who=who, temperature_c=temperature, tip_unknown=tip_unknown, slack_mm=slack,
             change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
         )  # fmt: skip
+    if anew and procedure.base.decision is Decision.OPEN:
+        procedure.sweep_anew(_now())
     if overrule and procedure.base.decision is Decision.OPEN:
         procedure.force(_now(), overrule)
     if sweeps is not None:
