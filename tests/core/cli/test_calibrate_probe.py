@@ -79,3 +79,7 @@ def test_recorded_sweeps_are_calibrated_and_a_change_wants_a_reason(
     lacking = ocmm(*base, "--new", "--sweeps", short)
     assert lacking.returncode == 2
     assert "poses are missing" in lacking.stderr
+    again = ocmm(*base, "--anew", "--sweeps", moved)
+    assert again.returncode == 0, again.stdout + again.stderr
+    told_of, third = ProbeStore(store.folder).calibrations()[-2:]
+    assert third.data_sha256 == told_of.data_sha256, "the short sweep is not in it"
