@@ -230,8 +230,7 @@ class BodyTracker:
         before_ns = int(block.time_ns[start - 1]) if start else self._before_ns
         period_ns = self.options.extend_ns
         due = int(block.time_ns[start]) // period_ns != before_ns // period_ns
-        seen = np.isfinite(ordered_spots(block.uv[[start]], labels)).all()
-        if not due or seen:
+        if not due or np.isfinite(ordered_spots(block.uv[[start]], labels)).all():
             return labels
         options = IdentifyOptions(sigma_px=self.sigma_px)
         return extended_labels(self.rig, self.body, block.uv[start], labels, options)

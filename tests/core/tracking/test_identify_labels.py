@@ -241,3 +241,21 @@ def test_chi2_limit_is_the_quantile() -> None:
     dof = np.array([6, 10, 18, 26])
     assert chi2_limit(dof) == pytest.approx(chi2.isf(norm.sf(5.0), dof), rel=0.05)
     assert np.isfinite(chi2_limit(np.array([0]))).all()
+
+
+@pytest.mark.parametrize(("tilt_deg", "named"), [(78.0, True), (83.0, False), (97.0, False)])
+def test_near_what_a_rule_forbids_nothing_is_named(
+    tilt_deg: float, named: bool, recommended: Rig, thesis_probe: ProbeBody, look: Look,
+    in_slots: Put,
+) -> None:  # fmt: skip
+    """The promise that the handle points up, kept or broken by a little, looks alike."""
+    rng = np.random.default_rng(11)
+    rotation = rotation_xyz(0.0, np.radians(tilt_deg), 0.0)[None]
+    tips = np.array([[-150.0, 0.0, 0.0]])
+    outcomes = []
+    for spots in look(recommended, thesis_probe, rotation, tips, SIGMA, rng):
+        # The other promise is that the probe does not turn its back: it is given up here.
+        body = replace(thesis_probe, rules=thesis_probe.rules[:1])
+        scene = in_slots(spots, permuted_slots(rng, 2, 4))
+        outcomes.append(identify(recommended, body, scene, OPTIONS))
+    assert all((found.slot_of_led is not None) == named for found in outcomes)

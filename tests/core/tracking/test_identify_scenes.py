@@ -25,7 +25,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.tracking.ambiguity import check_distinct
 from ocmm_core.tracking.body import load_probe
 from ocmm_core.tracking.body_tracker import spot_sigma_px
-from ocmm_core.tracking.identify import IdentifyOptions, identify_all
+from ocmm_core.tracking.identify import IdentifyOptions, identify, identify_all
+from ocmm_core.tracking.strobe import NOT_NAMED
 
 PROBES = sorted(resource("probes").glob("*.toml"))
 STANDARD4 = resource("probes", "standard4.toml")
@@ -98,3 +99,24 @@ def test_ambiguous_layouts_are_all_refused() -> None:
     assert layouts_taken(150, seed=83) == 0
     sizes = {len(ambiguous_layout(np.random.default_rng(seed))) for seed in range(100)}
     assert sizes == {3, 4, 5, 6, 7, 8}
+
+
+def test_a_code_tells_a_symmetric_flat_body_from_its_mirror_image() -> None:
+    rig, probe = shipped_rig("recommended", 2), load_probe(resource("probes", "thesis.toml"))
+    body = replace(probe.led_body, rules=())
+    rng = np.random.default_rng(84)
+    sigma = spot_sigma_px(rig)
+    for seen, named in ((body, True), (mirrored(body), False)):
+        scenes = draw_scenes(rng, rig, seen, 200, sigma_px=sigma, hidden=False, ghosts=False)
+        answers = 0
+        for spots, slots in zip(scenes.spots, scenes.slots, strict=True):
+            led_of_slot = np.full((2, 8), NOT_NAMED)
+            for camera, led in np.argwhere(slots >= 0):
+                led_of_slot[camera, slots[camera, led]] = led
+            options = IdentifyOptions(sigma)
+            without = identify(rig, body, spots, options)
+            assert without.slot_of_led is None
+            found = identify(rig, body, spots, options, led_of_slot)
+            answers += found.slot_of_led is not None
+        assert (answers > 100) == named
+        assert named or answers == 0

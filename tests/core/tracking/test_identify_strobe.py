@@ -209,3 +209,22 @@ def test_three_leds_with_a_code_are_named(
     # With one of three dark nothing can be measured.
     assert not good[~lit].any()
     assert good[lit][-300:].all()
+
+
+def test_labels_that_went_wrong_unseen_are_thrown_away_within_a_period(
+    coded: ProbeBody, recommended: Rig, demo_part: Part
+) -> None:
+    """All four slots of both cameras exchanged at once, and no frame missing: nothing does that."""
+    virtual = virtual_rig(recommended, coded, demo_part)
+    block = virtual.frames(0, 1600)
+    slots = virtual.truth.slots
+    exchanged = block.uv.copy()
+    for camera in range(2):
+        exchanged[800:, camera, slots[camera]] = block.uv[800:, camera, slots[camera, [3, 2, 1, 0]]]
+    tracked = track(coded, recommended, replace(block, uv=exchanged), [])
+    good = tracked.status == FrameStatus.OK
+    truth = virtual.motion(0, 1600).tip_world
+    wrong = np.linalg.norm(tracked.tip_world - truth, axis=1) > WRONG_TIP_MM
+    assert not wrong[:800].any()
+    assert not wrong[816:].any()
+    assert good[1000:].all()
