@@ -11,6 +11,7 @@ import numpy as np
 from ocmm_core.calibration.artefacts import LengthBar, Sphere
 from ocmm_core.calibration.procedure_views import KnownPointsView, RelocationView, VerificationView
 from ocmm_core.calibration.reference_points import ReferencePoints
+from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import Rig, Vector3
 from ocmm_core.geometry import Float, Points3, RigidTransform
@@ -29,9 +30,6 @@ from ocmm_core.tracking.pose import triangulate
 
 _LIST_ERROR, _BAR_ERROR, _PLACES = range(40, 43)
 _SECONDS_OF_WAVING = 60
-_SPHERE_RINGS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))
-"""Angle from the pole, points, and turn, in degrees: 25 points as in ISO 10360-5."""
-
 _SET_POINTS = ((-150.0, -50.0, -120.0), (150.0, -50.0, -120.0), (-150.0, 50.0, -120.0))
 
 
@@ -187,7 +185,7 @@ def _with(rig: Rig, cameras: tuple[CameraModel, ...]) -> Rig:
 
 def _normals() -> Points3:
     normals = []
-    for polar, count, turn in _SPHERE_RINGS:
+    for polar, count, turn in QUALIFICATION_RINGS:
         around = np.radians(turn + 360.0 * np.arange(count) / count)
         sine, cosine = np.sin(np.radians(polar)), np.cos(np.radians(polar))
         for angle in around:
