@@ -11,6 +11,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -27,16 +28,21 @@ from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.records import rig_from_record
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.tip_views import TouchView
 from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
 from ocmm_core.cli.options import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.tip_scenes import scene_of_tip
 from ocmm_core.documents import resource
 from ocmm_core.simulation.calibrating import CalibratingRig, Scene, Wave
+from ocmm_core.simulation.pivot_scenes import SweepProbe
+from ocmm_core.simulation.tip_scenes import TipFault
 from ocmm_core.tracking.body import load_probe
 from ocmm_gui.app import make_application
 from ocmm_gui.theme import THEMES, apply_theme
-from ocmm_gui.wizards.site import SESSIONS, WizardSite
+from ocmm_gui.wizards.runner import Runner
+from ocmm_gui.wizards.site import SESSIONS, ProbeSite, WizardSite
 from ocmm_gui.wizards.wizard import Wizard
 
 SIZE = (1280, 720)
@@ -53,7 +59,10 @@ class Stage:
         self.store = folder
         self.rig, self.body = load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
         self.watcher: Callable[[FrameBlock], None] | None = None
-        site = WizardSite(self.rig, self.body, folder, "technician", self._tap)
+        probe = ProbeSite(self.body, folder / "probe", hold_s=0.0)
+        site = WizardSite(
+            self.rig, self.body, folder, "technician", self._tap, probe=probe
+        )
         self.wizard = Wizard(site)
         self.wizard.resize(*SIZE)
         self.wizard.show()
@@ -115,6 +124,8 @@ def main(pictures: Path) -> None:
         _verdict(stage)
         _comparison(stage)
         stage.wizard.leave()
+        _sweeps(stage)
+        _touches(stage)
         stage.wizard.close()
 
 
@@ -165,6 +176,69 @@ def _comparison(stage: Stage) -> None:
     if stage.wizard.runner is not None:
         stage.wizard.runner.page().show_plot(3)
     stage.take_picture("compared", "dark")
+
+
+def _sweeps(stage: Stage) -> None:
+    runner = _begin(stage, Kind.PIVOT)
+    reach = (30.0, 30.0, 14.0)
+    virtual = stage.virtual(
+        SweepProbe(cone=(0.0, 0.0, -150.0), seconds=16.0, seed=1, reach_deg=reach),
+        SweepProbe(cone=(70.0, 10.0, -130.0), seconds=16.0, seed=2, reach_deg=reach),
+    )
+    pictured = False
+    # A look of eight frames in twenty milliseconds is what the procedure takes at most.
+    for first in range(0, virtual.n_frames, 160):
+        base = runner.driver.procedure.base
+        if base.step.name == "result":
+            break
+        if stage.watcher is not None:
+            stage.watcher(virtual.frames(first, 8))
+        stage.wait(lambda: not runner.driver.procedure.base.live.ready)
+        if base.step.done >= 200 and not pictured:
+            pictured = True
+            QTest.qWait(200)
+            stage.take_picture("sweep", "dark")
+        if base.step.gate.open:
+            runner.driver.advance()
+            stage.wait(partial(_is_left, runner, base.step.name))
+    stage.wait(lambda: runner.driver.now.view.outcome is not None)
+    stage.take_picture("paths", "light")
+    runner.driver.accept("first")
+    stage.wait(lambda: runner.driver.procedure.base.stored)
+    stage.wizard.leave()
+
+
+def _is_left(runner: Runner, step: str) -> bool:
+    return runner.driver.procedure.base.step.name != step
+
+
+def _touches(stage: Stage) -> None:
+    runner = _begin(stage, Kind.QUALIFICATION)
+    view = runner.driver.procedure.view
+    if isinstance(view, TouchView):
+        sphere = load_sphere(resource("artefacts", "sphere.toml"))
+        scene = scene_of_tip(view, sphere, stage.running(), SEED, TipFault())
+        virtual = stage.virtual(scene)
+        for first in range(0, virtual.n_frames - 2 * _BLOCK, 2 * _BLOCK):
+            if runner.driver.procedure.base.step.done >= 14:
+                break
+            if stage.watcher is not None:
+                stage.watcher(virtual.frames(first, 2 * _BLOCK))
+            stage.wait(lambda: not runner.driver.procedure.base.live.ready)
+    QTest.qWait(200)
+    stage.take_picture("sphere", "contrast")
+    stage.wizard.leave()
+
+
+def _begin(stage: Stage, kind: Kind) -> Runner:
+    """Begin with what is proposed, and go to the first step in which something is taken."""
+    stage.wizard.open(kind)
+    stage.wizard.start.begin_button.click()
+    runner = stage.wizard.runner
+    assert runner is not None  # noqa: S101 - the proposals of the start page suffice
+    runner.driver.advance()
+    stage.wait(lambda: runner.driver.now.view.base.current == 1 and runner.driver.now.automatic)
+    return runner
 
 
 def _resume(stage: Stage, kind: Kind) -> None:

@@ -101,7 +101,9 @@ class NumberTable(Table):
         self._whole = whole
         self.setFont(digit_font(15, bold=False))
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
 

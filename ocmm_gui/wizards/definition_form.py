@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QGridLayout, QHeaderView, QLabel, QLineEdit, QTableWidget, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QTableWidget, QWidget
 
 from ocmm_core.camera.rig import MAX_SLOTS, Vector3
 from ocmm_core.errors import InputError
@@ -48,8 +48,6 @@ class LedTable(NumberTable):
         self.setEditTriggers(QTableWidget.EditTrigger.AllEditTriggers)
         self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectItems)
         self.verticalHeader().setDefaultSectionSize(40)
-        first = QHeaderView.ResizeMode.ResizeToContents
-        self.horizontalHeader().setSectionResizeMode(0, first)
 
     def show_leds(self, leds: Sequence[LedEntry]) -> None:
         """Show LEDs instead of those that are there."""

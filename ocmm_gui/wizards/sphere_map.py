@@ -16,7 +16,7 @@ from ocmm_gui.views.point_view import upright
 
 _RING = np.radians(15.0)
 _WIDE = np.radians(60.0)
-_LABELS = np.radians(11.0)
+_LABELS = np.radians(22.5)
 """Where the rings have their numbers: to the right, and down by so much."""
 
 _FOOT_PX = 24.0
