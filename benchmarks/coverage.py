@@ -27,8 +27,9 @@ from ocmm_core.blas import use_one_thread
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.options import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.truth import true_values
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.simulation.artefacts import Part, load_part

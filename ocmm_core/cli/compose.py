@@ -27,8 +27,8 @@ from ocmm_core.cli.feeds import script_of as script_of
 from ocmm_core.cli.feeds import segment_of as segment_of
 from ocmm_core.cli.source_names import VIRTUAL_BUSES as VIRTUAL_BUSES
 from ocmm_core.errors import StorageError
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.session import SessionOptions
 from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile

@@ -7,33 +7,31 @@ lock guards them, and every change makes a new frozen `JobView`.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import replace
 
-import numpy as np
-
-from ocmm_core.alignment.datums import part_frame
-from ocmm_core.calibration.probe_shape import ContactForce
 from ocmm_core.camera.rig import Rig
-from ocmm_core.errors import FitError, MeasuringError, OcmmError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.errors import MeasuringError
 from ocmm_core.features.shapes import MINIMUM_POINTS
-from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.geometry import RigidTransform
+from ocmm_core.inspection.acceptance import judge_touch
+from ocmm_core.inspection.evaluation import (
+    JobStanding,
+    checked_features,
+    evaluate_job,
+    frame_of,
+)
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.quarantine import (
     Ward,
     event_text,
-    feature_note,
     held_back,
     notes_of,
-    with_doubt,
 )
 from ocmm_core.inspection.reference_use import ReferenceUse
-from ocmm_core.inspection.single_points import compensate_by_plan
-from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
-from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
-from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
+from ocmm_core.inspection.view import JobView
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.measuring.temperature import EVENT as TEMPERATURE
 from ocmm_core.measuring.temperature import (
     Climate,
@@ -41,52 +39,14 @@ from ocmm_core.measuring.temperature import (
     record_text,
     reported_points,
 )
-from ocmm_core.measuring.trigger import Touch, approach_direction
-from ocmm_core.measuring.uncertainty import joint_covariance, point_uncertainty
+from ocmm_core.measuring.trigger import Touch
 from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.decision import not_measured, not_proven
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
-from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.result import ReferenceHome
 from ocmm_core.tracking.sensitivity import TipSensitivity
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 """Kinds of events of the job file."""
-
-_WORST_FIRST = (
-    Verdict.NOT_CONFORM,
-    Verdict.NOT_PROVEN,
-    Verdict.NOT_MEASURED,
-    Verdict.CONFORM,
-)
-
-
-@dataclass(frozen=True, slots=True)
-class SessionOptions:
-    """What the session accepts.
-
-    Attributes
-    ----------
-    point
-        What a touch must be like.
-    max_form
-        A feature whose points scatter by more than this, mm, has a point that belongs elsewhere:
-        it gives no result.
-    climate
-        Temperatures of probe and part, and what is compensated for them.
-    contact
-        What the hand's force does to the probe; None where its design is not known.
-    reference
-        Reference body to which all points are given; None without one.
-    """
-
-    point: PointOptions = field(default_factory=PointOptions)
-    max_form: float = 0.5
-    climate: Climate = field(default_factory=Climate)
-    contact: ContactForce | None = None
-    reference: ReferenceBody | None = None
 
 
 class InspectionSession:
@@ -161,7 +121,8 @@ class InspectionSession:
     def T_part_from_world(self) -> RigidTransform | None:
         """Return the part frame, or None while its datums are not measured."""
         with self._lock:
-            return self._part_frame(self._checked_features())
+            points = reported_points(self._points, self._options.climate.part)
+            return frame_of(self._plan, checked_features(self._plan, points, self._options))
 
     @property
     def reference_home(self) -> ReferenceHome | None:
@@ -405,76 +366,14 @@ class InspectionSession:
         self._view = None
 
     def _point(self, touch: Touch, feature: str) -> MeasuredPoint | Refusal:
-        if touch.interrupted:
-            return Refusal(
-                RefusalCode.GAP,
-                "The frames of the cameras were interrupted during the touch.",
-                "Touch again when the machine is ready.",
-                0.0,
-            )
-        stable = average(touch.window, touch.expected, self._rig, self._options.point)
-        if isinstance(stable, Refusal):
-            return stable
-        if not feature:
-            return Refusal(
-                RefusalCode.NO_FEATURE,
-                "Every feature of the plan is done.",
-                "Select a feature to measure it again, or export the report.",
-                stable.time_s,
-            )
-        direction = approach_direction(
-            touch.trail_world, stable.tip_world, self._options.point.approach_mm
+        judged = judge_touch(
+            touch, feature, self._rig, self._body, self._options, self._reference
         )
-        if direction is None:
-            return Refusal(
-                RefusalCode.NO_APPROACH,
-                "It is not known from which side the ball came to the surface.",
-                f"Move it away by {self._options.point.approach_mm:g} mm or more and touch again.",
-                stable.time_s,
-            )
-        sensitivity = self._reference.sensitivity(stable.spots, stable.reference_spots)
-        refusal = self._doubt(stable, sensitivity)
-        if refusal is not None:
-            return refusal
+        if isinstance(judged, Refusal):
+            return judged
         number = self._job.next_number()
-        self._sensitivities[number] = sensitivity
-        return MeasuredPoint(
-            number=number,
-            feature=feature,
-            time_s=stable.time_s,
-            first_frame=stable.first_frame,
-            last_frame=stable.last_frame,
-            n_frames=stable.n_frames,
-            tip_world=stable.tip_world,
-            random_covariance=stable.random_covariance,
-            direction=direction,
-            tip_radius=self._body.tip_radius,
-            rotation_world_from_probe=stable.rotation_world_from_probe,
-            spots=stable.spots,
-            chi2_per_dof=stable.chi2_per_dof,
-            approach="trail",
-            reference_spots=stable.reference_spots,
-        )
-
-    def _doubt(self, stable: StablePoint, sensitivity: TipSensitivity) -> Refusal | None:
-        low, high = self._rig.volume_world
-        if np.any(stable.tip_rig < low) or np.any(stable.tip_rig > high):
-            return Refusal(
-                RefusalCode.OUTSIDE,
-                "The ball is outside the volume in which the cameras are calibrated.",
-                "Move the part or the cameras, or calibrate a larger volume.",
-                stable.time_s,
-            )
-        limit = self._options.point.max_uncertainty
-        uncertainty = point_uncertainty(sensitivity, self._rig, self._body)
-        if uncertainty > limit:
-            return Refusal(
-                RefusalCode.UNCERTAIN,
-                f"The point would be uncertain by {uncertainty:.3f} mm (limit {limit:.3f} mm).",
-                "Turn the probe so that more LEDs face both cameras.",
-                stable.time_s,
-            )
-        return None
+        self._sensitivities[number] = judged.sensitivity
+        return judged.point(number, feature, self._body.tip_radius)
 
     def _append(self, point: MeasuredPoint) -> None:
         self._job.append_point(point)
@@ -495,87 +394,36 @@ class InspectionSession:
         self._active = names[0] if names else ""
 
     def _evaluate(self) -> JobView:
-        actual = self._checked_features()
-        # Every further point can only make form worse: a part of them proves nothing.
-        results = tuple(
-            not_measured(item, f"Form is judged when {item.features[0]} has all its points.")
-            if item.kind == "form" and item.features[0] not in self._done
-            else result
-            for item, result in zip(
-                self._plan.characteristics,
-                evaluate_all(
-                    self._plan.characteristics,
-                    self._plan.alignment,
-                    actual,
-                    self._covariance(),
-                    self._plan.rule,
-                ),
-                strict=True,
-            )
+        found = evaluate_job(
+            self._plan,
+            self._points,
+            [self._sensitivities[point.number] for point in self._points],
+            self._rig,
+            self._body,
+            self._options,
+            frozenset(self._done),
         )
-        held = notes_of(self._held)
-        results = tuple(with_doubt(result, self._plan, self._points, held) for result in results)
-        if self._unproven:
-            results = tuple(not_proven(result, self._unproven) for result in results)
+        standing = JobStanding(
+            active=self._active,
+            done=frozenset(self._done),
+            held=notes_of(self._held),
+            unproven=self._unproven,
+        )
+        results = found.judged(self._plan, standing)
         return JobView(
             job=self._job.path.stem,
             part=self._plan.part,
             operator=self._job.head.operator,
-            features=tuple(
-                self._feature_view(nominal, actual[nominal.name], results, held)
-                for nominal in self._plan.features
-            ),
+            features=found.features_seen(self._plan, results, standing),
             active=self._active,
             characteristics=results,
             refusal=self._refusal,
             complete=not self._active,
             unproven=self._unproven,
-            held=tuple(point.number for point in self._points if point.number in held),
+            held=tuple(p.number for p in self._points if p.number in standing.held),
             temperature=self._options.climate.words,
             at_20_c=self._options.climate.part.compensated,
         )
-
-    def _checked_features(self) -> dict[str, ActualFeature | FitError]:
-        points = self._reported()
-        actual = actual_features(self._plan.features, points)
-        T_part_from_world = self._part_frame(actual)
-        if T_part_from_world is not None:
-            actual |= compensate_by_plan(self._plan.features, points, T_part_from_world)
-        for name, feature in actual.items():
-            if isinstance(feature, ActualFeature) and feature.fit.form > self._options.max_form:
-                actual[name] = _scattered(feature)
-        # What was projected onto a plane that is in doubt is in doubt itself.
-        for nominal in self._plan.features:
-            plane = actual.get(nominal.projection)
-            if isinstance(plane, FitError):
-                actual[nominal.name] = plane
-        return actual
-
-    def _part_frame(self, actual: Mapping[str, ActualFeature | FitError]) -> RigidTransform | None:
-        if self._plan.alignment is None:
-            return None
-        measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
-        try:
-            return part_frame(self._plan.alignment, measured)
-        except OcmmError:
-            return None
-
-    def _covariance(self) -> Float:
-        sensitivities: Sequence[TipSensitivity] = [
-            self._sensitivities[point.number] for point in self._points
-        ]
-        options = self._options
-        return joint_covariance(
-            self._reported(),
-            sensitivities,
-            self._rig,
-            self._body,
-            options.contact,
-            options.climate.part,
-        )
-
-    def _reported(self) -> list[MeasuredPoint]:
-        return reported_points(self._points, self._options.climate.part)
 
     def _require_same_climate(self) -> None:
         """Raise MeasuringError where points of this job were taken with other temperatures."""
@@ -587,40 +435,3 @@ class InspectionSession:
                 f"{before.words}",
                 "Go on with the same, or begin a new job.",
             )
-
-    def _feature_view(
-        self,
-        nominal: NominalFeature,
-        actual: ActualFeature | FitError,
-        results: Sequence[CharacteristicResult],
-        held: Mapping[int, str],
-    ) -> FeatureView:
-        state = FeatureState.DONE if nominal.name in self._done else FeatureState.PENDING
-        if nominal.name == self._active:
-            state = FeatureState.ACTIVE
-        fitted = isinstance(actual, ActualFeature)
-        verdicts = {item.verdict for item in results if nominal.name in item.features}
-        return FeatureView(
-            name=nominal.name,
-            shape=nominal.shape,
-            needed=nominal.points,
-            state=state,
-            points=tuple(point for point in self._reported() if point.feature == nominal.name),
-            fit=actual.fit if isinstance(actual, ActualFeature) else None,
-            verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fitted else None,
-            note=(
-                actual.what
-                if isinstance(actual, FitError)
-                else feature_note(nominal.name, self._points, held)
-            ),
-        )
-
-
-def _scattered(feature: ActualFeature) -> FitError:
-    worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
-    return FitError(
-        "session.form",
-        f"The points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point "
-        f"{worst} lies farthest off.",
-        "Undo the points that belong elsewhere and take them again.",
-    )

@@ -36,8 +36,9 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.polyworks import export_polyworks
 from ocmm_core.fieldbus.report import BusReport
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import JobView, LiveView, StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.trigger import TouchCollector

@@ -26,8 +26,8 @@ from ocmm_core.fieldbus.report import (
     Histogram,
     encode_report,
 )
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.session import SessionOptions
 from ocmm_core.simulation.source import SimulatedSource
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile

@@ -8,8 +8,9 @@ import pytest
 
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import resource
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring.trigger import Touch, TouchCollector
 from ocmm_core.simulation.artefacts import load_part
 from ocmm_core.simulation.rig import VirtualRig

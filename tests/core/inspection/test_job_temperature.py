@@ -13,7 +13,8 @@ from ocmm_core.calibration.thermal import Expansion, Temperature
 from ocmm_core.documents import resource
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import EVENT, Climate, PartWarmth, climate_of_text
 from ocmm_core.measuring.trigger import TouchCollector

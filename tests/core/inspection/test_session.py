@@ -12,7 +12,8 @@ from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import FeatureState
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import PointOptions

@@ -13,8 +13,9 @@ from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.trigger import Touch, TouchCollector
 from ocmm_core.simulation.artefacts import load_part

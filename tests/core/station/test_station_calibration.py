@@ -18,7 +18,8 @@ from ocmm_core.calibration.records import CameraRecord
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import BusError, CalibrationError
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.simulation.virtual_bus import namespace_command

@@ -12,7 +12,8 @@ from ocmm_core.calibration.history import EventKind, State
 from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.simulation.world import ScriptedBump, WorldOptions
 from ocmm_core.storage.job_file import JobFile

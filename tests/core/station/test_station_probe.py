@@ -19,8 +19,9 @@ from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError, MeasuringError
+from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.session import InspectionSession, SessionOptions
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.simulation.world import WorldOptions

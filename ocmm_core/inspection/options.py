@@ -1,0 +1,36 @@
+"""What a session accepts, and what it counts with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ocmm_core.calibration.probe_shape import ContactForce
+from ocmm_core.measuring.stable_point import PointOptions
+from ocmm_core.measuring.temperature import Climate
+from ocmm_core.tracking.reference_body import ReferenceBody
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOptions:
+    """What the session accepts.
+
+    Attributes
+    ----------
+    point
+        What a touch must be like.
+    max_form
+        A feature whose points scatter by more than this, mm, has a point that belongs elsewhere:
+        it gives no result.
+    climate
+        Temperatures of probe and part, and what is compensated for them.
+    contact
+        What the hand's force does to the probe; None where its design is not known.
+    reference
+        Reference body to which all points are given; None without one.
+    """
+
+    point: PointOptions = field(default_factory=PointOptions)
+    max_form: float = 0.5
+    climate: Climate = field(default_factory=Climate)
+    contact: ContactForce | None = None
+    reference: ReferenceBody | None = None
