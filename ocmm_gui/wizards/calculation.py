@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from ocmm_core.errors import CalibrationError, OcmmError
-from ocmm_gui.wizards.driver import ShownProcedure
+from ocmm_gui.wizards.shown import ShownProcedure
 
 _LOOK_S = 0.05
 _END_S = 1.0

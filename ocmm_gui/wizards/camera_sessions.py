@@ -20,7 +20,7 @@ from ocmm_core.calibration.relocation_state import World
 from ocmm_core.camera.rig import Rig
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.wizards.calculation import ProcessCalculation
-from ocmm_gui.wizards.driver import ShownProcedure
+from ocmm_gui.wizards.shown import ShownProcedure
 from ocmm_gui.wizards.site import (
     SESSIONS,
     DirectCalculation,

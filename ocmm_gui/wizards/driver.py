@@ -10,17 +10,16 @@ import logging
 import queue
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Protocol, TypeAlias
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.procedure import Decision, Procedure, ProcedureView
+from ocmm_core.calibration.procedure import Decision
 from ocmm_core.errors import OcmmError
+from ocmm_gui.wizards.shown import Calculation, Seen, ShownProcedure, Tap, Warmth
 
 LOOK_S = 0.02
 """Between two looks at whether something is ready to be taken by itself."""
@@ -39,75 +38,7 @@ PREDICT_S = 2.0
 CLOSE_LIMIT_S = 3.0
 """How long a command that is under way may take when the wizard is left."""
 
-Watcher: TypeAlias = Callable[[FrameBlock], None]
-Tap: TypeAlias = Callable[[Watcher | None], None]
-"""Sends every block of frames to a watcher from now on, or to nobody."""
-Warmth: TypeAlias = Callable[[], Sequence[float | None]]
-"""Returns how warm the sensors of the cameras are, degrees Celsius; empty where nobody knows."""
-
 _log = logging.getLogger(__name__)
-
-
-class ShownView(Protocol):
-    """What the snapshots of all procedures have."""
-
-    @property
-    def base(self) -> ProcedureView:
-        """Return what all of them show."""
-        ...
-
-    @property
-    def outcome(self) -> object | None:
-        """Return the result; None before it was calculated."""
-        ...
-
-
-class ShownProcedure(Procedure, Protocol):
-    """A procedure with its snapshot."""
-
-    @property
-    def view(self) -> ShownView:
-        """Return the snapshot."""
-        ...
-
-    def compute(self, elsewhere: Callable[[], Any] | None = None) -> None:
-        """Calculate the result, here or elsewhere; which one it is, is the procedure's matter."""
-        ...
-
-    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Keep how warm the sensors are while observations are taken."""
-        ...
-
-
-class Calculation(Protocol):
-    """Runs `Procedure.compute` of one procedure somewhere; see `calculation`."""
-
-    def run(self) -> None:
-        """Calculate; return when the result is in the snapshot, or raise OcmmError."""
-        ...
-
-    def cancel(self) -> None:
-        """Make `run` return early; any thread may call."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """What the window shows.
-
-    Attributes
-    ----------
-    view
-        The snapshot.
-    automatic
-        What is ready is taken without a key.
-    calculating_s
-        For how long a calculation has been running, s; None where none is.
-    """
-
-    view: ShownView
-    automatic: bool
-    calculating_s: float | None
 
 
 class WizardDriver(QObject):
@@ -159,7 +90,6 @@ class WizardDriver(QObject):
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
-        self._held = False
         self._commands: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
         self._worker: threading.Thread | None = None
@@ -218,13 +148,8 @@ class WizardDriver(QObject):
         self._commands.put(self._take)
 
     def drop(self) -> None:
-        """Take back the last observation of the step; what lies there is not taken by itself."""
-
-        def drop(now: datetime) -> None:
-            self._held = True
-            self.procedure.drop(now)
-
-        self.do(drop)
+        """Take back the last observation of the step."""
+        self.do(lambda now: self.procedure.drop(now))
 
     def advance(self) -> None:
         """Enter the next step."""
@@ -299,9 +224,7 @@ class WizardDriver(QObject):
         if now - self._warmth_at >= WARMTH_S and base.decision is Decision.OPEN:
             self._warmth_at = now
             self.procedure.note_warmth(self._clock(), self._warmth())
-        self._held = self._held and base.live.ready
-        ready = base.live.ready and not self._held
-        if self._automatic and ready and base.decision is Decision.OPEN:
+        if self._automatic and base.live.ready and base.decision is Decision.OPEN:
             try:
                 self._take()
             except OcmmError as error:

@@ -10,12 +10,12 @@ from ocmm_core.calibration.procedure import Live
 from ocmm_core.camera.rig import Rig
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.maintain.parts import panel
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.far_banner import FarBanner
 from ocmm_gui.wizards.live_panel import CameraRow
 from ocmm_gui.wizards.pages import StepPage, session_facts
 from ocmm_gui.wizards.probe_picture import ProbePicture
+from ocmm_gui.wizards.shown import Seen
 from ocmm_gui.wizards.sphere_map import SphereMap
 
 _SIDE_PX = 360

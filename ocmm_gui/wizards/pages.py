@@ -18,10 +18,10 @@ from ocmm_core.calibration.procedure_views import (
 from ocmm_core.camera.rig import Rig
 from ocmm_gui.maintain.parts import panel
 from ocmm_gui.theme import text_font
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.live_panel import LivePanel, Score
 from ocmm_gui.wizards.picture import ScenePicture, bar_places, bars, reference_points
+from ocmm_gui.wizards.shown import Seen
 
 _SIDE_PX = 360
 Command = Callable[[datetime], None]

@@ -20,8 +20,8 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.wizards.calculation import ProcessCalculation
-from ocmm_gui.wizards.driver import ShownProcedure
 from ocmm_gui.wizards.forms import TEMPERATURE, WHO, Field
+from ocmm_gui.wizards.shown import ShownProcedure
 from ocmm_gui.wizards.site import (
     SESSIONS,
     DirectCalculation,

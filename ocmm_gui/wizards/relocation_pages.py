@@ -16,10 +16,10 @@ from ocmm_core.geometry import Float
 from ocmm_gui.operator.marks import Mark, paint_mark
 from ocmm_gui.painted import SCENE_LEAST, SCENE_SIZE, Painted
 from ocmm_gui.theme import fitted, text_font
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.live_panel import Score
 from ocmm_gui.wizards.pages import CollectPage
 from ocmm_gui.wizards.picture import BarPlace, bars, volume_coverage
+from ocmm_gui.wizards.shown import Seen
 
 _TILT_PX, _ROOMY_PX = 86, 112
 _LEAN = {"leaning left": -32.0, "leaning right": 32.0}

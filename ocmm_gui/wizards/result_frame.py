@@ -22,9 +22,9 @@ from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark, mark_colour
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.pages import StepPage
+from ocmm_gui.wizards.shown import Seen
 
 _SIDE_PX = 360
 

@@ -20,14 +20,16 @@ from PySide6.QtWidgets import (
 from ocmm_core.calibration.procedure import Decision, ProcedureView
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import Mark
+from ocmm_gui.operator.marks import mark_colour
 from ocmm_gui.sound import Sound
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 from ocmm_gui.wizards.decision_bar import DecisionBar
-from ocmm_gui.wizards.driver import Seen, WizardDriver
+from ocmm_gui.wizards.driver import WizardDriver
+from ocmm_gui.wizards.gate import gate_words, is_unstored
 from ocmm_gui.wizards.keys import WIZARD_ACTIONS, make_wizard_actions
 from ocmm_gui.wizards.pages import StepPage
 from ocmm_gui.wizards.rail import Rail
+from ocmm_gui.wizards.shown import Seen
 from ocmm_gui.wizards.texts import TEXTS
 
 _RAIL_PX, _BUTTON_PX = 190, 60
@@ -37,7 +39,6 @@ _ORDER = (
     "accept", "next",
 )  # fmt: skip
 _PRIMARY = ("take", "accept")
-_NEXT_IS_OPEN = "Next is open: press Return."
 GO_ON_MS = 1500
 """Between the end of a step and the next one, where it is entered by itself: time to hear it."""
 
@@ -206,7 +207,7 @@ class Runner(QWidget):
     def _has_to_be_calculated(self, seen: Seen) -> bool:
         base = seen.view.base
         nothing = seen.view.outcome is None and base.error is None and seen.calculating_s is None
-        return nothing and (base.decision is Decision.OPEN or _is_unstored(base))
+        return nothing and (base.decision is Decision.OPEN or is_unstored(base))
 
     def _enable(self, seen: Seen, page: StepPage) -> None:
         base = seen.view.base
@@ -224,7 +225,7 @@ class Runner(QWidget):
             "anew": is_open and base.step.done > 0,
             "calculate": is_open and not calculating,
             "cancel": calculating,
-            "accept": has_outcome and (is_open or _is_unstored(base)),
+            "accept": has_outcome and (is_open or is_unstored(base)),
             "keep": is_open and not calculating,
             "leave": True,
         }
@@ -239,26 +240,10 @@ class Runner(QWidget):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
     def _show_gate(self, seen: Seen) -> None:
-        base, theme = seen.view.base, self._theme
-        gate = base.step.gate
-        if base.decision is not Decision.OPEN and not _is_unstored(base):
-            accepted = base.decision is Decision.ACCEPTED
-            ended = TEXTS[base.kind].accepted if accepted else "Nothing was changed."
-            text, mark, colour = f"{ended} Press Esc to leave.", Mark.GOOD, theme.good
-        elif base.current == len(base.steps) - 1:
-            text, mark, colour = gate.remedy, Mark.ACTIVE, theme.accent
-            if seen.view.outcome is None:
-                text = "There is nothing to accept before the result is calculated."
-                mark, colour = Mark.DOUBT, theme.warn
-        elif gate.open:
-            text = "Complete: going on." if self._go_on.isActive() else _NEXT_IS_OPEN
-            mark, colour = Mark.GOOD, theme.good
-        else:
-            text = f"Next is closed: {gate.reason} {gate.remedy}"
-            mark, colour = Mark.DOUBT, theme.warn
+        text, mark = gate_words(seen, going_on=self._go_on.isActive())
         if text != self.gate.text():
             self.gate.setText(text)
-        self._gate_mark.show_text("", colour, mark)
+        self._gate_mark.show_text("", mark_colour(self._theme, mark), mark)
 
     def _show_buttons(self, page: StepPage) -> None:
         for key, button in self.buttons.items():
@@ -314,11 +299,6 @@ class Runner(QWidget):
         layout.setSpacing(12)
         layout.addLayout(side)
         layout.addLayout(main, 1)
-
-
-def _is_unstored(base: ProcedureView) -> bool:
-    """Return whether a result was accepted, but the program ended before it was in the store."""
-    return base.decision is Decision.ACCEPTED and not base.stored
 
 
 def _nothing() -> None:

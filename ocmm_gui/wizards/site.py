@@ -13,7 +13,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.wizards.driver import Calculation, ShownProcedure, Tap, Warmth
+from ocmm_gui.wizards.shown import Calculation, ShownProcedure, Tap, Warmth
 
 C = TypeVar("C", bound=str)
 

@@ -11,8 +11,8 @@ from ocmm_core.calibration.procedure_views import VerificationView
 from ocmm_core.camera.rig import Rig
 from ocmm_gui.painted import SCENE_LEAST, SCENE_SIZE, Painted
 from ocmm_gui.theme import text_font
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.pages import CollectPage
+from ocmm_gui.wizards.shown import Seen
 
 _LAYERS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))
 """Degrees below the pole, points, and turn of the layer: 25 points all over a half sphere."""

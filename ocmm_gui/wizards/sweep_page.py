@@ -12,10 +12,10 @@ from ocmm_core.geometry import Points3
 from ocmm_gui.operator.marks import Mark
 from ocmm_gui.sound import Sound
 from ocmm_gui.wizards.bars import Bars, Row
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.far_banner import Told
 from ocmm_gui.wizards.hands_pages import HandsPage
 from ocmm_gui.wizards.live_panel import Score
+from ocmm_gui.wizards.shown import Seen
 from ocmm_gui.wizards.sphere_map import Mapped
 
 _TURNS = ("Leaning", "Leaning the other way", "Turning the handle")

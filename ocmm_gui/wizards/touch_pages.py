@@ -13,11 +13,11 @@ from ocmm_gui.operator.marks import Mark
 from ocmm_gui.theme import digit_font, text_font
 from ocmm_gui.views.point_view import upright
 from ocmm_gui.wizards.bars import Bars, Row
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.far_banner import Told
 from ocmm_gui.wizards.hands_pages import HandsPage
 from ocmm_gui.wizards.live_panel import Score
 from ocmm_gui.wizards.plot import Plot
+from ocmm_gui.wizards.shown import Seen
 from ocmm_gui.wizards.sphere_map import Mapped
 
 _SPHERE_SPACING, _CONE_SPACING = float(np.radians(16.0)), float(np.radians(14.0))

@@ -18,8 +18,8 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.simulation.calibrating import CalibratingRig, Scene
 from ocmm_gui.theme import THEMES, Themed
-from ocmm_gui.wizards.driver import Seen
 from ocmm_gui.wizards.runner import Runner
+from ocmm_gui.wizards.shown import Seen
 from ocmm_gui.wizards.site import ProbeSite, WizardSite
 from ocmm_gui.wizards.wizard import Wizard
 from tests.core.calibration.procedure_site import Bench
