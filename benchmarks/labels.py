@@ -191,14 +191,14 @@ def main() -> int:
     probes = sorted(resource("probes").glob("*.toml"))
     plate = resource("references", "plate.toml")
     holds = True
-    print(f"{'':34}{'frames':>9}{'4 LEDs':>9}{'tip':>9}{'misnamed':>9}{'wrong':>6}{'frames/s':>10}")
+    print(f"{'':38}{'frames':>9}{'4 LEDs':>9}{'tip':>9}{'misnamed':>9}{'wrong':>6}{'frames/s':>10}")
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
         def run(title: str, work: Callable[[int, int], Counts], frames: int) -> Counts:
             sizes = [CHUNK] * (frames // CHUNK)
             total = sum(pool.map(work, sizes, range(len(sizes))), Counts())
             speed = total.frames / max(total.seconds, 1e-9)
             print(
-                f"{title:34}{total.frames:9}{total.enough:9}{total.accepted:9}{total.misnamed:9}"
+                f"{title:38}{total.frames:9}{total.enough:9}{total.accepted:9}{total.misnamed:9}"
                 f"{total.wrong:6}{speed:10.0f}",
                 flush=True,
             )

@@ -32,7 +32,7 @@ _CONE_SLACK = np.radians(10.0)
 
 _REASONS = {
     kernel.FEW: "fewer than three targets are seen by two cameras",
-    kernel.NO_FIT: "the spots do not fit the probe body",
+    kernel.NO_FIT: "the spots do not fit the body",
     kernel.AMBIGUOUS: "more than one labelling of the LEDs fits the spots",
     kernel.CONFUSED: "too many spots could be LEDs",
     kernel.THIN: "too few LEDs are seen to tell them from reflections",
