@@ -12,7 +12,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.body import LedBody, satisfies_rules
-from ocmm_core.tracking.grow_kernel import without_rivals
+from ocmm_core.tracking.follow_kernel import without_rivals
 from ocmm_core.tracking.identify import (
     IdentifyOptions,
     chi2_limit,

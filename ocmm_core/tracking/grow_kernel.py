@@ -10,25 +10,17 @@ import numpy as np
 
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking import kernel, meeting_kernel, small_algebra
+from ocmm_core.tracking import doubt_kernel, kernel, meeting_kernel, small_algebra
+from ocmm_core.tracking.doubt_kernel import doubt
 from ocmm_core.tracking.kernel import Bool, fit_leds, normal_equations, triangulate_leds
-from ocmm_core.tracking.meeting_kernel import straighten, view
+from ocmm_core.tracking.meeting_kernel import view
 from ocmm_core.tracking.small_algebra import backward, cholesky, forward, turn
 
 SPOT_CHI2 = 23.0
 """A spot further from where its LED must be (squared, over its variance) is not the LED's: one in
 a hundred thousand spots is left out by chance."""
 
-FALSE_CHI2, FALSE_CHI2_PER_VIEW = 14.0, 5.0
-"""An LED that agrees less with the pose of the others is false: a true one does so once in ten
-thousand times."""
-
-ODD_CHI2, ODD_CHI2_PER_VIEW = 4.0, 2.5
-"""One that agrees less than this is a little odd: one in twenty is."""
-
-GROWTH_WEIGHT = 0.5
-
-_NEEDS = (kernel, meeting_kernel, small_algebra)
+_NEEDS = (doubt_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)
@@ -63,7 +55,7 @@ def grow(
     rotation, origin
         Outputs (3, 3) and (3,), mm: pose in the world.
     worth
-        Output (1,): see `_doubt`.
+        Output (1,): see `doubt_kernel.doubt`.
 
     Returns
     -------
@@ -144,7 +136,7 @@ def grow(
         )
         if chi2 < 0.0:
             return -1.0
-    worth[0] = _doubt(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
+    worth[0] = doubt(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
     return chi2
 
 
@@ -187,73 +179,6 @@ def _improve(
     for i in range(3):
         origin[i] += g[3 + i]
     return max(squares, 0.0) / (sigma * sigma)
-
-
-@compiled(kernel, small_algebra)
-def _doubt(
-    led_ideal: Float, led_slopes: Float, seen: Bool, cams: Float, leds: Float,
-    rotation: Float, origin: Float, sigma: float,
-) -> float:  # fmt: skip
-    """Return how far a single false LED can have moved the pose, in squared standard deviations.
-
-    Every LED is left out in turn. Infinite where the others leave the pose open, or expect the LED
-    elsewhere than its spots are. Else the greatest of what the pose moves without an LED that is a
-    little odd (any LED, where three only are seen by two cameras), squared, in units of the stated
-    covariance; and of what the variance grows without an LED, in the same units, weighted: a light
-    that little else speaks for moves the pose far before it looks odd.
-    """
-    h = np.empty((6, 6))
-    g = np.empty(6)
-    own = np.empty((6, 6))
-    own_g = np.empty(6)
-    rest = np.empty((6, 6))
-    change = np.empty(6)
-    column = np.empty(6)
-    normal_equations(led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g)
-    n_cameras, n_leds = seen.shape
-    only = np.zeros((n_cameras, n_leds), np.bool_)
-    located = 0
-    for led in range(n_leds):
-        located += int(_views(seen, led) >= 2)
-    worst = 0.0
-    for led in range(n_leds):
-        views = _views(seen, led)
-        if views == 0:
-            continue
-        for c in range(n_cameras):
-            only[c, led - 1] = False
-            only[c, led] = seen[c, led]
-        misfit = normal_equations(
-            led_ideal, led_slopes, only, cams, leds, rotation, origin, own, own_g
-        )
-        for i in range(6):
-            change[i] = g[i] - own_g[i]
-            for j in range(6):
-                rest[i, j] = h[i, j] - own[i, j]
-        if not cholesky(rest):
-            return np.inf
-        forward(rest, change)
-        for i in range(6):
-            misfit += change[i] * change[i]
-        misfit /= sigma * sigma
-        if misfit > FALSE_CHI2 + FALSE_CHI2_PER_VIEW * views:
-            return np.inf
-        backward(rest, change)
-        moved = 0.0
-        grown = 0.0
-        for i in range(6):
-            for j in range(6):
-                moved += change[i] * h[i, j] * change[j] / (sigma * sigma)
-            for j in range(6):
-                column[j] = 1.0 if i == j else 0.0
-            forward(rest, column)
-            backward(rest, column)
-            for j in range(6):
-                grown += column[j] * own[i, j]
-        worst = max(worst, GROWTH_WEIGHT * grown)
-        if located < 4 or misfit > ODD_CHI2 + ODD_CHI2_PER_VIEW * views:
-            worst = max(worst, moved)
-    return worst
 
 
 @compiled()
@@ -306,15 +231,6 @@ def _miss(ideal: Float, slope: Float, place: Float) -> tuple[float, float]:
 
 
 @compiled()
-def _views(seen: Bool, led: int) -> int:
-    """Return how many cameras see an LED."""
-    views = 0
-    for c in range(seen.shape[0]):
-        views += int(seen[c, led])
-    return views
-
-
-@compiled()
 def _taken(labels: Int, c: int, slot: int) -> bool:
     taken = False
     for led in range(labels.shape[1]):
@@ -359,56 +275,3 @@ def _drop_rivals(
                 labels[c, led] = -1
                 dropped = True
     return dropped
-
-
-@compiled(*_NEEDS)
-def grow_known(
-    spots: Float, cams: Float, centres: Float, leds: Float, directions: Float, least_cosine: float,
-    sigma: float, rival_px: float, limits: Float, labels: Int,
-) -> float:  # fmt: skip
-    """Complete labels that are known, see `grow`; return the doubt, infinite where they fail.
-
-    ``spots`` (C, S, 2), px, of one frame.
-    """
-    n_cameras, n_slots = spots.shape[0], spots.shape[1]
-    ideal = np.empty((n_cameras, n_slots, 2))
-    slopes = np.empty((n_cameras, n_slots, 4))
-    there = np.empty((n_cameras, n_slots), np.bool_)
-    straighten(spots, cams, ideal, slopes, there)
-    located = 0
-    for led in range(len(leds)):
-        views = 0
-        for c in range(n_cameras):
-            if labels[c, led] >= 0 and not there[c, labels[c, led]]:
-                labels[c, led] = -1
-            views += int(labels[c, led] >= 0)
-        located += int(views >= 2)
-    if located < 3:
-        return np.inf
-    worth = np.empty(1)
-    usable = np.full(n_cameras * n_slots, -1)
-    chi2 = grow(
-        ideal, slopes, there, usable, cams, centres, leds, directions, least_cosine, sigma,
-        rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
-    )  # fmt: skip
-    return worth[0] if chi2 >= 0.0 else np.inf
-
-
-@compiled()
-def without_rivals(spots: Float, rival_px: float) -> Float:
-    """Return spots (n, C, S, 2), px, without those nearer to another one than ``rival_px``.
-
-    Their images disturb each other, and the camera may exchange them.
-    """
-    kept = spots.copy()
-    for frame in range(spots.shape[0]):
-        for c in range(spots.shape[1]):
-            for i in range(spots.shape[2]):
-                for j in range(i):
-                    du = spots[frame, c, i, 0] - spots[frame, c, j, 0]
-                    dv = spots[frame, c, i, 1] - spots[frame, c, j, 1]
-                    if du * du + dv * dv < rival_px * rival_px:
-                        for axis in range(2):
-                            kept[frame, c, i, axis] = np.nan
-                            kept[frame, c, j, axis] = np.nan
-    return kept

@@ -19,7 +19,7 @@ from ocmm_core.camera.rig import MAX_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking import identify_kernel as kernel
 from ocmm_core.tracking.body import LedBody, ProbeBody
-from ocmm_core.tracking.grow_kernel import grow_known
+from ocmm_core.tracking.follow_kernel import grow_known
 
 CHI2_SIGMAS = 5.0
 """Normal quantile of the chi-square gates: one false alarm in three million."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking import grow_kernel, kernel, meeting_kernel, small_algebra
+from ocmm_core.tracking import doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra
 from ocmm_core.tracking.grow_kernel import grow
 from ocmm_core.tracking.kernel import Bool
 from ocmm_core.tracking.meeting_kernel import measure, meet, straighten
@@ -31,11 +31,11 @@ RULE_MARGIN = 0.17
 alike."""
 
 MAX_DOUBT = 80.0
-"""Greatest doubt (`grow_kernel.grow`). Three LEDs may be two LEDs
+"""Greatest doubt (`doubt_kernel.doubt`). Three LEDs may be two LEDs
 and a reflection, which agrees by chance in one of some ten thousand such scenes; so every LED must
 be spoken for by the others. Three that name themselves by a strobe code are enough."""
 
-_NEEDS = (grow_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)

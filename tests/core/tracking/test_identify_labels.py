@@ -53,7 +53,7 @@ def test_every_shipped_probe_is_named_in_every_pose(
         seen = np.isfinite(spots).all(axis=2)
         slots = permuted_slots(rng, 2, body.n_leds)
         found = identify(recommended, body, in_slots(spots, slots), OPTIONS)
-        four = np.count_nonzero(seen.all(axis=0)) >= 4
+        four = int(np.count_nonzero(seen.all(axis=0)) >= 4)
         wanted += four
         if found.slot_of_led is None:
             assert found.reason

@@ -16,7 +16,7 @@ from ocmm_core.simulation.artefacts import Part
 from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.grow_kernel import without_rivals
+from ocmm_core.tracking.follow_kernel import without_rivals
 from ocmm_core.tracking.pipeline import TrackingPipeline
 from ocmm_core.tracking.result import FrameStatus, TrackBlock
 
