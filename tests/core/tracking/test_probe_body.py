@@ -132,3 +132,18 @@ def test_leds_that_cannot_be_tracked_are_refused(
     tmp_path: Path, leds: list[tuple[float, float, float]], named: str
 ) -> None:
     assert named in refused(document(tmp_path, leds), "probe.leds").what
+
+
+def test_four_of_five_leds_that_look_alike_are_refused(tmp_path: Path) -> None:
+    """The fifth LED tells the corners of the rectangle apart, until it is hidden."""
+    corners = [(-50.0, 0.0, 118.0), (-50.0, 0.0, 228.0), (50.0, 0.0, 118.0), (50.0, 0.0, 228.0)]
+    error = refused(document(tmp_path, [*corners, (20.0, 25.0, 150.0)]), "probe.ambiguous")
+    assert "while one LED is hidden" in error.what
+    assert "LED 4 is not seen" in error.what
+    skew = [(-50.0, 0.0, 118.0), (-44.0, 0.0, 228.0), (63.0, 0.0, 118.0), (50.0, 0.0, 210.0)]
+    assert load_probe(document(tmp_path, [*skew, (20.0, 25.0, 150.0)])).n_leds == 5
+
+
+def test_three_leds_are_too_few_without_a_code(tmp_path: Path) -> None:
+    triangle = [(-50.0, 0.0, 118.0), (-40.0, 0.0, 228.0), (63.0, 0.0, 150.0)]
+    assert "reflection" in refused(document(tmp_path, triangle), "probe.leds").what
