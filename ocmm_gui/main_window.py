@@ -23,6 +23,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
 from ocmm_gui.maintain.bus_page import BusPage
 from ocmm_gui.maintain.calibration_page import CalibrationPage
+from ocmm_gui.maintain.deeds import Deeds
 from ocmm_gui.maintain.maintain_view import MaintainView, Page
 from ocmm_gui.maintain.probe_design_page import ProbeDesignPage, plain_body
 from ocmm_gui.maintain.probe_page import ProbePage
@@ -40,9 +41,6 @@ from ocmm_gui.words import next_step, reference_words
 
 _IN_WIZARDS = ("theme", "log")
 """Actions of the window that a wizard leaves as they are."""
-
-_TWICE_S = 8.0
-"""What cannot be taken back wants its key twice within this time."""
 
 
 class MainWindow(QMainWindow):
@@ -110,10 +108,10 @@ class MainWindow(QMainWindow):
             ),
             Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
         )  # fmt: skip
+        self._deeds = Deeds(bridge, notices, self.probe)
         self.maintain = MaintainView(pages, self.actions_by_key)
         self.trust = TrustBar()
         self.tip_line = TipLine()
-        self._asked = ("", -float("inf"))
         self.banner = Banner()
         self.export_panel = PathPanel("report", "folder")
         self.bus_panel = PathPanel("report of the bus", "file")
@@ -267,9 +265,9 @@ class MainWindow(QMainWindow):
             "pivot": lambda: self.open_wizard(Kind.PIVOT),
             "qualify": lambda: self.open_wizard(Kind.QUALIFICATION),
             "check_tip": lambda: self.open_wizard(Kind.TIP_CHECK),
-            "mount": self._mount,
+            "mount": lambda: self._deeds.mount_tip(),
             "define": self.open_definition,
-            "write_cameras": self._write_cameras,
+            "write_cameras": lambda: self._deeds.write_cameras(),
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
@@ -357,38 +355,6 @@ class MainWindow(QMainWindow):
         self._notices.inform(
             f"The probe is in {path}. Start the program with --probe {path}, and calibrate it."
         )
-
-    def _write_cameras(self) -> None:
-        asked = (
-            "What the cameras store will be replaced by the intrinsics of the calibration in "
-            "force. Press W again to do so."
-        )
-        if self._is_meant("cameras", asked):
-            self._bridge.write_to_cameras()
-
-    def _mount(self) -> None:
-        tip = self.probe.tips.chosen()
-        if tip is None:
-            self._notices.inform("No tip was calibrated yet: calibrate the probe with it.")
-            return
-        asked = (
-            f"Tip '{tip}' was screwed on, and must be checked before points are taken? Press N "
-            f"again to say so."
-        )
-        if self._is_meant(f"tip {tip}", asked):
-            self._bridge.mount_tip(tip)
-            self.probe.forget()
-
-    def _is_meant(self, what: str, asked: str) -> bool:
-        """Return whether the same was asked for a moment before; else ask."""
-        now = time.monotonic()
-        before, when = self._asked
-        if before == what and now - when <= _TWICE_S:
-            self._asked = ("", -float("inf"))
-            return True
-        self._asked = (what, now)
-        self._notices.inform(asked)
-        return False
 
     def _save_bus_text(self) -> None:
         path = self._new_text("bus")

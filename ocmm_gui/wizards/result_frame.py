@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
@@ -46,8 +46,6 @@ class PlotTabs(QWidget):
     plots
         Titles with what they show.
     """
-
-    chosen = Signal(int)
 
     def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
         super().__init__()
