@@ -22,6 +22,7 @@ from ocmm_core.calibration.pivot_guards import (
     judge_left_out,
     judge_shape,
     judge_uncertainty,
+    shared_part,
 )
 from ocmm_core.calibration.pivot_robust import adjust_pivot_robustly
 from ocmm_core.calibration.pivot_start import start_pivot
@@ -98,13 +99,14 @@ def calibrate_probe(
     # Cameras that are wrong by no more than their uncertainty leave residuals beyond the spots'.
     by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
     chi2 = robust.minimum.cost
+    common = shared_part(rig, sweep) if options.pattern else 0.0
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
     findings = [
         *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
         *judge_residuals(judged, dof),
         *turned,
         *judge_left_out(robust.left_out, len(used), limits),
-        *judge_jump(find_jump(robust.free, used, state.centre), limits),
+        *judge_jump(find_jump(robust.free, used, state.centre, common), limits),
         *judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
     ]
     warnings = let_pass(findings, force)

@@ -6,15 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.pivot_covariance import LEAST_BLOCKS
-from ocmm_core.calibration.pivot_data import Coverage, LeftOut, PivotLimits
+from ocmm_core.calibration.pivot_data import Coverage, LeftOut, PivotLimits, PivotSweep
 from ocmm_core.calibration.pivot_robust import FreePoses
+from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_core.tracking.body import ProbeBody
 
 _PARTS = 20
+_SLOPE_MM = 0.05
+"""Change of the tip over a radian of turn by errors of cameras and sensors."""
 _LEAST_PARTS = 3
 _MOVED_CHI2 = 35.0
 """Of three coordinates, the largest of some fifteen places where the ball may have jumped."""
@@ -118,42 +122,68 @@ def judge_left_out(
     ]
 
 
-def find_jump(free: FreePoses, used: NDArray[np.bool_], centre: Float) -> Jump | None:
+def find_jump(
+    free: FreePoses, used: NDArray[np.bool_], centre: Float, common: float = 0.0
+) -> Jump | None:
     """Return where the ball most probably moved to another place, or drifted on its way there.
 
     The tips of single frames are averaged over twenty parts of the sweep, each by its own
-    covariance; the parts before and after every possible moment are compared. What the parts
-    scatter beyond their noise, as errors of the cameras make them, counts as noise.
+    covariance. What cameras and sensors do wrong follows the attitude, and a slow hand is in other
+    attitudes later: a step in time is sought beside a slope over each axis of turn, which may be as
+    large as such errors are. What the parts scatter beyond that counts as noise.
+
+    Parameters
+    ----------
+    used
+        (n,): frames that took part.
+    centre
+        (3,), mm, world: about where the ball rested.
+    common
+        Part of the variance of a frame that neighbouring frames share, because it is the sensors'
+        pattern: it does not average out within a part.
     """
     frames = np.flatnonzero(used & free.solved)
     if len(frames) < 2 * _PARTS:
         return None
     parts = np.array_split(frames, _PARTS)
-    information = np.stack([np.linalg.inv(free.covariances[part]).sum(axis=0) for part in parts])
-    pulls = np.stack(
-        [
-            np.einsum(
-                "nij,nj->i", np.linalg.inv(free.covariances[part]), free.tips[part] - centre
-            )
-            for part in parts
-        ]
+    weights = np.linalg.inv(free.covariances[frames])
+    turns = Rotation.from_matrix(free.rotations[frames])
+    held: Float = (turns.mean().inv() * turns).as_rotvec()
+    ends = np.cumsum([len(part) for part in parts])[:-1]
+    own = np.split(np.arange(len(frames)), ends)
+    pulls = np.einsum("nij,nj->ni", weights, free.tips[frames] - centre)
+    spreads = np.stack([np.linalg.inv(weights[part].sum(axis=0)) for part in own])
+    means = np.stack([spreads[i] @ pulls[part].sum(axis=0) for i, part in enumerate(own)])
+    shared = np.stack([free.covariances[part].mean(axis=0) for part in parts])
+    information = np.linalg.inv(spreads + common * shared)
+    attitudes = np.stack([held[part].mean(axis=0) for part in own])
+    # Rows of each part, whitened: place, slope over three turns, and (last) the step.
+    roots = np.linalg.cholesky(information).transpose(0, 2, 1)
+    fixed = np.concatenate(
+        [roots, *(roots * attitudes[:, i, None, None] for i in range(3))], axis=2
     )
-    means = np.linalg.solve(information, pulls[..., None])[..., 0]
+    seen = np.einsum("pij,pj->pi", roots, means).ravel()
+    prior = np.zeros((9, 15))
+    prior[:, 3:12] = np.eye(9) / _SLOPE_MM
     best: Jump | None = None
     for split in range(_LEAST_PARTS, _PARTS - _LEAST_PARTS + 1):
-        sides, squares = [], 0.0
-        for side in (slice(0, split), slice(split, None)):
-            own = np.linalg.inv(information[side].sum(axis=0))
-            mean = own @ pulls[side].sum(axis=0)
-            off = means[side] - mean
-            squares += float(np.einsum("pi,pij,pj->", off, information[side], off))
-            sides.append((mean, own))
-        scale = max(squares / (3.0 * (_PARTS - 2)), 1.0)
-        shift = sides[1][0] - sides[0][0]
-        chi2 = float(shift @ np.linalg.solve(sides[0][1] + sides[1][1], shift)) / scale
+        step = roots * (np.arange(_PARTS) >= split)[:, None, None]
+        rows = np.concatenate([fixed, step], axis=2).reshape(-1, 15)
+        design = np.vstack([rows, prior])
+        covariance = np.linalg.inv(design.T @ design)
+        found = covariance @ (rows.T @ seen)
+        left = seen - rows @ found
+        scale = max(float(left @ left) / (len(seen) - 15), 1.0)
+        shift = found[12:]
+        chi2 = float(shift @ np.linalg.solve(covariance[12:, 12:], shift)) / scale
         if best is None or chi2 > best.chi2:
             best = Jump(int(parts[split][0]), shift, chi2)
     return best
+
+
+def shared_part(rig: Rig, sweep: PivotSweep) -> float:
+    """Return the part of a frame's variance that is the pattern of the sensors."""
+    return float(min((rig.noise.pattern_px / np.median(sweep.sigma_px)) ** 2, 1.0))
 
 
 def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:

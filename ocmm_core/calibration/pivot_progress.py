@@ -10,7 +10,12 @@ from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.pivot import LEAST_FRAMES
 from ocmm_core.calibration.pivot_coverage import preview_pivot
 from ocmm_core.calibration.pivot_data import Coverage, PivotLimits, PivotSweep
-from ocmm_core.calibration.pivot_guards import find_jump, judge_jump, judge_shape
+from ocmm_core.calibration.pivot_guards import (
+    find_jump,
+    judge_jump,
+    judge_shape,
+    shared_part,
+)
 from ocmm_core.calibration.pivot_map import sphere_map, where_missing
 from ocmm_core.calibration.pivot_poses import pivot_of_poses
 from ocmm_core.calibration.pivot_robust import free_poses
@@ -279,4 +284,5 @@ def _judge(
         # A tip that is hardly known yet wanders with the attitude.
         return tuple(found)
     free = free_poses(rig, sweep, own.leds_probe - own.tip_probe)
-    return (*found, *judge_jump(find_jump(free, free.solved, centre), limits))
+    common = shared_part(rig, sweep)
+    return (*found, *judge_jump(find_jump(free, free.solved, centre, common), limits))

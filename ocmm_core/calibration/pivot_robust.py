@@ -37,6 +37,8 @@ class FreePoses:
         (n,).
     tips, covariances
         (n, 3), mm, world, and (n, 3, 3), mm^2; NaN where not solved.
+    rotations
+        (n, 3, 3), world from probe; NaN where not solved.
     chi2, dof
         (n,): of the spots.
     """
@@ -44,6 +46,7 @@ class FreePoses:
     solved: NDArray[np.bool_]
     tips: Points3
     covariances: Float
+    rotations: Float
     chi2: Float
     dof: Float
 
@@ -92,11 +95,11 @@ def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
         np.ascontiguousarray(sweep.uv), rig.packed(), np.ascontiguousarray(arms), np.zeros(3),
         sigma, 1, *outputs,
     )  # fmt: skip
-    status, tips, covariances, _, _, chi2, dof = outputs
+    status, tips, covariances, rotations, _, chi2, dof = outputs
     size = (sweep.sigma_px / sigma) ** 2
     return FreePoses(
-        (status == OK) & (dof > 0), tips, covariances * size[:, None, None], chi2 / size,
-        dof.astype(np.float64),
+        (status == OK) & (dof > 0), tips, covariances * size[:, None, None], rotations,
+        chi2 / size, dof.astype(np.float64),
     )  # fmt: skip
 
 

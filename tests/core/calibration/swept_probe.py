@@ -11,6 +11,7 @@ from ocmm_core.camera.model import N_PARAMETERS, distortion_jacobian, ideal_from
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Pixels, Points3, rotation_xyz
+from ocmm_core.simulation.spot_pattern import draw_pattern
 from ocmm_core.tracking.body import ProbeBody, load_probe, rigid_fit
 
 SIGMA_PX = 0.0105
@@ -49,6 +50,24 @@ def spots(
     uv = np.stack([project(camera, points) for camera in cameras_of.cameras], axis=1)
     noisy: Pixels = uv + SIGMA_PX * rng.standard_normal(uv.shape)
     return noisy
+
+
+def patterned(uv: Pixels, rng: np.random.Generator) -> Pixels:
+    """Return spots on sensors with a pattern of their own."""
+    known = rig()
+    found = uv.copy()
+    for c, camera in enumerate(known.cameras):
+        pattern = draw_pattern(known.noise, camera.width, camera.height, rng)
+        place = uv[:, c] / pattern.step_px
+        low = np.floor(place).astype(np.int64)
+        g, h = (place - low)[..., 0], (place - low)[..., 1]
+        column, row = low[..., 0], low[..., 1]
+        for axis, nodes in enumerate(pattern.nodes):
+            found[:, c, :, axis] += (
+                (1 - g) * (1 - h) * nodes[row, column] + g * (1 - h) * nodes[row, column + 1]
+                + (1 - g) * h * nodes[row + 1, column] + g * h * nodes[row + 1, column + 1]
+            )  # fmt: skip
+    return found
 
 
 def sweep(

@@ -13,10 +13,10 @@ from ocmm_core.calibration.pivot_coverage import preview_pivot
 from ocmm_core.calibration.pivot_data import PivotOptions, PivotSweep
 from ocmm_core.calibration.pivot_pattern import spot_influences
 from ocmm_core.calibration.pivot_start import start_pivot
-from ocmm_core.geometry import Pixels
-from ocmm_core.simulation.spot_pattern import draw_pattern
 from tests.core.calibration.swept_probe import (
     CONE_WORLD,
+    SIGMA_PX,
+    patterned,
     probe,
     rig,
     spots,
@@ -24,26 +24,6 @@ from tests.core.calibration.swept_probe import (
     tip_of,
     waved_attitudes,
 )
-
-WHITE_PX = 0.0105
-
-
-def patterned(uv: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return spots on sensors with a pattern of their own."""
-    known = rig()
-    found = uv.copy()
-    for c, camera in enumerate(known.cameras):
-        pattern = draw_pattern(known.noise, camera.width, camera.height, rng)
-        place = uv[:, c] / pattern.step_px
-        low = np.floor(place).astype(np.int64)
-        g, h = (place - low)[..., 0], (place - low)[..., 1]
-        column, row = low[..., 0], low[..., 1]
-        for axis, nodes in enumerate(pattern.nodes):
-            found[:, c, :, axis] += (
-                (1 - g) * (1 - h) * nodes[row, column] + g * (1 - h) * nodes[row, column + 1]
-                + (1 - g) * h * nodes[row + 1, column] + g * h * nodes[row + 1, column + 1]
-            )  # fmt: skip
-    return found
 
 
 @pytest.mark.parametrize("slack_mm", [0.0, 0.005])
@@ -62,7 +42,7 @@ def test_influences_are_what_the_adjustment_does(slack_mm: float) -> None:
 
 def test_stated_uncertainty_holds_with_a_pattern() -> None:
     known, body = rig(), probe()
-    sigma = float(np.hypot(WHITE_PX, known.noise.pattern_px))
+    sigma = float(np.hypot(SIGMA_PX, known.noise.pattern_px))
     squares: dict[bool, list[float]] = {False: [], True: []}
     for seed in range(12):
         rng = np.random.default_rng(seed)
