@@ -21,7 +21,7 @@ from ocmm_core.calibration.procedure_pivot import (
     PivotProcedure,
 )
 from ocmm_core.calibration.sweep_table import load_sweeps
-from ocmm_core.cli.calibrate import (
+from ocmm_core.cli.calibrate_options import (
     VIRTUAL_SOURCES,
     DecisionOption,
     FolderOption,

@@ -19,7 +19,7 @@ from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.calibration.shot_table import Shot, load_shots
 from ocmm_core.calibration.touch_session import CONE, SPHERE
-from ocmm_core.cli.calibrate import (
+from ocmm_core.cli.calibrate_options import (
     VIRTUAL_SOURCES,
     DecisionOption,
     FolderOption,

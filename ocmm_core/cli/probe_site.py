@@ -17,7 +17,7 @@ from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store
 from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.procedure import Procedure
 from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.calibrate import VIRTUAL_SOURCES
+from ocmm_core.cli.calibrate_options import VIRTUAL_SOURCES
 from ocmm_core.cli.calibrate_run import SESSIONS, Site, collect
 from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibration
 from ocmm_core.cli.compose import Feed

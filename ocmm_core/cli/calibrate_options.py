@@ -1,0 +1,51 @@
+"""Options that the commands of ``ocmm calibrate`` share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ocmm_core.documents import resource
+
+VIRTUAL_SOURCES = ("simulated", "ethercat:virtual")
+VIRTUAL_BAR = resource("artefacts", "bar.toml")
+
+FolderOption = Annotated[
+    Path | None,
+    typer.Option("--calibrations", help="Folder of calibrations; without it that of this user."),
+]
+WhoOption = Annotated[str, typer.Option("--who", help="Who does it; goes into the record.")]
+TemperatureOption = Annotated[
+    float | None, typer.Option("--temperature", help="Of the surroundings, degrees Celsius.")
+]
+DecisionOption = Annotated[
+    bool | None,
+    typer.Option(
+        "--accept/--keep",
+        help="Accept the result, or keep what is in force; without either, a terminal asks, and a "
+        "script leaves the session waiting.",
+    ),
+]
+NewOption = Annotated[
+    bool, typer.Option("--new", help="Begin a new session although one can go on.")
+]
+MoveOption = Annotated[
+    int | None,
+    typer.Option("--move", help="Virtual rig: its frame was moved, drawn with this seed."),
+]
+OverruleOption = Annotated[
+    str,
+    typer.Option(
+        "--overrule", help="Why guards about how the data were taken are overruled; recorded."
+    ),
+]
+BarOption = Annotated[Path, typer.Option("--bar", help="Document of the length bar.")]
+ShotsOption = Annotated[
+    Path | None, typer.Option("--shots", help="Recorded averaged spots instead of a source.")
+]
+RecordOption = Annotated[
+    Path | None,
+    typer.Option("--record", help="Keep all raw frames in this file; --source replay:FILE."),
+]
