@@ -18,6 +18,7 @@ import msgspec
 
 from ocmm_core.calibration.history import CLOCK_TOLERANCE, DUE_BEFORE, Standing, State
 from ocmm_core.calibration.probe_records import ProbeRecord, TipCheckRecord, TipRecord
+from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.sealed import load_named, record_hash, save
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
@@ -360,8 +361,14 @@ def _last_good(events: Sequence[TipEvent], tip: str, otherwise: str) -> str:
     return found[-1] if found else otherwise
 
 
-def _said(checks: Sequence[object]) -> str:
-    return f"{len(checks)} check{'s' if len(checks) != 1 else ''}."
+def _said(checks: Sequence[Check]) -> str:
+    """Return how many checks there were, and which one came nearest to its limit."""
+    count = f"{len(checks)} check{'s' if len(checks) != 1 else ''}"
+    if not checks:
+        return f"{count}."
+    worst = max(checks, key=lambda one: abs(one.error_mm) / one.limit_mm)
+    share = abs(worst.error_mm) / worst.limit_mm
+    return f"{count}; nearest to its limit: {worst.name}, {100 * share:.0f} % of it."
 
 
 def _never(tip: str) -> CalibrationError:

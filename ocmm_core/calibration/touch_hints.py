@@ -84,12 +84,12 @@ def places_gate(state: TouchState) -> Gate:
 
 def attitudes_gate(state: TouchState) -> Gate:
     """Return whether the probe was held in all attitudes in the cone."""
-    attitudes = state.cone.attitudes
-    missing = [one.name for one in attitudes if one.point is None]
-    if not missing:
+    attitudes, wanted = state.cone.attitudes, state.cone.next_attitude
+    missing = sum(one.point is None for one in attitudes)
+    if wanted is None:
         return OPEN
     return Gate(
         False,
-        f"{len(missing)} of {len(attitudes)} attitudes in the cone are missing.",
-        f"Keep the ball in the cone and hold the probe {missing[0]}.",
+        f"{missing} of {len(attitudes)} attitudes in the cone are missing.",
+        f"Keep the ball in the cone and hold the probe {attitudes[wanted].name}.",
     )

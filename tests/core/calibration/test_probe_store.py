@@ -61,6 +61,7 @@ def test_a_calibrated_tip_waits_for_its_qualification(tmp_path: Path) -> None:
     store.qualify(make_tip_record(calibration), MADE + 2 * HOUR)
     assert store.standing("6 mm", MADE + 2 * HOUR).state is State.VALID
     assert len(store.qualifications()) == 2
+    assert store.events[-1].reason == "1 check; nearest to its limit: form, 60 % of it."
 
 
 def test_records_survive_another_opening(qualified: Qualified) -> None:

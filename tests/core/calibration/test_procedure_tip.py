@@ -199,6 +199,17 @@ def test_the_diameter_must_be_known_well_enough(tmp_path: Path) -> None:
     assert procedure.view.sphere.also_world is not None
 
 
+def test_step_and_gate_ask_for_the_same_attitude(tmp_path: Path) -> None:
+    tips = Tips.at(tmp_path)
+    procedure = tips.qualification()
+    take(procedure, tips.bench, 25, 2)
+    view = procedure.view
+    assert view.cone.next_attitude is not None
+    wanted = view.cone.attitudes[view.cone.next_attitude].name
+    assert wanted in view.base.step.instruction
+    assert view.base.step.gate.remedy.endswith(f"hold the probe {wanted}.")
+
+
 def test_what_is_not_wanted_is_not_taken_and_says_why(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     now, bench = tips.bench.now, tips.bench
