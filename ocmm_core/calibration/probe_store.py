@@ -362,13 +362,14 @@ def _last_good(events: Sequence[TipEvent], tip: str, otherwise: str) -> str:
 
 
 def _said(checks: Sequence[Check]) -> str:
-    """Return how many checks there were, and which one came nearest to its limit."""
+    """Return how many checks there were, and which one came nearest to its limit or beyond."""
     count = f"{len(checks)} check{'s' if len(checks) != 1 else ''}"
     if not checks:
         return f"{count}."
     worst = max(checks, key=lambda one: abs(one.error_mm) / one.limit_mm)
     share = abs(worst.error_mm) / worst.limit_mm
-    return f"{count}; nearest to its limit: {worst.name}, {100 * share:.0f} % of it."
+    where = "farthest beyond" if share > 1.0 else "nearest to"
+    return f"{count}; {where} its limit: {worst.name}, {100 * share:.0f} % of it."
 
 
 def _never(tip: str) -> CalibrationError:

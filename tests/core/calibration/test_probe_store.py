@@ -57,6 +57,7 @@ def test_a_calibrated_tip_waits_for_its_qualification(tmp_path: Path) -> None:
     assert said.state is State.SUSPECT
     assert "not qualified" in said.reason
     store.qualify(make_tip_record(calibration, passed=False), MADE + HOUR)
+    assert store.events[-1].reason == "1 check; farthest beyond its limit: form, 200 % of it."
     assert store.standing("6 mm", MADE + HOUR).state is State.SUSPECT
     store.qualify(make_tip_record(calibration), MADE + 2 * HOUR)
     assert store.standing("6 mm", MADE + 2 * HOUR).state is State.VALID
