@@ -32,7 +32,6 @@ from ocmm_core.simulation.virtual_bus import scan_virtual
 
 _START_S = 60.0
 """The bus process gives up by itself where starting is of no use."""
-_STOP_S = 3.0
 _SCAN_S = 30.0
 _POLL_S = 0.01
 
@@ -116,9 +115,7 @@ def open_bus(
                 _await_operation(session)
         yield session
     finally:
-        feed.acquisition.request_stop()
-        feed.acquisition.join(_STOP_S)
-        feed.ring.close()
+        feed.end()
 
 
 def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:

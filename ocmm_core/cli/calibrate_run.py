@@ -44,7 +44,6 @@ from ocmm_core.simulation.virtual_bus import VirtualBus
 
 _BATCH = 80
 _IDLE_S = 0.002
-_STOP_S = 3.0
 _WARMTH_S = 2.0
 SESSIONS = "sessions"
 
@@ -209,10 +208,7 @@ def collect(
                 else:
                     time.sleep(_IDLE_S)
     finally:
-        feed.acquisition.request_stop()
-        feed.acquisition.join(_STOP_S)
-        status = read_status(feed.ring)
-        feed.ring.close()
+        status = feed.end()
         if recorder is not None:
             recorder.close()
     if procedure.base.current < last:

@@ -25,7 +25,6 @@ WAVE_S = 60.0
 _LOOK_NS = 10_000_000
 _BATCH = 800
 _IDLE_S = 0.005
-_STOP_S = 3.0
 
 
 def require_usable(site: Site, now: datetime) -> str:
@@ -71,9 +70,7 @@ def wave(site: Site, body: ProbeBody, feed: Feed, seconds: float, console: Conso
                 else:
                     time.sleep(_IDLE_S)
     finally:
-        feed.acquisition.request_stop()
-        feed.acquisition.join(_STOP_S)
-        feed.ring.close()
+        feed.end()
     return looks
 
 

@@ -16,7 +16,7 @@ from ocmm_core.acquisition.recorder import ReplaySource
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.service_client import ServiceBus
 from ocmm_core.acquisition.source import SourceDescription
-from ocmm_core.acquisition.worker import AcquisitionWorker
+from ocmm_core.acquisition.worker import AcquisitionStatus, AcquisitionWorker, read_status
 from ocmm_core.camera.rig import Rig
 from ocmm_core.cli.climate import ClimateRequest
 from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
@@ -111,6 +111,10 @@ class StationRequest:
     reference: Path | None = None
 
 
+_STOP_S = 3.0
+"""How long an acquisition may take to end."""
+
+
 @dataclass(frozen=True, slots=True)
 class Feed:
     """A source of frames made ready.
@@ -118,7 +122,7 @@ class Feed:
     Attributes
     ----------
     acquisition, ring
-        Not started; whoever takes the feed stops the one and closes the other.
+        Not started; whoever takes the feed calls `end`, which stops the one and closes the other.
     description
         What the source says about itself.
     live
@@ -138,6 +142,14 @@ class Feed:
     virtual: VirtualRig | None = None
     simulated: SimulatedSource | None = None
     recorded: str = ""
+
+    def end(self) -> AcquisitionStatus:
+        """Stop the acquisition, close the ring, and return what became of it."""
+        self.acquisition.request_stop()
+        self.acquisition.join(_STOP_S)
+        status = read_status(self.ring)
+        self.ring.close()
+        return status
 
     @property
     def script_frames(self) -> int | None:

@@ -17,7 +17,6 @@ from ocmm_core.inspection.plan import load_plan
 
 _BATCH = 800
 _IDLE_S = 0.005
-_STOP_S = 3.0
 
 
 def record_source(
@@ -53,10 +52,7 @@ def record_source(
                 else:
                     time.sleep(_IDLE_S)
     finally:
-        feed.acquisition.request_stop()
-        feed.acquisition.join(_STOP_S)
-        status = read_status(feed.ring)
-        feed.ring.close()
+        status = feed.end()
     print_counters(console, status)
     if status.stop_reason is StopReason.FAILED:
         raise AcquisitionError(
