@@ -7,7 +7,6 @@ events alone.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -16,9 +15,9 @@ from pathlib import Path
 
 import msgspec
 
+from ocmm_core.calibration.event_folder import EventFolder
 from ocmm_core.calibration.records import CameraRecord, VerificationRecord
 from ocmm_core.calibration.sealed import load_named, record_hash, save
-from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
 DUE_BEFORE = timedelta(days=14)
@@ -100,7 +99,7 @@ class Standing:
     since_utc: str = ""
 
 
-class CalibrationStore:
+class CalibrationStore(EventFolder[Event]):
     """The calibrations of one rig, in a folder of their own; one process writes at a time.
 
     Its methods may be called from any thread.
@@ -117,24 +116,7 @@ class CalibrationStore:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._lock = threading.Lock()
-        self._chain = ChainFile(folder / "events.jsonl", Event)
-
-    @property
-    def folder(self) -> Path:
-        """Return where the calibrations are."""
-        return self._folder
-
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """Return what happened, oldest first."""
-        return self._chain.items
-
-    def refresh(self) -> None:
-        """Take in what another process appended; raise StorageError where the chain is broken."""
-        with self._lock:
-            self._refresh()
+        super().__init__(folder, Event)
 
     def active(self) -> CameraRecord | None:
         """Return the record that was accepted last, or None before the first one.
@@ -248,24 +230,14 @@ class CalibrationStore:
             who=who,
             reason=reason,
         )
-        with self._lock:
-            # The lines of another process must not be written over.
-            self._refresh()
-            self._chain.append(event)
-
-    def _refresh(self) -> None:
-        if not self._chain.is_current():
-            self._chain = ChainFile(self._chain.path, Event)
+        self._append_event(event)
 
 
 def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:
     """Return the state of a calibration at a moment; see `CalibrationStore.standing`."""
-    if events and now < datetime.fromisoformat(events[-1].utc) - CLOCK_TOLERANCE:
-        return Standing(
-            State.EXPIRED,
-            f"The clock of this computer stands before the last event ({events[-1].utc[:16]}).",
-            "Set the clock of the computer.",
-        )
+    fault = clock_fault(events[-1].utc, now) if events else None
+    if fault is not None:
+        return fault
     own = [event for event in events if event.calibration == record_hash(record)]
     judged = [event for event in own if event.kind is not EventKind.ACCEPTED]
     if not judged:
@@ -297,3 +269,14 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
             "Calibrate the cameras before that day.",
         )
     return Standing(State.VALID)
+
+
+def clock_fault(last_utc: str, now: datetime) -> Standing | None:
+    """Return what is said where the clock stands before the last event; None where it does not."""
+    if now >= datetime.fromisoformat(last_utc) - CLOCK_TOLERANCE:
+        return None
+    return Standing(
+        State.EXPIRED,
+        f"The clock of this computer stands before the last event ({last_utc[:16]}).",
+        "Set the clock of the computer.",
+    )

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import platformdirs
 
-from ocmm_core.calibration.history import CalibrationStore, standing
+from ocmm_core.calibration.history import CalibrationStore, Standing, standing
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.calibration.sealed import canonical, record_hash
 from ocmm_core.camera.rig import Rig, load_rig
@@ -257,12 +257,16 @@ def judge(in_use: CalibrationInUse, now: datetime) -> CalibrationView:
     if in_use.store.active_hash != record_hash(in_use.record):
         return replace(view, word=Word.UNUSABLE, obstacle=_REPLACED)
     found = standing(in_use.record, in_use.store.events, now)
+    word, doubt, warnings, since = words_of(found)
+    return replace(view, word=word, obstacle=doubt, warnings=warnings, since_utc=since)
+
+
+def words_of(found: Standing) -> tuple[Word, Obstacle | None, tuple[str, ...], str]:
+    """Return word, obstacle, warnings and since when points are in doubt, of a standing."""
     word = Word(found.state.value)
     if not found.state.usable:
-        obstacle = Obstacle(found.reason, found.remedy)
-        return replace(view, word=word, obstacle=obstacle, since_utc=found.since_utc)
-    warnings = (f"{found.reason} {found.remedy}",) if found.reason else ()
-    return replace(view, word=word, warnings=warnings)
+        return word, Obstacle(found.reason, found.remedy), (), found.since_utc
+    return word, None, (f"{found.reason} {found.remedy}",) if found.reason else (), ""
 
 
 _REPLACED = Obstacle(

@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
-from ocmm_core.calibration.in_use import Obstacle, Word, named_folder, obstacle_of
+from ocmm_core.calibration.in_use import Obstacle, Word, named_folder, obstacle_of, words_of
 from ocmm_core.calibration.probe_records import ProbeRecord, TipRecord, probe_from_records
 from ocmm_core.calibration.probe_store import (
     ProbeStore,
@@ -292,12 +292,8 @@ def judge_probe(in_use: ProbeInUse, now: datetime) -> ProbeView:
         other = _other_mounted(in_use.tip, store.mounted or "")
         return replace(view, word=Word.UNUSABLE, obstacle=other)
     found = standing_of_tip(records, store.events, now)
-    word = Word(found.state.value)
-    if not found.state.usable:
-        obstacle = Obstacle(found.reason, found.remedy)
-        return replace(view, word=word, obstacle=obstacle, since_utc=found.since_utc)
-    warnings = (f"{found.reason} {found.remedy}",) if found.reason else ()
-    return replace(view, word=word, warnings=warnings)
+    word, doubt, warnings, since = words_of(found)
+    return replace(view, word=word, obstacle=doubt, warnings=warnings, since_utc=since)
 
 
 def _is_replaced(records: TipRecords, store: ProbeStore) -> bool:

@@ -7,7 +7,6 @@ these events alone, so that it is the same after a crash.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -16,11 +15,11 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.calibration.history import CLOCK_TOLERANCE, DUE_BEFORE, Standing, State
+from ocmm_core.calibration.event_folder import EventFolder
+from ocmm_core.calibration.history import DUE_BEFORE, Standing, State, clock_fault
 from ocmm_core.calibration.probe_records import ProbeRecord, TipCheckRecord, TipRecord
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.sealed import load_named, record_hash, save
-from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
 MONITOR = "monitor"
@@ -83,7 +82,7 @@ class TipRecords:
     qualification: TipRecord | None
 
 
-class ProbeStore:
+class ProbeStore(EventFolder[TipEvent]):
     """The records of one probe, in a folder of their own; one process writes at a time.
 
     Its methods may be called from any thread.
@@ -100,19 +99,7 @@ class ProbeStore:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._lock = threading.Lock()
-        self._chain = ChainFile(folder / "events.jsonl", TipEvent)
-
-    @property
-    def folder(self) -> Path:
-        """Return where the records are."""
-        return self._folder
-
-    @property
-    def events(self) -> tuple[TipEvent, ...]:
-        """Return what happened, oldest first."""
-        return self._chain.items
+        super().__init__(folder, TipEvent)
 
     @property
     def tips(self) -> tuple[str, ...]:
@@ -126,11 +113,6 @@ class ProbeStore:
         placing = (TipEventKind.MOUNTED, TipEventKind.CALIBRATED)
         placed = [one.tip for one in self.events if one.kind in placing]
         return placed[-1] if placed else None
-
-    def refresh(self) -> None:
-        """Take in what another process appended; raise StorageError where the chain is broken."""
-        with self._lock:
-            self._refresh()
 
     def active(self, tip: str) -> TipRecords | None:
         """Return what is in force for a tip, or None where it was never calibrated.
@@ -291,26 +273,16 @@ class ProbeStore:
             who=who,
             reason=reason,
         )
-        with self._lock:
-            # The lines of another process must not be written over.
-            self._refresh()
-            self._chain.append(event)
-
-    def _refresh(self) -> None:
-        if not self._chain.is_current():
-            self._chain = ChainFile(self._chain.path, TipEvent)
+        self._append_event(event)
 
 
 def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> Standing:
     """Return the state of a tip at a moment; see `ProbeStore.standing`."""
     calibration, qualification = active.calibration, active.qualification
     tip = calibration.tip
-    if events and now < datetime.fromisoformat(events[-1].utc) - CLOCK_TOLERANCE:
-        return Standing(
-            State.EXPIRED,
-            f"The clock of this computer stands before the last event ({events[-1].utc[:16]}).",
-            "Set the clock of the computer.",
-        )
+    fault = clock_fault(events[-1].utc, now) if events else None
+    if fault is not None:
+        return fault
     if qualification is None:
         return Standing(
             State.SUSPECT,
