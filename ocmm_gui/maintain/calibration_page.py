@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtWidgets import QVBoxLayout
 
-from ocmm_core.calibration.in_use import CalibrationView, Word
+from ocmm_core.calibration.in_use import CalibrationView
 from ocmm_core.calibration.overview import CalibrationOverview
 from ocmm_core.calibration.records import CameraRecord, VerificationRecord
 from ocmm_core.camera.rig import Rig
@@ -34,7 +34,7 @@ _FACTS = (
 )
 
 
-class CalibrationPage(StandingPage):
+class CalibrationPage(StandingPage[CalibrationView, CalibrationOverview]):
     """Standing, facts, trends and history of the calibration.
 
     Parameters
@@ -54,11 +54,11 @@ class CalibrationPage(StandingPage):
         pull: Callable[[], CalibrationView],
         pull_overview: Callable[[], CalibrationOverview],
     ) -> None:
-        super().__init__("Calibration", "calibration", _FACTS)
+        super().__init__(
+            "Calibration", "calibration", _FACTS, pull, pull_overview,
+            in_order=_IN_ORDER, design=DESIGN,
+        )  # fmt: skip
         self._rig = rig
-        self._pull = pull
-        self._pull_overview = pull_overview
-        self._view: CalibrationView | None = None
         self.focal = HistoryChart("Focal length, Δ µm", factor=1e3, reach=2.0)
         self.principal = (
             HistoryChart("Principal point, Δu px", reach=0.2, form="+.2f"),
@@ -85,22 +85,6 @@ class CalibrationPage(StandingPage):
         layout.addWidget(self._charts, 5)
         layout.addWidget(self._empty, 2)
         layout.addWidget(self.history, 4)
-
-    def refresh(self) -> None:
-        """Show what is known now."""
-        view = self._pull()
-        if view != self._view:
-            self._view = view
-            self._show_overview(view, self._pull_overview())
-            self._show_standing(
-                view.word, view.obstacle, view.warnings, view.since_utc,
-                uncalibrated=view.uncalibrated,
-                in_order=DESIGN if view.word is Word.DESIGN else _IN_ORDER,
-            )  # fmt: skip
-
-    def forget(self) -> None:
-        """Read everything anew at the next `refresh`."""
-        self._view = None
 
     def _show_overview(self, view: CalibrationView, found: CalibrationOverview) -> None:
         self._show_facts(_facts(self._rig, view, found.verification))

@@ -32,7 +32,7 @@ _FACTS = (
 )
 
 
-class ProbePage(StandingPage):
+class ProbePage(StandingPage[ProbeView, ProbeOverview]):
     """Standing, tips, trends and history of the probe.
 
     Parameters
@@ -47,10 +47,9 @@ class ProbePage(StandingPage):
     def __init__(
         self, pull: Callable[[], ProbeView], pull_overview: Callable[[], ProbeOverview]
     ) -> None:
-        super().__init__("Probe", "probe", _FACTS)
-        self._pull = pull
-        self._pull_overview = pull_overview
-        self._view: ProbeView | None = None
+        super().__init__(
+            "Probe", "probe", _FACTS, pull, pull_overview, in_order=_IN_ORDER, design=DESIGN
+        )
         self.tips = TipTable()
         self.diameter = HistoryChart("Ball diameter, Δ µm", factor=1e3, reach=2.0)
         self.form = HistoryChart("Form, µm", factor=1e3, reach=2.0, changes=False, form=".1f")
@@ -73,22 +72,6 @@ class ProbePage(StandingPage):
         layout.addWidget(self._charts, 4)
         layout.addWidget(self._empty, 2)
         layout.addWidget(self.history, 4)
-
-    def refresh(self) -> None:
-        """Show what is known now."""
-        view = self._pull()
-        if view != self._view:
-            self._view = view
-            self._show_overview(view, self._pull_overview())
-            self._show_standing(
-                view.word, view.obstacle, view.warnings, view.since_utc,
-                uncalibrated=view.uncalibrated,
-                in_order=DESIGN if view.word is Word.DESIGN else _IN_ORDER,
-            )  # fmt: skip
-
-    def forget(self) -> None:
-        """Read everything anew at the next `refresh`."""
-        self._view = None
 
     def _show_overview(self, view: ProbeView, found: ProbeOverview) -> None:
         self._show_facts(_facts(view))

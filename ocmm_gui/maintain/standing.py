@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.in_use import Obstacle, Word
+from ocmm_core.calibration.in_use import CalibrationView, Obstacle, Word
+from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_gui.maintain.calibration_table import local_time
 from ocmm_gui.maintain.parts import panel, sentence_label, value_label
 from ocmm_gui.operator.fit_text import FitText
@@ -25,7 +27,12 @@ _MARKS = {
 }
 
 
-class StandingPage(QWidget):
+V = TypeVar("V", CalibrationView, ProbeView)
+H = TypeVar("H")
+"""What the store holds: history and trends."""
+
+
+class StandingPage(QWidget, Generic[V, H]):
     """A large word, what it means, and facts; refreshed while it is seen.
 
     Parameters
@@ -36,10 +43,31 @@ class StandingPage(QWidget):
         Whose standing it is.
     facts
         Captions with what they mean.
+    pull
+        Returns what is to be said now.
+    pull_overview
+        Returns what the store holds; asked for when the page is opened and when the standing
+        changed, for it reads many files.
+    in_order, design
+        What is said where nothing is the matter, and of a virtual rig.
     """
 
-    def __init__(self, name: str, of: str, facts: Sequence[tuple[str, str]]) -> None:
+    def __init__(
+        self,
+        name: str,
+        of: str,
+        facts: Sequence[tuple[str, str]],
+        pull: Callable[[], V],
+        pull_overview: Callable[[], H],
+        *,
+        in_order: str,
+        design: str,
+    ) -> None:
         super().__init__()
+        self._pull: Callable[[], V] = pull
+        self._pull_overview = pull_overview
+        self._in_order, self._design = in_order, design
+        self._view: V | None = None
         self.setAccessibleName(name)
         self._theme = THEMES[DEFAULT_THEME]
         self._mark = Mark.OPEN
@@ -57,10 +85,18 @@ class StandingPage(QWidget):
 
     def refresh(self) -> None:
         """Show what is known now."""
-        raise NotImplementedError
+        view = self._pull()
+        if view != self._view:
+            self._view = view
+            self._show_overview(view, self._pull_overview())
+            self._show_standing(view)
 
     def forget(self) -> None:
         """Read everything anew at the next `refresh`."""
+        self._view = None
+
+    def _show_overview(self, view: V, found: H) -> None:
+        """Show facts, history and trends."""
         raise NotImplementedError
 
     def word(self) -> str:
@@ -96,25 +132,17 @@ class StandingPage(QWidget):
         self._timer.stop()
         super().hideEvent(event)
 
-    def _show_standing(
-        self,
-        word: Word,
-        obstacle: Obstacle | None,
-        warnings: Sequence[str],
-        since_utc: str,
-        *,
-        uncalibrated: bool,
-        in_order: str,
-    ) -> None:
-        """Show a standing in words; ``in_order`` is said where nothing is the matter."""
-        self._mark = Mark.BAD if uncalibrated else _MARKS.get(word, Mark.BAD)
-        if word is Word.DESIGN and obstacle is not None:
-            self._mark = Mark.BAD
-        self._paint_word("UNCALIBRATED" if uncalibrated else word.value)
-        self._sentence.setText(_sentence(obstacle, in_order, uncalibrated=uncalibrated))
-        notes = list(warnings)
-        if since_utc:
-            notes.append(f"Points since {local_time(since_utc)} are in doubt.")
+    def _show_standing(self, view: V) -> None:
+        bad = view.uncalibrated or (view.word is Word.DESIGN and view.obstacle is not None)
+        self._mark = Mark.BAD if bad else _MARKS.get(view.word, Mark.BAD)
+        self._paint_word("UNCALIBRATED" if view.uncalibrated else view.word.value)
+        in_order = self._design if view.word is Word.DESIGN else self._in_order
+        self._sentence.setText(
+            _sentence(view.obstacle, in_order, uncalibrated=view.uncalibrated)
+        )
+        notes = list(view.warnings)
+        if view.since_utc:
+            notes.append(f"Points since {local_time(view.since_utc)} are in doubt.")
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
 
