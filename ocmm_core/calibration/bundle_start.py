@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Pixels, Points3, perpendicular_pair, unit
-from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, Pixels, Points3, perpendicular_pair, rigid_fit, unit
+from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.kernel import OK, allocate, solve_frames
 from ocmm_core.tracking.pose import triangulate
 

@@ -29,8 +29,7 @@ from ocmm_core.calibration.relocation_quality import length_sigma
 from ocmm_core.calibration.session_events import utc_text
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import Rig, Vector3
-from ocmm_core.geometry import Float, Points3
-from ocmm_core.tracking.body import rigid_fit
+from ocmm_core.geometry import Float, Points3, rigid_fit
 from ocmm_core.tracking.pose import triangulate
 
 MAP_CELLS = 16

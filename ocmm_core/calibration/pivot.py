@@ -29,8 +29,8 @@ from ocmm_core.calibration.pivot_start import start_pivot
 from ocmm_core.calibration.relocation_guards import judge_residuals
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float
-from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking.body import ProbeBody
 
 LEAST_FRAMES = 30
 _DRAWS = 8

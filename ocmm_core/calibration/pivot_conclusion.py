@@ -19,8 +19,8 @@ from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.calibration.session_events import utc_text
 from ocmm_core.camera.rig import Rig, Vector3
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float
-from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking.body import ProbeBody
 
 
 @dataclass(frozen=True, slots=True)

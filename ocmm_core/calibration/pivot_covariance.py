@@ -31,8 +31,7 @@ from ocmm_core.calibration.pivot_pattern import pattern_covariance
 from ocmm_core.calibration.pivot_poses import PosePivot
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Int, Points3, RigidTransform, skew
-from ocmm_core.tracking.body import rigid_fit
+from ocmm_core.geometry import Float, Int, Points3, RigidTransform, rigid_fit, skew
 
 MOST_BLOCKS = 200
 LEAST_BLOCKS = 8

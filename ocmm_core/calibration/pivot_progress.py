@@ -24,8 +24,8 @@ from ocmm_core.calibration.pivot_views import MapCell, SweepPhase, SweepView
 from ocmm_core.calibration.procedure import OPEN, Gate
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float
-from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pose import solve
 
 ENOUGH_TIMES = 2.5

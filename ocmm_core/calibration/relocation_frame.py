@@ -20,8 +20,7 @@ from ocmm_core.calibration.relocation_data import (
 )
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Points3, RigidTransform, skew, unit
-from ocmm_core.tracking.body import rigid_fit
+from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit, skew, unit
 
 LEAST_ANCHORS = 3
 

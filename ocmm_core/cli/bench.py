@@ -21,8 +21,8 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import MAX_SLOTS, Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.tracking.body import ProbeBody, load_probe, rigid_fit
+from ocmm_core.geometry import Float, rigid_fit, rotation_xyz
+from ocmm_core.tracking.body import ProbeBody, load_probe
 from ocmm_core.tracking.pipeline import TrackingPipeline
 from ocmm_core.tracking.pose import solve
 

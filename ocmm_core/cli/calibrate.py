@@ -161,14 +161,12 @@ def cameras(
     """
     console, site = make_console(), open_site(rig, calibrations)
     listed = load_reference_points(points)
-    procedure = None
-    if not new:
-        procedure = continued(
-            site,
-            Kind.KNOWN_POINTS,
-            lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
-            console,
-        )
+    procedure = None if new else continued(
+        site,
+        Kind.KNOWN_POINTS,
+        lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
+        console,
+    )
     if procedure is None:
         procedure = KnownPointsProcedure.begin(
             site.sessions, site.design, site.store, listed, now(),
@@ -239,14 +237,12 @@ def relocate(
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     known = None if control is None else load_reference_points(control)
-    procedure = None
-    if not new:
-        procedure = continued(
-            site,
-            Kind.RELOCATION,
-            lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
-            console,
-        )
+    procedure = None if new else continued(
+        site,
+        Kind.RELOCATION,
+        lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
+        console,
+    )
     if procedure is None:
         procedure = RelocationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),
@@ -316,14 +312,12 @@ def verify(
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
-    procedure = None
-    if not new:
-        procedure = continued(
-            site,
-            Kind.VERIFICATION,
-            lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
-            console,
-        )
+    procedure = None if new else continued(
+        site,
+        Kind.VERIFICATION,
+        lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
+        console,
+    )
     if procedure is None:
         procedure = VerificationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -41,6 +40,7 @@ from ocmm_core.cli.calibrate_run import (
     virtual_feed,
 )
 from ocmm_core.cli.calibrate_scenes import VirtualSite
+from ocmm_core.cli.calibrate_steps import is_lacking, now
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import (
     DEFAULT_SEED,
@@ -160,27 +160,25 @@ def probe_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     site, body, store = place.site, place.body, place.store
-    procedure = None
-    if not new:
-        procedure = continued(
-            site,
-            Kind.PIVOT,
-            lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
-            console,
-        )
+    procedure = None if new else continued(
+        site,
+        Kind.PIVOT,
+        lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+        console,
+    )
     if procedure is None:
         procedure = PivotProcedure.begin(
-            site.sessions, site.rig, body, store, tip, _now(),
+            site.sessions, site.rig, body, store, tip, now(),
             who=who, temperature_c=temperature, tip_unknown=tip_unknown, slack_mm=slack,
             change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
         )  # fmt: skip
     if anew and procedure.base.decision is Decision.OPEN:
-        procedure.sweep_anew(_now())
+        procedure.sweep_anew(now())
     if overrule and procedure.base.decision is Decision.OPEN:
-        procedure.force(_now(), overrule)
+        procedure.force(now(), overrule)
     if sweeps is not None:
         _take_recorded(procedure, sweeps, site, body.n_leds)
-    elif pass_open_gates(procedure) < len(procedure.base.steps) - 1:
+    elif is_lacking(procedure):
         run = _Run(source, scene, seed, speed, record, force)
         _collect(procedure, place, rig, probe, run, console)
     procedure.compute()
@@ -190,7 +188,7 @@ def probe_command(
     made = decide(procedure, decision, because, console)
     if made is Decision.ACCEPTED:
         console.print(f"Record   {store.folder}: {store.active_hash(tip)}", highlight=False)
-    print_tip_standing(console, store, tip, _now())
+    print_tip_standing(console, store, tip, now())
     if made is not Decision.ACCEPTED:
         raise typer.Exit(1)
 
@@ -233,9 +231,9 @@ def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: in
         taken = view.sweep.poses if view.sweep is not None else 0
         left = sweep.uv[taken:]
         if len(left):
-            procedure.take_sweep(left, float(sweep.sigma_px[0]), _now())
+            procedure.take_sweep(left, float(sweep.sigma_px[0]), now())
         if not procedure.base.step.gate.open:
-            procedure.end_sweep(_now())
+            procedure.end_sweep(now())
         pass_open_gates(procedure)
 
 
@@ -266,8 +264,4 @@ def _collect(
         sweep = procedure.view.sweep
         if sweep is None or procedure.base.step.name != SECOND or not sweep.may_end:
             raise
-        procedure.end_sweep(_now())
-
-
-def _now() -> datetime:
-    return datetime.now(UTC)
+        procedure.end_sweep(now())

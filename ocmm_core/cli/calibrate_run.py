@@ -148,6 +148,23 @@ def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
     return make_feed(request, load_plan(DEMO_PLAN), design)
 
 
+def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
+    """Return what keeps the frames of a source in a file; without a name nothing does.
+
+    Raises
+    ------
+    OcmmError
+        The file cannot be written; the source is closed then.
+    """
+    if path is None:
+        return None
+    try:
+        return FrameRecorder(path, feed.description, design)
+    except BaseException:
+        feed.ring.close()
+        raise
+
+
 def collect(
     procedure: Procedure,
     feed: Feed,

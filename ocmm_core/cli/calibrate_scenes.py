@@ -14,7 +14,7 @@ from ocmm_core.calibration.reference_points import ReferencePoints
 from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import Rig, Vector3
-from ocmm_core.geometry import Float, Points3, RigidTransform
+from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit
 from ocmm_core.simulation.calibrating import (
     CalibratingScript,
     FrameMove,
@@ -25,7 +25,6 @@ from ocmm_core.simulation.calibrating import (
     TouchSphere,
     Wave,
 )
-from ocmm_core.tracking.body import rigid_fit
 from ocmm_core.tracking.pose import triangulate
 
 _LIST_ERROR, _BAR_ERROR, _PLACES = range(40, 43)

@@ -8,7 +8,6 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
-from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.calibration.in_use import Word
 from ocmm_core.calibration.probe_in_use import judge_probe, require_records
 from ocmm_core.calibration.procedure import Decision, Procedure
@@ -20,6 +19,7 @@ from ocmm_core.cli.calibrate_run import (
     Site,
     collect,
     decide,
+    make_recorder,
     pass_open_gates,
     real_feed,
     virtual_feed,
@@ -65,14 +65,7 @@ def collect_from(
         feed = virtual_feed(script, source, speed)
     else:
         feed = real_feed(rig, site.design, source, force=force)
-    recorder = None
-    if record is not None:
-        try:
-            recorder = FrameRecorder(record, feed.description, site.design)
-        except BaseException:
-            feed.ring.close()
-            raise
-    collect(procedure, feed, frames, console, recorder)
+    collect(procedure, feed, frames, console, make_recorder(feed, record, site.design))
 
 
 def compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str) -> None:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 from rich.console import Console
 
 from ocmm_core.calibration.artefacts import load_sphere
-from ocmm_core.calibration.procedure import Decision, Kind
+from ocmm_core.calibration.procedure import Decision
 from ocmm_core.calibration.procedure_tip import VALID_DAYS, TipQualificationProcedure
 from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
 from ocmm_core.calibration.records import ArtefactUse
@@ -33,11 +32,11 @@ from ocmm_core.cli.calibrate_probe_report import print_tip_standing
 from ocmm_core.cli.calibrate_run import (
     continued,
     decide,
-    pass_open_gates,
     real_feed,
     virtual_feed,
 )
 from ocmm_core.cli.calibrate_scenes import VirtualSite
+from ocmm_core.cli.calibrate_steps import is_lacking, now, require_end
 from ocmm_core.cli.calibrate_tip_report import (
     print_check,
     print_cone,
@@ -68,6 +67,8 @@ from ocmm_core.cli.tip_scenes import scene_of_tip
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.tip_scenes import TipFault
+
+T = TypeVar("T", TipQualificationProcedure, TipCheckProcedure)
 
 VIRTUAL_SPHERE = resource("artefacts", "sphere.toml")
 
@@ -140,30 +141,15 @@ def tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = None
-    if not new:
-        procedure = continued(
-            place.site,
-            Kind.QUALIFICATION,
-            lambda path: about_tip(
-                TipQualificationProcedure.resume(
-                    path, place.site.rig, place.body, place.store, cameras=place.site.store
-                ),
-                name,
-            ),
-            console,
-        )
+    procedure = None if new else _continued(TipQualificationProcedure, place, name, console)
     if procedure is None:
         procedure = TipQualificationProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), _now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
             nominal_mm=diameter, valid_days=valid_days, cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
     _take(procedure, place, shots, feed, console)
-    print_sphere(console, procedure.view)
-    print_cone(console, procedure.view)
-    procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
         print_qualification(console, outcome)
@@ -203,30 +189,15 @@ def check_tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = None
-    if not new:
-        procedure = continued(
-            place.site,
-            Kind.TIP_CHECK,
-            lambda path: about_tip(
-                TipCheckProcedure.resume(
-                    path, place.site.rig, place.body, place.store, cameras=place.site.store
-                ),
-                name,
-            ),
-            console,
-        )
+    procedure = None if new else _continued(TipCheckProcedure, place, name, console)
     if procedure is None:
         procedure = TipCheckProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), _now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
             cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
     _take(procedure, place, shots, feed, console)
-    print_sphere(console, procedure.view)
-    print_cone(console, procedure.view)
-    procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
         print_check(console, outcome)
@@ -248,6 +219,21 @@ class _Source:
     force: bool
 
 
+def _continued(
+    kind: type[T], place: ProbeSite, tip: str, console: Console
+) -> T | None:
+    """Return the newest session about a tip that can go on; None where there is none."""
+    return continued(
+        place.site,
+        kind.kind,
+        lambda path: about_tip(
+            kind.resume(path, place.site.rig, place.body, place.store, cameras=place.site.store),
+            tip,
+        ),
+        console,
+    )
+
+
 def _mounted(place: ProbeSite, tip: str | None, who: str, console: Console) -> str:
     """Return the name of the tip on the probe; somebody who names another one mounted it."""
     name = tip or place.store.mounted
@@ -258,7 +244,7 @@ def _mounted(place: ProbeSite, tip: str | None, who: str, console: Console) -> s
             "Calibrate it first: ocmm calibrate probe --tip NAME.",
         )
     if name != place.store.mounted:
-        place.store.mount(name, who, _now())
+        place.store.mount(name, who, now())
         console.print(f"Mounted  {name}", highlight=False)
     return name
 
@@ -270,14 +256,11 @@ def _take(
     source: _Source,
     console: Console,
 ) -> None:
-    """Take what the session still lacks, from a file or from the cameras."""
-    last = len(procedure.base.steps) - 1
+    """Take what the session still lacks from a file or the cameras, print it, and calculate."""
     if shots is not None:
         take_tip_shots(procedure, load_shots(shots, place.site.rig, place.body.n_leds))
-        if pass_open_gates(procedure) < last:
-            gate = procedure.base.step.gate
-            raise CalibrationError("calibrate.incomplete", gate.reason, gate.remedy)
-    elif pass_open_gates(procedure) < last:
+        require_end(procedure)
+    elif is_lacking(procedure):
         frames = None
         if source.source in VIRTUAL_SOURCES:
             scene = scene_of_tip(
@@ -290,6 +273,9 @@ def _take(
         else:
             feed = real_feed(source.rig, place.site.design, source.source, force=source.force)
         collect_from(procedure, place, feed, frames, source.record, console)
+    print_sphere(console, procedure.view)
+    print_cone(console, procedure.view)
+    procedure.compute()
 
 
 def take_tip_shots(
@@ -305,14 +291,14 @@ def take_tip_shots(
     view = procedure.view
     left = {SPHERE: len(view.sphere.tips_world), CONE: len(view.cone.tips_world)}
     if procedure.base.step.name not in (SPHERE, CONE):
-        procedure.advance(_now())
+        procedure.advance(now())
     for shot in shots:
         if left.get(shot.kind, 0) > 0:
             left[shot.kind] -= 1
             continue
         # All points of the file count, also those beyond what would be enough.
         if shot.kind == CONE and procedure.base.step.name == SPHERE:
-            procedure.advance(_now())
+            procedure.advance(now())
         if shot.kind != procedure.base.step.name:
             raise CalibrationError(
                 "calibrate.shots",
@@ -320,7 +306,7 @@ def take_tip_shots(
                 f"step '{procedure.base.step.title}'.",
                 "Give the shots of the sphere, then those in the cone.",
             )
-        procedure.take_shot(shot.uv, shot.sigma_px, _now())
+        procedure.take_shot(shot.uv, shot.sigma_px, now())
 
 
 def _finish(
@@ -333,7 +319,7 @@ def _finish(
 ) -> None:
     """Store the result or not, say how the tip stands, and exit with 1 unless all is well."""
     made = decide(procedure, decision, "", console)
-    print_tip_standing(console, place.store, procedure.tip, _now())
+    print_tip_standing(console, place.store, procedure.tip, now())
     if made is not Decision.ACCEPTED or not passed:
         raise typer.Exit(1)
 
@@ -344,7 +330,3 @@ def _cone(text: str) -> ArtefactUse | None:
     return ArtefactUse(
         name=text.strip(), serial="", certificate="", certificate_sha256="", due_utc=""
     )
-
-
-def _now() -> datetime:
-    return datetime.now(UTC)

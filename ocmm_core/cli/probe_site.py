@@ -10,7 +10,6 @@ from typing import Annotated, Protocol, TypeVar
 import typer
 from rich.console import Console
 
-from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.in_use import CalibrationInUse, default_folder, judge, store_folder
 from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
@@ -18,7 +17,7 @@ from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.procedure import Procedure
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.calibrate_options import VIRTUAL_SOURCES
-from ocmm_core.cli.calibrate_run import SESSIONS, Site, collect
+from ocmm_core.cli.calibrate_run import SESSIONS, Site, collect, make_recorder
 from ocmm_core.cli.calibration_choice import checked_for_replay, choose_calibration
 from ocmm_core.cli.compose import Feed
 from ocmm_core.errors import CalibrationError
@@ -147,12 +146,9 @@ def collect_from(
         A recording is of real cameras and nobody says how these are calibrated, or the source ended
         before the last step.
     """
-    recorder = None
     try:
         require_cameras(checked_for_replay(probe.cameras, feed.recorded), console)
-        if record is not None:
-            recorder = FrameRecorder(record, feed.description, probe.site.design)
     except BaseException:
         feed.ring.close()
         raise
-    collect(procedure, feed, frames, console, recorder)
+    collect(procedure, feed, frames, console, make_recorder(feed, record, probe.site.design))

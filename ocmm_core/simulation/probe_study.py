@@ -23,9 +23,8 @@ from ocmm_core.calibration.pivot_data import PivotSweep
 from ocmm_core.calibration.pivot_start import start_pivot
 from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float, Points3
+from ocmm_core.geometry import Float, Points3, rigid_fit
 from ocmm_core.simulation.probe_study_kernel import add_paths
-from ocmm_core.tracking.body import rigid_fit
 
 Estimator = Literal["thesis", "common", "bundle"]
 """Mean of one sphere for each LED; one common centre; adjustment on the spots of a rig."""

@@ -12,7 +12,6 @@ from ocmm_core.camera.rig import Vector3
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
-from ocmm_core.geometry import rigid_fit as rigid_fit
 from ocmm_core.tracking.ambiguity import AMBIGUITY_LIMIT_MM as AMBIGUITY_LIMIT_MM
 from ocmm_core.tracking.ambiguity import Ambiguity as Ambiguity
 from ocmm_core.tracking.ambiguity import check_distinct as check_distinct

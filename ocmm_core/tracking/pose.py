@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ocmm_core.camera.model import distortion_jacobian, ideal_from_pixels
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float, Int, rotation_from_vector, skew
-from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, Int, rigid_fit, rotation_from_vector, skew
+from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.kernel import LOST, MAX_TIP_SIGMA, OK, allocate, solve_frames
 
 Method = Literal["gauss-newton", "thesis"]

@@ -14,8 +14,8 @@ import numpy as np
 from ocmm_core.camera.model import N_PARAMETERS, projection_jacobians
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import TrackingError
-from ocmm_core.geometry import Float, Int, rotation_from_vector
-from ocmm_core.tracking.body import ProbeBody, rigid_fit
+from ocmm_core.geometry import Float, Int, rigid_fit, rotation_from_vector
+from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pose import reprojection, tip_jacobian, triangulate
 
 _MAX_STEPS = 10

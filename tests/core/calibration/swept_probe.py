@@ -10,9 +10,9 @@ from ocmm_core.calibration.pivot_data import PivotSweep
 from ocmm_core.camera.model import N_PARAMETERS, distortion_jacobian, ideal_from_pixels, project
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.geometry import Float, Pixels, Points3, rotation_xyz
+from ocmm_core.geometry import Float, Pixels, Points3, rigid_fit, rotation_xyz
 from ocmm_core.simulation.spot_pattern import draw_pattern
-from ocmm_core.tracking.body import ProbeBody, load_probe, rigid_fit
+from ocmm_core.tracking.body import ProbeBody, load_probe
 
 SIGMA_PX = 0.0105
 CONE_WORLD = np.array([0.0, 0.0, -150.0])

@@ -9,12 +9,11 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.geometry import Float, rotation_from_vector, rotation_xyz
+from ocmm_core.geometry import Float, rigid_fit, rotation_from_vector, rotation_xyz
 from ocmm_core.tracking.body import (
     ProbeBody,
     load_probe,
     nearest_ambiguity,
-    rigid_fit,
     satisfies_rules,
 )
 
