@@ -31,7 +31,7 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
         )
     return Refusal(
         RefusalCode.LOST,
-        _who_sees_nothing(window, rig, "the probe", "LED ", ""),
+        _who_sees_nothing(window, worst, rig, "the probe", "LED ", ""),
         "Turn the LEDs towards the cameras and clear the view, then touch again.",
         time_s,
     )
@@ -64,7 +64,7 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
             "Clear the view of all its LEDs and cover reflections.",
             time_s,
         )
-    who = _who_sees_nothing(body, rig, "the reference body", "", "R")
+    who = _who_sees_nothing(body, worst, rig, "the reference body", "", "R")
     return Refusal(
         RefusalCode.REFERENCE,
         f"The reference body is lost. {who}",
@@ -73,12 +73,15 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
     )
 
 
-def _who_sees_nothing(window: TrackBlock, rig: Rig, what: str, before: str, each: str) -> str:
+def _who_sees_nothing(
+    window: TrackBlock, status: FrameStatus, rig: Rig, what: str, before: str, each: str
+) -> str:
     """Return the sentence that names the cameras and the LEDs that they do not see.
 
+    Only frames of ``status`` are asked: in the others, before the view was hidden, all may be seen.
     ``before`` stands before all LED numbers, ``each`` before each of them.
     """
-    hidden = np.mean(np.isfinite(window.uv[..., 0]), axis=0) < 0.5
+    hidden = np.mean(np.isfinite(window.uv[window.status == status, ..., 0]), axis=0) < 0.5
     if hidden.all():
         return f"The cameras do not see {what}."
     parts = []

@@ -72,6 +72,15 @@ def test_lost_names_the_led_and_the_camera(tracked: Tracked, recommended: Rig) -
     window.uv[500:, 1] = np.nan
     what = refused(window, recommended, RefusalCode.LOST).what
     assert what == "Camera right does not see the probe."
+
+
+def test_what_is_hidden_is_named_as_soon_as_it_is(tracked: Tracked, recommended: Rig) -> None:
+    window = tracked(np.zeros((N, 3)))
+    # In three quarters of the window everything was seen.
+    window.status[1500:] = FrameStatus.LOST
+    window.uv[1500:, 1, 3] = np.nan
+    what = refused(window, recommended, RefusalCode.LOST).what
+    assert what == "Camera right does not see LED 4."
     window.uv[500:] = np.nan
     what = refused(window, recommended, RefusalCode.LOST).what
     assert what == "The cameras do not see the probe."
