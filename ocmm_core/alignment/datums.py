@@ -50,7 +50,7 @@ def frame_of(rule: DatumAlignment, geometries: Mapping[str, Float]) -> RigidTran
     rule
         Which features are the datums.
     geometries
-        Geometry vectors (7,) of the features, mm, world frame (`features.shapes.Fit`).
+        Geometry vectors (12,) of the features, mm, world frame (`features.shapes.Fit`).
 
     Raises
     ------

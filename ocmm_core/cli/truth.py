@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ocmm_core.features.shapes import GEOMETRY_SIZE
+from ocmm_core.features.shapes import element
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.simulation.artefacts import Part, TrueFeature
@@ -27,8 +25,4 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
 
 
 def _geometry(feature: TrueFeature) -> Float:
-    geometry = np.zeros(GEOMETRY_SIZE)
-    geometry[0:3] = feature.point
-    geometry[3:6] = feature.direction
-    geometry[6] = 0.5 * feature.diameter
-    return geometry
+    return element(feature.point, feature.direction, 0.5 * feature.diameter)

@@ -42,7 +42,7 @@ class ActualFeature:
     numbers
         Of the points that it rests on.
     jacobian
-        (7, 3 N + 1): d(geometry) / d(ball centres of all N points of the job, tip radius).
+        (12, 3 N + 1): d(geometry) / d(ball centres of all N points of the job, tip radius).
     residual_jacobian
         (n, 3 N + 1): d(residuals) / d(the same).
     """
@@ -176,7 +176,7 @@ def _spread(by_own: Float, places: Sequence[int], coordinates: int) -> Float:
 
 @dataclass(frozen=True, slots=True)
 class _Compensation:
-    """Compensated geometry (7,), and its derivatives by the raw one (7, 7) and the ball (7,)."""
+    """Compensated geometry (12,), its derivatives by the raw one (12, 12), and by the ball (12,)."""
 
     geometry: Float
     by_raw: Float

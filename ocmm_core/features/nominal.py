@@ -7,7 +7,7 @@ from typing import Literal
 import msgspec
 
 from ocmm_core.camera.rig import Vector3
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import Criterion, Shape
 
 
 class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -28,7 +28,20 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         Nominal geometry in the part frame: centre or point on the element, and its normal or
         axis. For planes and points the direction leaves the material.
     diameter
-        Nominal diameter; only circle, sphere and cylinder have one.
+        Nominal diameter of circle, sphere, cylinder, cone (square to its axis at ``point``) and
+        torus (of its centre line); zero for other shapes.
+    length, width
+        Overall length and width of slot and rectangle, axes of an ellipse, both; tube diameter of
+        a torus is its width. Length of a cylinder, cone, line or plane along axis or ``across``
+        where the plan knows it, else zero.
+    angle_deg
+        Full apex angle of a cone.
+    across
+        Direction of the length of ellipse, slot, rectangle and plane, part frame.
+    criterion
+        How the element is associated with its points, in the words of `CRITERIA`.
+    text, picture
+        What the inspector reads, and the file of the picture beside the plan that he sees.
     projection
         Circle only: the plane feature along whose normal the points are projected before the
         circle is fitted in it.
@@ -42,3 +55,21 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     diameter: float = 0.0
     side: Literal["outer", "inner"] = "outer"
     projection: str = ""
+    length: float = 0.0
+    width: float = 0.0
+    angle_deg: float = 0.0
+    across: Vector3 = (1.0, 0.0, 0.0)
+    criterion: Literal[
+        "least squares", "minimum zone", "inscribed", "circumscribed"
+    ] = "least squares"
+    text: str = ""
+    picture: str = ""
+
+
+CRITERIA = {
+    "least squares": Criterion.LEAST_SQUARES,
+    "minimum zone": Criterion.MINIMUM_ZONE,
+    "inscribed": Criterion.INSCRIBED,
+    "circumscribed": Criterion.CIRCUMSCRIBED,
+}
+"""Criteria of association by their words in a plan."""

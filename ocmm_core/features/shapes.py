@@ -6,11 +6,16 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ocmm_core.geometry import Float
 
-GEOMETRY_SIZE = 7
-"""Length of the geometry vector: point (3), direction (3), radius (1)."""
+GEOMETRY_SIZE = 12
+"""Length of the geometry vector of `element`."""
+
+POINT, DIRECTION, ACROSS = slice(0, 3), slice(3, 6), slice(9, 12)
+RADIUS, SECOND, HALF_ANGLE = 6, 7, 8
+"""Places in the geometry vector."""
 
 
 class Shape(Enum):
@@ -22,6 +27,21 @@ class Shape(Enum):
     CIRCLE = "Circle"
     SPHERE = "Sphere"
     CYLINDER = "Cylinder"
+    ELLIPSE = "Ellipse"
+    ROUND_SLOT = "RoundSlot"
+    SQUARE_SLOT = "SquareSlot"
+    RECTANGLE = "Rectangle"
+    CONE = "Cone"
+    TORUS = "Torus"
+
+
+class Criterion(Enum):
+    """How an element is associated with its points; the letters are those of ISO 1101."""
+
+    LEAST_SQUARES = "G"
+    MINIMUM_ZONE = "C"
+    INSCRIBED = "X"
+    CIRCUMSCRIBED = "N"
 
 
 MINIMUM_POINTS = {
@@ -31,24 +51,29 @@ MINIMUM_POINTS = {
     Shape.CIRCLE: 3,
     Shape.SPHERE: 4,
     Shape.CYLINDER: 5,
+    Shape.ELLIPSE: 5,
+    Shape.ROUND_SLOT: 5,
+    Shape.SQUARE_SLOT: 5,
+    Shape.RECTANGLE: 5,
+    Shape.CONE: 6,
+    Shape.TORUS: 7,
 }
 """Points without which the shape is not determined."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """An orthogonal-distance least-squares fit, in the same form for every shape.
+    """An element associated with points, in the same form for every shape.
 
     Attributes
     ----------
     shape
         What was fitted.
     geometry
-        (7,): point (3, mm), direction (3, unit), radius (mm); what the shape does not have is
-        zero. The point is the centre of point, circle and sphere, and for line, plane and
-        cylinder the foot of the points' centroid on the element.
+        (12,): see `element`. The point is the centre where the shape has one, and for line,
+        plane, cylinder and cone the foot of the points' centroid on the element or its axis.
     jacobian
-        (7, 3 n): d(geometry) / d(points), points row by row (x1 y1 z1 x2 ...). First order in the
+        (12, 3 n): d(geometry) / d(points), points row by row (x1 y1 z1 x2 ...). First order in the
         residuals: exact where they are small against the size of the feature.
     residuals
         (n,), mm: signed orthogonal distance of each point from the element.
@@ -56,6 +81,11 @@ class Fit:
         mm: square root of the mean squared residual.
     form
         mm: greatest minus smallest signed residual.
+    criterion
+        How the element was associated with the points.
+    contacts
+        Rows of the points that hold the element of any criterion but least squares: its
+        certificate of optimality. Empty for least squares.
     """
 
     shape: Shape
@@ -64,24 +94,85 @@ class Fit:
     residuals: Float
     rms: float
     form: float
+    criterion: Criterion = Criterion.LEAST_SQUARES
+    contacts: tuple[int, ...] = ()
 
     @property
     def point(self) -> Float:
         """Return the point of the element, (3,), mm."""
-        return self.geometry[0:3]
+        return self.geometry[POINT]
 
     @property
     def direction(self) -> Float:
         """Return the direction of the element, (3,), unit, zero for point and sphere."""
-        return self.geometry[3:6]
+        return self.geometry[DIRECTION]
+
+    @property
+    def across(self) -> Float:
+        """Return the direction in the plane of ellipse, slot and rectangle, (3,), unit, or zero."""
+        return self.geometry[ACROSS]
 
     @property
     def radius(self) -> float:
-        """Return the radius, mm, zero where the shape has none."""
-        return float(self.geometry[6])
+        """Return the radius or first half size, mm, zero where the shape has none."""
+        return float(self.geometry[RADIUS])
+
+    @property
+    def second(self) -> float:
+        """Return the second half size, mm, zero where the shape has none."""
+        return float(self.geometry[SECOND])
+
+    @property
+    def half_angle(self) -> float:
+        """Return the half apex angle of a cone, rad, else zero."""
+        return float(self.geometry[HALF_ANGLE])
 
 
-def make_fit(shape: Shape, geometry: Float, jacobian: Float, residuals: Float) -> Fit:
+def element(
+    point: ArrayLike,
+    direction: ArrayLike = (0.0, 0.0, 0.0),
+    radius: float = 0.0,
+    *,
+    second: float = 0.0,
+    half_angle: float = 0.0,
+    across: ArrayLike = (0.0, 0.0, 0.0),
+) -> Float:
+    """Return the geometry vector (12,) that all shapes share; what a shape lacks is zero.
+
+    Parameters
+    ----------
+    point
+        (3,), mm.
+    direction
+        (3,), unit: along a line or axis, or the normal of a plane. A cone's points to where its
+        radius grows.
+    radius
+        mm: of circle, sphere and cylinder; of a cone square to its axis at ``point``; of the centre
+        line of a torus; semi-major axis of an ellipse; half the overall length of a slot or
+        rectangle.
+    second
+        mm: semi-minor axis of an ellipse; half the width of a slot or rectangle; radius of the
+        tube of a torus.
+    half_angle
+        rad: half the apex angle of a cone.
+    across
+        (3,), unit: direction of the length of ellipse, slot and rectangle, square to ``direction``.
+    """
+    geometry = np.zeros(GEOMETRY_SIZE)
+    geometry[POINT], geometry[DIRECTION], geometry[ACROSS] = point, direction, across
+    geometry[RADIUS], geometry[SECOND], geometry[HALF_ANGLE] = radius, second, half_angle
+    return geometry
+
+
+def make_fit(
+    shape: Shape,
+    geometry: Float,
+    jacobian: Float,
+    residuals: Float,
+    *,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
+    contacts: tuple[int, ...] = (),
+) -> Fit:
     """Return the fit with its figures of form."""
     return Fit(
         shape=shape,
@@ -90,4 +181,6 @@ def make_fit(shape: Shape, geometry: Float, jacobian: Float, residuals: Float) -
         residuals=residuals,
         rms=float(np.sqrt(np.mean(residuals**2))),
         form=float(np.ptp(residuals)),
+        criterion=criterion,
+        contacts=contacts,
     )

@@ -43,7 +43,7 @@ def characteristic_value(
     Parameters
     ----------
     geometries
-        Geometry vectors (7,) by name (`features.shapes.Fit`), in one frame.
+        Geometry vectors (12,) by name (`features.shapes.Fit`), in one frame.
     alignment
         Rule of the part frame; only coordinates need it.
 
@@ -168,7 +168,7 @@ def _slope(
     alignment: DatumAlignment | None,
     name: str,
 ) -> Float:
-    """Return d(value) / d(geometry of one feature), (7,)."""
+    """Return d(value) / d(geometry of one feature), (12,)."""
     slope = np.zeros(GEOMETRY_SIZE)
     for k in range(GEOMETRY_SIZE):
         values = []

@@ -7,7 +7,7 @@ import pytest
 
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
-from ocmm_core.features.shapes import Fit, Shape, make_fit
+from ocmm_core.features.shapes import Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float
 from ocmm_gui.views import shapes
 from ocmm_gui.views.point_view import upright
@@ -18,8 +18,8 @@ EXACT = 1e-9  # mm and px: rounding of a few products of numbers below 1e4
 
 
 def _fit(shape: Shape, point: Float, direction: Float, radius: float) -> Fit:
-    geometry = np.concatenate([point, direction, [radius]])
-    return make_fit(shape, geometry, np.zeros((7, 3)), np.zeros(1))
+    geometry = element(point, direction, radius)
+    return make_fit(shape, geometry, np.zeros((12, 3)), np.zeros(1))
 
 
 def test_axes_are_orthonormal_and_right_handed() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from ocmm_core.features.fit.ball import fit_ball
 from ocmm_core.features.fit.common import centred, checked_points
 from ocmm_core.features.fit.plane import plane_of
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, make_fit
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
 
 
@@ -50,7 +50,7 @@ def fit_circle_projected(points: Points3, plane_normal: Float) -> tuple[Fit, Flo
     fit
         Its jacobian takes the normal as given.
     by_normal
-        (7, 3): d(geometry) / d(unit normal), for changes square to the normal.
+        (12, 3): d(geometry) / d(unit normal), for changes square to the normal.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def _circle_in_plane(points: Points3, normal: Float) -> tuple[Fit, Float]:
     ball = fit_ball(Shape.CIRCLE, about)
 
     centre = centroid + (middle + size * ball.centre) @ basis
-    geometry = np.concatenate([centre, normal, [size * ball.radius]])
+    geometry = element(centre, normal, size * ball.radius)
     radial = ball.normals @ basis
     jacobian = np.zeros((GEOMETRY_SIZE, n, 3))
     by_shift = np.zeros((GEOMETRY_SIZE, n))

@@ -21,7 +21,7 @@ from ocmm_core.features.fit.ball import (
 )
 from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate, oriented
 from ocmm_core.features.fit.solver import Solution, minimise, sensitivity
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, make_fit
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3, unit
 
 TRIAL_AXES = 60
@@ -84,7 +84,7 @@ def fit_cylinder(
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat
-    geometry = np.concatenate([centroid + size * best[0:3], best[3:6], [size * best[6]]])
+    geometry = element(centroid + size * best[0:3], best[3:6], size * best[6])
     by_points = _by_points(best, about, -inverse, jacobian)
     by_points[3:6] /= size
     return make_fit(Shape.CYLINDER, geometry, by_points, size * residuals)
@@ -230,7 +230,7 @@ def _hemisphere(count: int) -> Float:
 
 
 def _by_points(parameters: Float, points: Float, inverse: Float, jacobian: Float) -> Float:
-    """Return d(foot, axis, radius) / d(points), (7, 3 n), of the centred and scaled cylinder."""
+    """Return d(geometry) / d(points), (12, 3 n), of the centred and scaled cylinder."""
     n = len(points)
     axis = parameters[3:6]
     basis = np.stack(_across(axis))

@@ -21,7 +21,7 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
     Returns
     -------
     by_geometry
-        (n, 7): d(distance) / d(geometry).
+        (n, 12): d(distance) / d(geometry).
     by_point
         (n, 3): d(distance) / d(the point itself): the normal of the element towards the point.
     """
@@ -37,7 +37,7 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
         sides = np.where(fit.residuals < 0.0, -1.0, 1.0) if fit.shape is Shape.LINE else 1.0
         # On a line itself the distance has no derivative; zero leaves such a point out.
         normals = across * (sides / np.maximum(distances, 1e-12))[:, None]
-    by_geometry = np.empty((len(points), GEOMETRY_SIZE))
+    by_geometry = np.zeros((len(points), GEOMETRY_SIZE))
     by_geometry[:, 0:3] = -normals
     by_geometry[:, 3:6] = arms if fit.shape is Shape.PLANE else -along[:, None] * normals
     has_radius = fit.shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)

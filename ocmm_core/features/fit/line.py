@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.features.fit.common import centred, checked_points, degenerate, oriented
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, make_fit
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
 ROUNDEST = 0.5
@@ -43,6 +43,6 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
     jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
     jacobian[0:3] = np.tile(np.eye(3) / n, n)
     jacobian[3:6] = np.kron(along / (size * (along @ along)), projector)
-    geometry = np.concatenate([centroid, direction, [0.0]])
+    geometry = element(centroid, direction)
     residuals = size * sides * np.linalg.norm(across, axis=1)
     return make_fit(Shape.LINE, geometry, jacobian, residuals)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate, oriented
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, make_fit
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
 THICKEST = 0.5
@@ -47,5 +47,5 @@ def plane_of(shape: Shape, points: Points3, direction_hint: Float | None) -> Fit
         arms = about @ axes[k]
         tilt = np.kron(-arms / (size * extents[k] ** 2), normal)
         jacobian[3:6] += np.outer(axes[k], tilt)
-    geometry = np.concatenate([centroid, normal, [0.0]])
+    geometry = element(centroid, normal)
     return make_fit(shape, geometry, jacobian, size * (about @ normal))

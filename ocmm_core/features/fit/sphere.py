@@ -6,7 +6,7 @@ import numpy as np
 
 from ocmm_core.features.fit.ball import fit_ball
 from ocmm_core.features.fit.common import centred, checked_points
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, make_fit
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Points3
 
 
@@ -26,5 +26,5 @@ def fit_sphere(points: Points3) -> Fit:
     by_shift[0:3] = ball.jacobian[:3]
     by_shift[6] = ball.jacobian[3]
     jacobian = (by_shift[:, :, None] * ball.normals).reshape(GEOMETRY_SIZE, 3 * n)
-    geometry = np.concatenate([centroid + size * ball.centre, np.zeros(3), [size * ball.radius]])
+    geometry = element(centroid + size * ball.centre, radius=size * ball.radius)
     return make_fit(Shape.SPHERE, geometry, jacobian, size * ball.residuals)

@@ -20,7 +20,7 @@ import pytest
 from ocmm_core.errors import StorageError
 from ocmm_core.export.polyworks import FEATURES_HEADER, REPORT_HEADER, export_polyworks
 from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape, make_fit
+from ocmm_core.features.shapes import Shape, element, make_fit
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_core.measuring.point import MeasuredPoint
@@ -60,8 +60,9 @@ def feature(
 ) -> FeatureView:
     fit = None
     if geometry is not None:
-        jacobian = np.zeros((7, 3 * len(points)))
-        fit = make_fit(shape, np.array(geometry), jacobian, np.array(residuals))
+        jacobian = np.zeros((12, 3 * len(points)))
+        measured = element(geometry[0:3], geometry[3:6], geometry[6])
+        fit = make_fit(shape, measured, jacobian, np.array(residuals))
     state = FeatureState.DONE if fit else FeatureState.PENDING
     return FeatureView(name, shape, len(points), state, tuple(points), fit, None, "")
 

@@ -211,7 +211,7 @@ def test_jacobians_are_those_of_the_whole_way(shape: Shape, side: str) -> None:
         differences[:, i] = (geometry[0] - geometry[1]) / (2.0 * step)
     # Exact data: differences and jacobian agree to the rounding of the differences.
     assert feature.jacobian == pytest.approx(differences, abs=2e-5)
-    assert feature.jacobian.shape == (7, 3 * len(points) + 1)
+    assert feature.jacobian.shape == (12, 3 * len(points) + 1)
     assert feature.residual_jacobian.shape == (len(own), 3 * len(points) + 1)
 
 

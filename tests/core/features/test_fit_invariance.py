@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ocmm_core.features.fit import fit_circle_projected, fit_shape
-from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape, element
 from ocmm_core.geometry import RigidTransform
 from tests.core.features.shape_samples import (
     ALL_SHAPES,
@@ -30,7 +30,7 @@ def _true_geometry(shape: Shape, motion: RigidTransform) -> np.ndarray:
     if shape in (Shape.POINT, Shape.SPHERE):
         direction = np.zeros(3)
     radius = RADIUS if shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER) else 0.0
-    return np.concatenate([motion.translation, direction, [radius]])
+    return element(motion.translation, direction, radius)
 
 
 @pytest.mark.parametrize("shape", ALL_SHAPES)
