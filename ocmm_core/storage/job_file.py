@@ -152,17 +152,7 @@ class JobFile:
             The point cannot be stored; all earlier ones are, and this one may be given again.
         """
         with self._transaction() as db:
-            expected = _next_number(db)
-            if point.number < expected:
-                raise StorageError(
-                    "job.number",
-                    f"{self.path}: point number {point.number} comes after number {expected - 1}.",
-                    "Take the point again; every point needs a new number.",
-                )
-            insert_audited(db, "observation", row_from_point(point))
-            beside = reference_row_from_point(point)
-            if beside is not None:
-                insert_audited(db, "reference_observation", beside)
+            self._insert_point(db, point)
 
     def annul_point(self, number: int, reason: str) -> None:
         """Take a point out of `points`, and say why; the observation stays in the file.
@@ -173,17 +163,19 @@ class JobFile:
             There is no such point, it is annulled already, or the file cannot be written.
         """
         with self._transaction() as db:
-            known = db.execute(
-                "SELECT (SELECT count(*) FROM observation WHERE number = ?1),"
-                " (SELECT count(*) FROM annulment WHERE number = ?1)",
-                (int(number),),
-            ).fetchone()
-            if known != (1, 0):
-                fault = "is annulled already" if known[0] else "is not in the job"
-                raise StorageError(
-                    "job.annulled", f"{self.path}: point {number} {fault}.", "Choose another point."
-                )
-            insert_audited(db, "annulment", (int(number), now_utc(), reason))
+            self._insert_annulment(db, number, reason)
+
+    def replace_point(self, number: int, reason: str, point: MeasuredPoint) -> None:
+        """Annul a point and store another one for it: both, or none, whatever happens between.
+
+        Raises
+        ------
+        StorageError
+            As `annul_point` and `append_point`; the old point counts then as before.
+        """
+        with self._transaction() as db:
+            self._insert_annulment(db, number, reason)
+            self._insert_point(db, point)
 
     def append_event(self, kind: str, text: str) -> None:
         """Store something that happened; it is on the disk when this returns."""
@@ -318,6 +310,32 @@ class JobFile:
     ) -> None:
         """Close the file."""
         self.close()
+
+    def _insert_point(self, db: sqlite3.Connection, point: MeasuredPoint) -> None:
+        expected = _next_number(db)
+        if point.number < expected:
+            raise StorageError(
+                "job.number",
+                f"{self.path}: point number {point.number} comes after number {expected - 1}.",
+                "Take the point again; every point needs a new number.",
+            )
+        insert_audited(db, "observation", row_from_point(point))
+        beside = reference_row_from_point(point)
+        if beside is not None:
+            insert_audited(db, "reference_observation", beside)
+
+    def _insert_annulment(self, db: sqlite3.Connection, number: int, reason: str) -> None:
+        known = db.execute(
+            "SELECT (SELECT count(*) FROM observation WHERE number = ?1),"
+            " (SELECT count(*) FROM annulment WHERE number = ?1)",
+            (int(number),),
+        ).fetchone()
+        if known != (1, 0):
+            fault = "is annulled already" if known[0] else "is not in the job"
+            raise StorageError(
+                "job.annulled", f"{self.path}: point {number} {fault}.", "Choose another point."
+            )
+        insert_audited(db, "annulment", (int(number), now_utc(), reason))
 
     @contextlib.contextmanager
     def _reading(self) -> Iterator[sqlite3.Connection]:

@@ -303,6 +303,20 @@ def test_threads_take_undo_and_read_at_once(
         assert job.verify() == []
 
 
+def test_a_point_and_its_replacement_change_together_or_not_at_all(
+    tmp_path: Path, head: JobHead, make_point: MakePoint
+) -> None:
+    with JobFile.create(tmp_path / "a.ocmm", head) as job:
+        job.append_point(make_point(1))
+        with pytest.raises(StorageError) as caught:
+            job.replace_point(1, "flipped", make_point(1))
+        assert caught.value.code == "job.number"
+        assert [point.number for point in job.points()] == [1]
+        job.replace_point(1, "flipped", make_point(2))
+        assert [point.number for point in job.points()] == [2]
+        assert job.verify() == []
+
+
 @pytest.mark.parametrize("table", ["head", "observation", "annulment", "event", "audit"])
 @pytest.mark.parametrize(
     "statement",
