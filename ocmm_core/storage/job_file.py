@@ -11,10 +11,11 @@ import contextlib
 import os
 import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
+from typing import Literal
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
@@ -180,8 +181,29 @@ class JobFile:
     def append_event(self, kind: str, text: str) -> None:
         """Store something that happened; it is on the disk when this returns."""
         with self._transaction() as db:
-            number = db.execute("SELECT coalesce(max(id), 0) + 1 FROM event").fetchone()[0]
-            insert_audited(db, "event", (number, now_utc(), kind, text))
+            _insert_event(db, kind, text)
+
+    def change(
+        self,
+        *,
+        annul: Mapping[int, str] = MappingProxyType({}),
+        append: Sequence[MeasuredPoint] = (),
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Annul points, each for its reason, store new ones and what happened: all or nothing.
+
+        Raises
+        ------
+        StorageError
+            As `annul_point`, `append_point` and `append_event`; nothing is changed then.
+        """
+        with self._transaction() as db:
+            for number, reason in annul.items():
+                self._insert_annulment(db, number, reason)
+            for point in append:
+                self._insert_point(db, point)
+            for kind, text in events:
+                _insert_event(db, kind, text)
 
     def points(self) -> list[MeasuredPoint]:
         """Return the points that are not annulled, in the order in which they were taken.
@@ -191,11 +213,21 @@ class JobFile:
         StorageError
             An observation is not the one that was stored; `verify` says more.
         """
+        return self._points("NOT IN")
+
+    def annulled(self) -> list[tuple[MeasuredPoint, str]]:
+        """Return the points that are annulled, and why each is; StorageError as `points`."""
+        points = self._points("IN")
+        with self._reading() as db:
+            reasons = dict(db.execute("SELECT number, reason FROM annulment").fetchall())
+        return [(point, reasons[point.number]) for point in points]
+
+    def _points(self, among: Literal["IN", "NOT IN"]) -> list[MeasuredPoint]:
         with self._reading() as db:
             rows = db.execute(
                 f"SELECT {_POINT_COLUMNS}, content_sha256 FROM observation "  # noqa: S608 - constants
                 "LEFT JOIN audit ON subject = 'observation' AND key = number "
-                "WHERE number NOT IN (SELECT number FROM annulment) ORDER BY number"
+                f"WHERE number {among} (SELECT number FROM annulment) ORDER BY number"
             ).fetchall()
             beside = db.execute(
                 "SELECT number, spots_shape, spots, content_sha256 FROM reference_observation "
@@ -403,6 +435,11 @@ def _closing_on_error(path: Path, db: sqlite3.Connection) -> Iterator[sqlite3.Co
     except BaseException:
         db.close()
         raise
+
+
+def _insert_event(db: sqlite3.Connection, kind: str, text: str) -> None:
+    number = db.execute("SELECT coalesce(max(id), 0) + 1 FROM event").fetchone()[0]
+    insert_audited(db, "event", (number, now_utc(), kind, text))
 
 
 def _next_number(db: sqlite3.Connection) -> int:
