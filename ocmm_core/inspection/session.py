@@ -287,15 +287,16 @@ class InspectionSession:
             There is no point.
         """
         with self._lock:
-            last = self._take_back("compensation flipped by the operator")
+            last = self._last()
             number = self._job.next_number()
             self._sensitivities[number] = self._sensitivities[last.number]
-            self._append(
-                replace(last, number=number, direction=-last.direction, approach="flipped")
-            )
+            turned = replace(last, number=number, direction=-last.direction, approach="flipped")
+            # First held back, then there: whatever happens between, it never counts by mistake.
             for ward, held in self._held.items():
                 if last.number in held:
                     self.hold_back_points([number], held[last.number], ward)
+            self._job.replace_point(last.number, "compensation flipped by the operator", turned)
+            self._points[-1] = turned
             self._view = None
 
     def finish(self) -> None:
@@ -381,10 +382,13 @@ class InspectionSession:
 
     def _take_back(self, reason: str) -> MeasuredPoint:
         """Annul the last point and return it; MeasuringError if there is none."""
+        self._job.annul_point(self._last().number, reason)
+        return self._points.pop()
+
+    def _last(self) -> MeasuredPoint:
         if not self._points:
             raise MeasuringError("session.no_point", "No point was taken yet.", "Take one first.")
-        self._job.annul_point(self._points[-1].number, reason)
-        return self._points.pop()
+        return self._points[-1]
 
     def _count(self, feature: str) -> int:
         return sum(point.feature == feature for point in self._points)

@@ -1,0 +1,31 @@
+"""A job that is killed at any moment goes on with every acknowledged point."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.kill import REOPEN_LIMIT_S, run, wrong_points
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="kills a copy of this program")
+
+
+@pytest.mark.slow
+def test_no_acknowledged_step_of_a_session_is_lost_by_a_kill(tmp_path: Path) -> None:
+    """500 kills are the benchmark's; with these 40 a step of two commits was lost twice."""
+    outcomes = run(40, seed=1, folder=tmp_path)
+    assert sum(outcome.acknowledged for outcome in outcomes) > 40
+    assert [outcome for outcome in outcomes if outcome.lost or outcome.faults] == []
+    assert max(outcome.reopen_s for outcome in outcomes) < REOPEN_LIMIT_S
+
+
+def test_only_the_step_under_way_may_be_there_or_not() -> None:
+    assert wrong_points([1, 2], [1, 2], "flip") == 0
+    assert wrong_points([1, 2], [1, 2, 3], "take") == 0
+    assert wrong_points([1, 2], [1], "undo") == 0
+    assert wrong_points([1, 2], [1, 3], "flip") == 0
+    assert wrong_points([1, 2], [1], "flip") == 1
+    assert wrong_points([1, 2], [2], "undo") == 1
+    assert wrong_points([1, 2], [1, 2, 3], "undo") == 1
