@@ -29,6 +29,17 @@ ALONG = 0.1
 
 
 @dataclass(frozen=True, slots=True)
+class Touches:
+    """The touches of one feature: numbers, places in the job, ball centres, sides, one radius."""
+
+    numbers: tuple[int, ...]
+    places: tuple[int, ...]
+    tips: Float
+    directions: Float
+    tip_radius: float
+
+
+@dataclass(frozen=True, slots=True)
 class ActualFeature:
     """One feature of the part as measured.
 
@@ -45,6 +56,9 @@ class ActualFeature:
         (12, 3 N + 1): d(geometry) / d(ball centres of all N points of the job, tip radius).
     residual_jacobian
         (n, 3 N + 1): d(residuals) / d(the same).
+    raw, touches
+        The fit of the ball centres before the ball was taken off, and these touches. None for a
+        feature that is constructed from others and has no points of its own.
     """
 
     nominal: NominalFeature
@@ -52,6 +66,8 @@ class ActualFeature:
     numbers: tuple[int, ...]
     jacobian: Float
     residual_jacobian: Float
+    raw: Fit | None = None
+    touches: Touches | None = None
 
 
 def actual_features(
@@ -75,17 +91,6 @@ def actual_features(
             what = error.what if nominal.name in error.what else f"{nominal.name}: {error.what}"
             found[nominal.name] = FitError(error.code, what, error.remedy)
     return {nominal.name: found[nominal.name] for nominal in nominals}
-
-
-@dataclass(frozen=True, slots=True)
-class _Touches:
-    """The touches of one feature: numbers, places in the job, ball centres, sides, one radius."""
-
-    numbers: tuple[int, ...]
-    places: tuple[int, ...]
-    tips: Float
-    directions: Float
-    tip_radius: float
 
 
 def _actual(
@@ -119,10 +124,10 @@ def _actual(
     jacobian = change.by_raw @ by_all
     jacobian[:, -1] += change.by_radius
     fit = make_fit(nominal.shape, change.geometry, change.by_raw @ raw.jacobian, raw.residuals)
-    return ActualFeature(nominal, fit, touches.numbers, jacobian, by_residual)
+    return ActualFeature(nominal, fit, touches.numbers, jacobian, by_residual, raw, touches)
 
 
-def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> _Touches:
+def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> Touches:
     places = [i for i, point in enumerate(points) if point.feature == nominal.name]
     own = [points[i] for i in places]
     minimum = MINIMUM_POINTS[nominal.shape]
@@ -139,7 +144,7 @@ def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> _Touch
             f"The points of {nominal.name} were taken with balls of different size.",
             "Take all points of one feature with one stylus.",
         )
-    return _Touches(
+    return Touches(
         numbers=tuple(point.number for point in own),
         places=tuple(places),
         tips=np.array([point.tip_world for point in own], dtype=np.float64),
@@ -148,7 +153,7 @@ def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> _Touch
     )
 
 
-def _sense(nominal: NominalFeature, touches: _Touches) -> Float | None:
+def _sense(nominal: NominalFeature, touches: Touches) -> Float | None:
     """Return where the normal of a plane points to: away from the material, as the probe came."""
     return touches.directions.mean(axis=0) if nominal.shape is Shape.PLANE else None
 
@@ -184,7 +189,7 @@ class _Compensation:
 
 
 def _compensation(
-    nominal: NominalFeature, raw: Fit, touches: _Touches, normals: Float, sign: float
+    nominal: NominalFeature, raw: Fit, touches: Touches, normals: Float, sign: float
 ) -> _Compensation:
     geometry = raw.geometry.copy()
     by_raw = np.eye(GEOMETRY_SIZE)
@@ -217,7 +222,7 @@ def _compensation(
     return _Compensation(geometry, by_raw, by_radius)
 
 
-def _beside_line(nominal: NominalFeature, raw: Fit, touches: _Touches) -> tuple[Float, Float]:
+def _beside_line(nominal: NominalFeature, raw: Fit, touches: Touches) -> tuple[Float, Float]:
     """Return the unit vector (3,) from the edge's face to the probe, square to the line.
 
     Also its derivative (3, 3) by the direction of the line.
@@ -238,7 +243,7 @@ def _beside_line(nominal: NominalFeature, raw: Fit, touches: _Touches) -> tuple[
     return towards, by_direction
 
 
-def _check_sides(nominal: NominalFeature, touches: _Touches, approach: Float) -> None:
+def _check_sides(nominal: NominalFeature, touches: Touches, approach: Float) -> None:
     """Raise FitError if a point was not approached from where the probe must have stood."""
     wrong = np.flatnonzero(~(approach > 0.0))
     if not wrong.size:

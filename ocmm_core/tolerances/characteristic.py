@@ -6,6 +6,53 @@ from typing import Literal
 
 import msgspec
 
+Kind = Literal[
+    "diameter",
+    "radius",
+    "length",
+    "width",
+    "distance",
+    "coordinate",
+    "angle",
+    "form",
+    "straightness",
+    "flatness",
+    "roundness",
+    "cylindricity",
+    "parallelism",
+    "perpendicularity",
+    "angularity",
+    "position",
+    "concentricity",
+    "coaxiality",
+    "symmetry",
+    "line profile",
+    "surface profile",
+    "circular runout",
+    "total runout",
+]
+"""Kinds of characteristics in the words of a plan; docs/characteristics.md says what each is."""
+
+Association = Literal[
+    "",
+    "least squares",
+    "minimum zone",
+    "inscribed",
+    "circumscribed",
+    "two-point maximum",
+    "two-point minimum",
+    "two-point mean",
+]
+
+SIZES = frozenset({"diameter", "radius", "length", "width"})
+FORMS = frozenset({"form", "straightness", "flatness", "roundness", "cylindricity"})
+ORIENTATIONS = frozenset({"parallelism", "perpendicularity", "angularity"})
+COAXIAL = frozenset({"concentricity", "coaxiality"})
+PROFILES = frozenset({"line profile", "surface profile"})
+RUNOUTS = frozenset({"circular runout", "total runout"})
+ZONES = FORMS | ORIENTATIONS | COAXIAL | PROFILES | RUNOUTS | {"position", "symmetry"}
+"""Kinds whose value is the width of a zone: never negative, with an upper limit only."""
+
 
 class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One toleranced quantity.
@@ -15,21 +62,60 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     name
         Unique in the plan.
     kind
-        ``"diameter"`` of one feature; ``"distance"`` of two (point or centre to plane along the
-        normal, plane to plane at the first one's centroid, otherwise centre to centre);
-        ``"coordinate"`` of one feature in the aligned part frame; ``"form"`` of one feature.
+        See `Kind`.
     features
-        Names of the features.
-    axis
-        For coordinates: ``"x"``, ``"y"`` or ``"z"``.
+        Names of the features, probed or constructed.
     nominal, lower, upper
-        Nominal value and the limits of the deviation from it, mm.
+        Nominal value and the limits of the deviation from it, mm, or deg for an angle. A
+        geometrical tolerance t has ``upper`` = t alone.
+    axis
+        Of the aligned part frame: what a coordinate is; along which a distance is taken; the
+        direction across the planes of a zone of two planes, for points and axes.
+    datums
+        Names of the datum features in their order of precedence.
+    association
+        How size or form is associated with the points; empty is the feature's own criterion for
+        sizes, minimum zone for form (ISO 1101), and the letters of ISO 14405-1 are GG least
+        squares, GC minimum zone, GX inscribed, GN circumscribed, LP two-point.
+    zone
+        Of position and of the orientation of an axis; empty is what is usual for the feature: two
+        planes for a face, a sphere for a point or ball, a cylinder for all else.
+    modifier
+        Widens the tolerance of a position by what the size is off its limit of material.
+    material_size
+        mm: that limit, of maximum or least material, as the modifier says.
+    length
+        mm: toleranced length of an axis; zero takes the length that was probed.
+    offset
+        mm: how far the zone of a profile lies outside the nominal surface (UZ), material at the
+        inside; negative inwards.
+    at
+        mm: distance from the datum plane, along its normal, at which the diameter of a cone is
+        taken.
     """
 
     name: str
-    kind: Literal["diameter", "distance", "coordinate", "form"]
+    kind: Kind
     features: list[str]
-    nominal: float
-    lower: float
     upper: float
+    nominal: float = 0.0
+    lower: float = 0.0
     axis: Literal["", "x", "y", "z"] = ""
+    datums: list[str] = msgspec.field(default_factory=list)
+    association: Association = ""
+    zone: Literal["", "planes", "cylinder", "sphere"] = ""
+    modifier: Literal["", "maximum material", "least material"] = ""
+    material_size: float = 0.0
+    length: float = 0.0
+    offset: float = 0.0
+    at: float = 0.0
+
+    @property
+    def one_sided(self) -> bool:
+        """Return whether the value cannot lie below its lower limit: only the upper one counts."""
+        return self.kind in ZONES
+
+    @property
+    def unit(self) -> Literal["mm", "deg"]:
+        """Return the unit of nominal, limits and value."""
+        return "deg" if self.kind == "angle" else "mm"

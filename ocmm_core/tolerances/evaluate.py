@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.shapes import GEOMETRY_SIZE, MINIMUM_POINTS
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.evaluation import Evaluation
 
 _AXES = "xyz"
 _STEP = 1e-5
@@ -23,14 +23,6 @@ _SHORTEST_MM = 1e-3
 
 _NOTHING = 1e-6
 """Gradients below it are rounding: no point moves the value."""
-
-
-@dataclass(frozen=True, slots=True)
-class Evaluation:
-    """Value of a characteristic, mm, and its gradient (3 N + 1,) by all points and the ball."""
-
-    value: float
-    gradient: Float
 
 
 def characteristic_value(

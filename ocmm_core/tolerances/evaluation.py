@@ -1,0 +1,67 @@
+"""What is known of one characteristic before anything is said about its uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ocmm_core.geometry import Float
+
+
+@dataclass(frozen=True, slots=True)
+class FormNoise:
+    """What the noise of the points does to a deviation of form.
+
+    Attributes
+    ----------
+    by_coordinates
+        (n, 3 N + 1): how the deviations of the n points from the element answer to all ball
+        centres and the ball, what the least-squares element absorbs left out.
+    free
+        (n, k): how the same deviations answer to the k parameters over which the zone is made
+        smallest; k is zero where the zone is not.
+    """
+
+    by_coordinates: Float
+    free: Float
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """Value of a characteristic and how it answers to every point.
+
+    Attributes
+    ----------
+    value
+        mm, or deg for an angle.
+    gradient
+        (3 N + 1,): d(value) / d(all ball centres x1 y1 z1 x2 ..., tip radius).
+    components, component_gradients
+        (k,) and (k, 3 N + 1), where the value is the length of a vector (position, coaxiality,
+        the orientation of an axis): ``value`` is the norm of ``components``. Near zero that has no
+        linear uncertainty: noise of u in each component gives a value like u even where the truth
+        is zero. Its distribution follows from components + normal noise with the covariance
+        ``component_gradients @ C @ component_gradients.T``. None where the value is linear.
+    association
+        How the element was associated with the points, in the words of the report.
+    frame
+        Which frame or datums the value refers to; empty where it refers to none.
+    bonus, bonus_gradient
+        mm: what a modifier of material adds to the upper limit, and how it answers to the points;
+        what is decided about is ``value - bonus`` against the limit. None without a bonus.
+    noise
+        Of a deviation of form, which is never below what noise alone shows; else None
+        (`tolerances.floor.form_floor`).
+    note
+        What to know about the value; may be empty.
+    """
+
+    value: float
+    gradient: Float
+    components: Float | None = None
+    component_gradients: Float | None = None
+    association: str = ""
+    frame: str = ""
+    bonus: float = 0.0
+    bonus_gradient: Float | None = None
+    noise: FormNoise | None = None
+    note: str = ""
