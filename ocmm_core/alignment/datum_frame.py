@@ -1,0 +1,294 @@
+"""The frame of datums in their precedence (ISO 5459).
+
+Each datum is met as well as those before it allow: first its direction, then its place, then the
+direction across it. What a datum holds is decided by the nominal geometry; how the part lies, by
+the measured one. A secondary plane that is not quite square to the primary one therefore turns the
+part about the primary's normal and does not tilt it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.alignment.freedom import Freedom, Held, move_to, turn_to
+from ocmm_core.errors import FitError
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    HALF_ANGLE,
+    POINT,
+    RADIUS,
+    Shape,
+)
+from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
+
+MOST_DATUMS = 3
+
+_AXES = (Shape.LINE, Shape.CYLINDER)
+_POINTS = (Shape.POINT, Shape.SPHERE)
+_ACROSS = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+_WITH_SENSE = (Shape.PLANE, Shape.CONE)
+"""Shapes whose direction says more than a line: away from the material, to the growing radius."""
+
+_LEVER_MM = 100.0
+"""A direction that is wrong counts as much as a place wrong by it, where senses are chosen."""
+
+_CLEARLY = 1e-6
+"""Part by which, and mm^2 by that at least, a choice of senses must be better than another."""
+
+
+@dataclass(frozen=True, slots=True)
+class DatumMisfit:
+    """How far a datum is from its nominal once the frame is set.
+
+    Attributes
+    ----------
+    name
+        Of the datum.
+    offset
+        mm: of its place, along what it has a place for.
+    angle
+        rad: of its direction; zero for points.
+    """
+
+    name: str
+    offset: float
+    angle: float
+
+
+@dataclass(frozen=True, slots=True)
+class DatumFrame:
+    """A frame that datums hold.
+
+    Attributes
+    ----------
+    T_frame_from_world
+        In this frame the datums lie where their nominals are.
+    free
+        What the datums leave open. The motion is one of those that differ by it; which one means
+        nothing.
+    misfits
+        Of every datum, in their order; zero for the first.
+    """
+
+    T_frame_from_world: RigidTransform
+    free: Freedom
+    misfits: tuple[DatumMisfit, ...]
+
+
+def datum_frame(
+    datums: Sequence[str],
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> DatumFrame:
+    """Return the frame of one to three datums in the order of their precedence.
+
+    Points and spheres hold as points; lines and cylinders as axes; circles, cones and tori as axes
+    with a point; ellipses, slots and rectangles in every way; planes as planes. A cone's point is
+    where it has the nominal radius. Which way a measured axis runs is chosen so that the datums,
+    and if they do not tell then all features that have a nominal, lie as near to their nominals as
+    can be; so do not leave features out that are known.
+
+    Parameters
+    ----------
+    datums
+        Names, primary first.
+    geometries
+        Geometry vectors (12,) as measured, mm, world frame, by name.
+    shapes
+        Of the features, by name.
+    nominals
+        Geometry vectors (12,), mm, in the frame, by name.
+
+    Raises
+    ------
+    FitError
+        A datum is not measured or has no nominal, or one hardly says how the part lies.
+    """
+    if not 1 <= len(datums) <= MOST_DATUMS or len(set(datums)) < len(datums):
+        raise FitError(
+            "alignment.datums",
+            f"A datum frame needs one to {MOST_DATUMS} different datums, not "
+            f"{', '.join(datums) or 'none'}.",
+            "Name each datum once, the primary first.",
+        )
+    elements = [_element(name, geometries, shapes, nominals) for name in datums]
+    frames = [_frame_of(held, elements) for held in _ways(Held.free(), elements)]
+    return _likeliest(frames, geometries, shapes, nominals)
+
+
+@dataclass(frozen=True, slots=True)
+class _Element:
+    """A datum as measured (world) and as it should be (frame)."""
+
+    name: str
+    shape: Shape
+    measured: Float
+    nominal: Float
+
+
+def _element(
+    name: str,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> _Element:
+    if name not in geometries:
+        raise FitError(
+            "alignment.datum",
+            f"The part frame needs {name}, which is not measured.",
+            f"Measure {name}.",
+        )
+    if name not in nominals:
+        raise FitError(
+            "alignment.no_nominal",
+            f"The part frame needs the nominal geometry of {name}, which is not known.",
+            f"Give {name} a nominal point and direction.",
+        )
+    measured, nominal = geometries[name].copy(), nominals[name].copy()
+    shape = shapes[name]
+    if shape is Shape.CONE:
+        measured[POINT] = gauge_point(measured, float(nominal[RADIUS]))
+    if shape not in _POINTS:
+        for geometry in (measured, nominal):
+            geometry[DIRECTION] = unit(geometry[DIRECTION])
+    return _Element(name, shape, measured, nominal)
+
+
+def gauge_point(cone: Float, radius: float) -> Float:
+    """Return the point (3,), mm, on the axis of a cone where it has a radius, mm."""
+    along = (radius - cone[RADIUS]) / np.tan(cone[HALF_ANGLE])
+    point: Float = cone[POINT] + along * cone[DIRECTION]
+    return point
+
+
+def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
+    """Yield how the part may lie for either sense of every direction that has none."""
+    if not elements:
+        yield held
+        return
+    element = elements[0]
+    both = (1.0,) if element.shape in _WITH_SENSE else (1.0, -1.0)
+    for turned in _turns(held, element, DIRECTION, () if element.shape in _POINTS else both):
+        measured, nominal = element.measured[POINT], element.nominal[POINT]
+        placed = move_to(turned, measured, nominal, _rows(element), element.name)
+        ends = (1.0, -1.0) if element.shape in _ACROSS else ()
+        for met in _turns(placed, element, ACROSS, ends):
+            yield from _ways(met, elements[1:])
+
+
+def _turns(
+    held: Held, element: _Element, part: slice, senses: Sequence[float]
+) -> Iterator[Held]:
+    """Yield ``held`` turned to a direction of a datum in each sense, or as it is if none turns."""
+    for sense in senses:
+        measured, nominal = element.measured[part], element.nominal[part]
+        turned = turn_to(held, measured, nominal, sense, element.name)
+        if turned is held:
+            break
+        yield turned
+    else:
+        if senses:
+            return
+    yield held
+
+
+def _frame_of(held: Held, elements: Sequence[_Element]) -> DatumFrame:
+    misfits = tuple(_misfit(element, held.T_frame_from_world) for element in elements)
+    return DatumFrame(held.T_frame_from_world, held.freedom, misfits)
+
+
+def _likeliest(
+    frames: Sequence[DatumFrame],
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> DatumFrame:
+    """Return the frame in which the datums, and if they do not tell all features, lie best."""
+    squares = [
+        sum(item.offset**2 + (_LEVER_MM * item.angle) ** 2 for item in frame.misfits)
+        for frame in frames
+    ]
+    limit = min(squares) + _CLEARLY * (1.0 + min(squares))
+    level = [frame for frame, square in zip(frames, squares, strict=True) if square <= limit]
+    best = level[0]
+    for frame in level[1:]:
+        least = _misfit_of_all(best, geometries, shapes, nominals)
+        if _misfit_of_all(frame, geometries, shapes, nominals) < least - _CLEARLY * (1.0 + least):
+            best = frame
+    return best
+
+
+def _rows(element: _Element) -> Float:
+    """Return the directions along which a datum has a place, (m, 3), frame."""
+    direction = element.nominal[DIRECTION]
+    if element.shape is Shape.PLANE:
+        return direction[None]
+    if element.shape in _AXES:
+        return np.stack(perpendicular_pair(direction))
+    return np.eye(3)
+
+
+def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfit:
+    off = T_frame_from_world.apply(element.measured[POINT]) - element.nominal[POINT]
+    angle = 0.0
+    if element.shape not in _POINTS:
+        direction = T_frame_from_world.rotation @ element.measured[DIRECTION]
+        angle = _angle(direction, element.nominal[DIRECTION], element.shape)
+    return DatumMisfit(element.name, float(np.linalg.norm(_rows(element) @ off)), angle)
+
+
+def _angle(direction: Float, nominal: Float, shape: Shape) -> float:
+    cosine = float(direction @ nominal)
+    if shape not in _WITH_SENSE:
+        cosine = abs(cosine)
+    return float(np.arctan2(np.linalg.norm(np.cross(direction, nominal)), cosine))
+
+
+def _misfit_of_all(
+    frame: DatumFrame,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> float:
+    """Return the squared misfit, mm^2, of all features, as far as it does not rest on chance.
+
+    What is open in the frame is left out: places are compared by what turning about the open axis
+    and shifting along open directions does not change.
+    """
+    free, T = frame.free, frame.T_frame_from_world
+    if len(free.turn) == 3:
+        return 0.0
+    names = [name for name in nominals if name in geometries]
+    places = [name for name in names if shapes[name] is not Shape.PLANE]
+    total = 0.0
+    if places:
+        measured = T.apply(np.array([geometries[name][POINT] for name in places]))
+        wanted = np.array([nominals[name][POINT] for name in places])
+        off = measured - wanted
+        if len(free.turn):
+            axis = free.turn[0]
+            off = (off @ axis)[:, None] * axis
+            if len(free.slide) < 2:
+                rounds = [_from_axis(items, free.centre, axis) for items in (measured, wanted)]
+                total += float(np.sum((rounds[0] - rounds[1]) ** 2))
+        off = off - off.mean(axis=0) @ free.slide.T @ free.slide
+        total += float(np.sum(off**2))
+    for name in names:
+        if shapes[name] not in _WITH_SENSE:
+            continue
+        off = T.rotation @ geometries[name][DIRECTION] - unit(nominals[name][DIRECTION])
+        if len(free.turn):
+            off = free.turn[0] * (free.turn[0] @ off)
+        total += _LEVER_MM**2 * float(off @ off)
+    return total
+
+
+def _from_axis(points: Float, centre: Float, axis: Float) -> Float:
+    """Return the distances (n,), mm, of points from an axis."""
+    distances: Float = np.linalg.norm(np.cross(points - centre, axis), axis=1)
+    return distances
