@@ -105,7 +105,7 @@ def measure_until_killed(bench: Bench, path: Path, seed: int, book: int) -> None
     session = bench.session(job)
     while True:
         taken = session.missing()
-        kind = str(rng.choice(["take", "take", "take", "undo", "flip", "look"]))
+        kind = str(rng.choice(["take", "take", "undo", "flip", "flip", "flip", "look"]))
         if kind == "look":
             _ = session.view
             continue
