@@ -1,0 +1,307 @@
+"""Everything that a report can say about a job, frozen: what every exporter gets."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.reopen import ReopenedJob
+from ocmm_core.inspection.view import FeatureView, JobView
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring.temperature import Climate
+from ocmm_core.storage.rows import JobHead
+from ocmm_core.tolerances.result import CharacteristicResult
+
+_SHORT = 12
+"""Digits of a hash in tables; the whole of it stands in the note."""
+
+_HASH = re.compile(r"[0-9a-f]{64}")
+
+
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """What is said about cameras, probe or reference body.
+
+    Attributes
+    ----------
+    label
+        State, name and shortened hash: pure ASCII without commas, for tables.
+    note
+        The same with complete hashes, as the job file keeps it; may be empty.
+    """
+
+    label: str
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """A nominal or actual element as reports give it; None for what its shape has not.
+
+    Attributes
+    ----------
+    point
+        (3,), mm: centre or point on the element.
+    direction, across
+        (3,), unit: normal or axis, and the direction of the length.
+    diameter
+        mm: of circle, sphere, cylinder; of a cone square to its axis at ``point``; of the centre
+        line of a torus.
+    length, width
+        mm: of slot, rectangle and ellipse, over all; the width of a torus is that of its tube.
+        Of other shapes the nominal length along the axis, where the plan knows it.
+    angle_deg
+        Full apex angle of a cone.
+    """
+
+    point: Float
+    direction: Float | None
+    across: Float | None = None
+    diameter: float | None = None
+    length: float | None = None
+    width: float | None = None
+    angle_deg: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedFeature:
+    """One feature of the job.
+
+    Attributes
+    ----------
+    seen
+        As it stands: shape, points as reported, fit in the world frame, verdict, note.
+    nominal
+        What the plan says; None for what was constructed without a nominal.
+    nominal_element
+        The same, part frame; None together with ``nominal``.
+    actual_element
+        As measured, in the frame of the report; None without a fit.
+    """
+
+    seen: FeatureView
+    nominal: NominalFeature | None
+    nominal_element: Element | None
+    actual_element: Element | None
+
+    @property
+    def name(self) -> str:
+        """Return its name."""
+        return self.seen.name
+
+    @property
+    def shape(self) -> Shape:
+        """Return its shape."""
+        return self.seen.shape
+
+
+@dataclass(frozen=True, slots=True)
+class ReportData:
+    """One job, ready to be reported; lengths in mm, angles in degrees.
+
+    Attributes
+    ----------
+    view
+        The job as it stands: features, results, what is held back and what is not proven.
+    head
+        What the job says about itself: operator, part, serial number, documents.
+    plan
+        What was to be measured, with the decision rule.
+    T_part_from_world
+        The alignment; None where there is none, and everything measured stays in the world frame.
+    features
+        In the order of the plan.
+    observations
+        The points as they are stored, before anything is compensated; empty where nobody has them.
+    annulled
+        Numbers of the points that were taken back.
+    taken_utc
+        ISO 8601 text by number of the point.
+    calibration, probe, reference
+        States and hashes. The label of ``reference`` is empty without a reference body.
+    climate
+        Temperatures, and what was compensated.
+    notes
+        What else the reader must know, in sentences: doubts about the file.
+    written_by
+        Version of the program that reports; that of the program that measured is in ``head``.
+    """
+
+    view: JobView
+    head: JobHead
+    plan: Plan
+    T_part_from_world: RigidTransform | None
+    features: tuple[ReportedFeature, ...]
+    observations: tuple[MeasuredPoint, ...]
+    annulled: tuple[int, ...]
+    taken_utc: dict[int, str]
+    calibration: Instrument
+    probe: Instrument
+    reference: Instrument
+    climate: Climate
+    notes: tuple[str, ...] = ()
+    written_by: str = __version__
+
+    @property
+    def job(self) -> str:
+        """Return the name of the job."""
+        return self.view.job
+
+    @property
+    def results(self) -> tuple[CharacteristicResult, ...]:
+        """Return the characteristics in the order of the plan."""
+        return self.view.characteristics
+
+    @property
+    def frame(self) -> RigidTransform:
+        """Return the motion from the world to the frame in which the report gives everything."""
+        return self.T_part_from_world or RigidTransform.identity()
+
+    @property
+    def system(self) -> Literal["Part", "World"]:
+        """Return the name of that frame."""
+        return "World" if self.T_part_from_world is None else "Part"
+
+    @property
+    def stem(self) -> str:
+        """Return how the names of the files begin; a job that proves nothing says so in them."""
+        return f"{self.job}_UNCALIBRATED" if self.view.unproven else self.job
+
+    @property
+    def rule_words(self) -> str:
+        """Return the decision rule in words."""
+        return _RULES.get(self.plan.rule, self.plan.rule)
+
+
+_RULES = {
+    "iso14253-1": "ISO 14253-1, conformance probability 95 %",
+    "simple": "simple acceptance, the uncertainty is left out",
+}
+
+
+def report_data(
+    view: JobView,
+    head: JobHead,
+    plan: Plan,
+    *,
+    T_part_from_world: RigidTransform | None,
+    calibration: Instrument,
+    probe: Instrument,
+    reference: Instrument,
+    climate: Climate,
+    observations: tuple[MeasuredPoint, ...] = (),
+    annulled: tuple[int, ...] = (),
+    taken_utc: dict[int, str] | None = None,
+    notes: tuple[str, ...] = (),
+) -> ReportData:
+    """Return what is reported about a job as it stands; parameters as in `ReportData`."""
+    frame = T_part_from_world or RigidTransform.identity()
+    nominals = {nominal.name: nominal for nominal in plan.features}
+    features = []
+    for seen in view.features:
+        nominal = nominals.get(seen.name)
+        features.append(
+            ReportedFeature(
+                seen=seen,
+                nominal=nominal,
+                nominal_element=None if nominal is None else element_of_nominal(nominal),
+                actual_element=None if seen.fit is None else element_of_fit(seen.fit, frame),
+            )
+        )
+    return ReportData(
+        view=view,
+        head=head,
+        plan=plan,
+        T_part_from_world=T_part_from_world,
+        features=tuple(features),
+        observations=observations,
+        annulled=annulled,
+        taken_utc=taken_utc or {},
+        calibration=calibration,
+        probe=probe,
+        reference=reference,
+        climate=climate,
+        notes=notes,
+    )
+
+
+def report_of_job(job: ReopenedJob) -> ReportData:
+    """Return what is reported about a job that was opened from its file."""
+    last = {event.kind: event.text for event in job.events}
+    calibration = last.get("calibration", "NONE")
+    probe = last.get("probe", f"NONE {job.body.name}:")
+    body = job.options.reference
+    return report_data(
+        job.view,
+        job.head,
+        job.plan,
+        T_part_from_world=job.T_part_from_world,
+        calibration=_instrument(calibration, job.view.unproven),
+        probe=_instrument(probe, job.view.unproven),
+        reference=Instrument("" if body is None else body.label, "" if body is None else body.name),
+        climate=job.climate,
+        observations=job.points,
+        annulled=job.annulled,
+        taken_utc=job.taken_utc,
+        notes=job.doubts,
+    )
+
+
+def element_of_nominal(nominal: NominalFeature) -> Element:
+    """Return what the plan says, without what the shape has not (whatever the defaults say)."""
+    shape = nominal.shape
+    return Element(
+        point=np.array(nominal.point, dtype=np.float64),
+        # A sphere has no direction, whatever the plan's default says.
+        direction=None if shape is Shape.SPHERE else _unit(nominal.direction),
+        across=_unit(nominal.across) if shape in _LONG else None,
+        diameter=nominal.diameter or None,
+        length=nominal.length or None,
+        width=nominal.width or None,
+        angle_deg=nominal.angle_deg or None,
+    )
+
+
+def element_of_fit(fit: Fit, frame: RigidTransform) -> Element:
+    """Return a fit (world frame) in another frame, with whole sizes instead of half ones."""
+    long = fit.shape in _LONG
+    return Element(
+        point=frame.apply(fit.point),
+        direction=frame.rotation @ fit.direction if fit.direction.any() else None,
+        across=frame.rotation @ fit.across if fit.across.any() else None,
+        diameter=2.0 * fit.radius if fit.radius and not long else None,
+        length=2.0 * fit.radius if long else None,
+        width=2.0 * fit.second if fit.second else None,
+        angle_deg=float(np.degrees(2.0 * fit.half_angle)) if fit.half_angle else None,
+    )
+
+
+_LONG = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+"""Shapes with a length and a width in a plane."""
+
+
+def _instrument(note: str, unproven: str) -> Instrument:
+    """Return cameras or probe from the text that the job file keeps of them."""
+    short = _HASH.sub(lambda found: found.group()[:_SHORT], note, count=1)
+    # Further hashes are those of the records behind the first one: the note has them.
+    short = re.sub(r" (calibration|qualification) [0-9a-f]{64}", "", short)
+    short = re.sub(r"due (\d{4}-\d\d-\d\d)T\S*", r"due \1", short)
+    word, _, rest = short.partition(" ")
+    word = "UNCALIBRATED" if unproven else word
+    rest = rest.replace(", tip ", "/").replace(":", "", 1).replace(",", " ")
+    plain = "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in rest)
+    return Instrument(f"{word} {plain}".strip(), note)
+
+
+def _unit(vector: tuple[float, float, float]) -> Float:
+    array = np.array(vector, dtype=np.float64)
+    length: Float = array / np.linalg.norm(array)
+    return length
