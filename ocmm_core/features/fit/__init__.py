@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ocmm_core.errors import FitError
 from ocmm_core.features.fit.circle import fit_circle, fit_circle_projected
 from ocmm_core.features.fit.cylinder import fit_cylinder
 from ocmm_core.features.fit.distances import distance_derivatives
@@ -9,7 +10,7 @@ from ocmm_core.features.fit.line import fit_line
 from ocmm_core.features.fit.plane import fit_plane
 from ocmm_core.features.fit.point import fit_point
 from ocmm_core.features.fit.sphere import fit_sphere
-from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 __all__ = [
@@ -31,8 +32,12 @@ def fit_shape(
     *,
     direction_hint: Float | None = None,
     radius_hint: float | None = None,
+    second_hint: float | None = None,
+    half_angle_hint: float | None = None,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
+    free: bool = False,
 ) -> Fit:
-    """Return the least-squares fit of ``shape`` to ``points``.
+    """Return ``shape`` associated with ``points``.
 
     Parameters
     ----------
@@ -42,15 +47,26 @@ def fit_shape(
         (n, 3), mm, in any order, anywhere in space.
     direction_hint
         (3,): the direction of the result points along it; without it the largest component is
-        positive. It never changes where the element lies.
-    radius_hint
-        mm: may decide between cylinders that all pass through every point; else not used.
+        positive. It never changes where the element lies. A cone has a direction of its own.
+    radius_hint, second_hint, half_angle_hint
+        mm, mm, rad: may decide between elements that all pass through every point; else not used.
+    criterion
+        How the element is associated; every other one starts from least squares.
+    free
+        Circle only: least squares in space as one problem, not plane first.
 
     Raises
     ------
     FitError
-        The points do not determine the shape; the sentence says why.
+        The points do not determine the shape, or the criterion is not offered for it; the
+        sentence says why.
     """
+    if criterion is not Criterion.LEAST_SQUARES:
+        raise FitError(
+            "fit.no_criterion",
+            f"The criterion {criterion.value} is not offered for a {shape.value.lower()}.",
+            "Choose least squares.",
+        )
     match shape:
         case Shape.POINT:
             return fit_point(points)
@@ -64,3 +80,7 @@ def fit_shape(
             return fit_sphere(points)
         case Shape.CYLINDER:
             return fit_cylinder(points, direction_hint, radius_hint)
+        case _:
+            raise FitError(
+                "fit.no_shape", f"No {shape.value.lower()} can be fitted yet.", "Take another."
+            )
