@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 import msgspec
+import numpy as np
 
 from ocmm_core.camera.rig import Vector3
-from ocmm_core.features.shapes import Criterion, Shape
+from ocmm_core.features.shapes import Criterion, Shape, element
+from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 
 class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -73,3 +75,28 @@ CRITERIA = {
     "circumscribed": Criterion.CIRCUMSCRIBED,
 }
 """Criteria of association by their words in a plan."""
+
+_LENGTHS = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+_PLACES = (Shape.POINT, Shape.SPHERE)
+
+
+def nominal_geometry(nominal: NominalFeature) -> Float:
+    """Return the nominal geometry vector (12,) of `features.shapes.element`, part frame."""
+    direction = np.zeros(3)
+    if nominal.shape not in _PLACES:
+        direction = unit(np.array(nominal.direction))
+    if nominal.shape not in _LENGTHS:
+        second = 0.5 * nominal.width if nominal.shape is Shape.TORUS else 0.0
+        half_angle = np.radians(0.5 * nominal.angle_deg) if nominal.shape is Shape.CONE else 0.0
+        radius = 0.5 * nominal.diameter
+        return element(nominal.point, direction, radius, second=second, half_angle=half_angle)
+    across = np.array(nominal.across) - (direction @ np.array(nominal.across)) * direction
+    if float(np.linalg.norm(across)) < 1e-9:
+        across = perpendicular_pair(direction)[0]
+    return element(
+        nominal.point,
+        direction,
+        0.5 * nominal.length,
+        second=0.5 * nominal.width,
+        across=unit(across),
+    )
