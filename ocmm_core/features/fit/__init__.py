@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.circle import fit_circle, fit_circle_projected
+from ocmm_core.features.fit.cone import fit_cone
 from ocmm_core.features.fit.cylinder import fit_cylinder
 from ocmm_core.features.fit.distances import distance_derivatives
 from ocmm_core.features.fit.line import fit_line
 from ocmm_core.features.fit.plane import fit_plane
 from ocmm_core.features.fit.point import fit_point
 from ocmm_core.features.fit.sphere import fit_sphere
+from ocmm_core.features.fit.torus import fit_torus
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
@@ -17,12 +19,14 @@ __all__ = [
     "distance_derivatives",
     "fit_circle",
     "fit_circle_projected",
+    "fit_cone",
     "fit_cylinder",
     "fit_line",
     "fit_plane",
     "fit_point",
     "fit_shape",
     "fit_sphere",
+    "fit_torus",
 ]
 
 
@@ -80,6 +84,10 @@ def fit_shape(
             return fit_sphere(points)
         case Shape.CYLINDER:
             return fit_cylinder(points, direction_hint, radius_hint)
+        case Shape.CONE:
+            return fit_cone(points, half_angle_hint)
+        case Shape.TORUS:
+            return fit_torus(points, direction_hint)
         case _:
             raise FitError(
                 "fit.no_shape", f"No {shape.value.lower()} can be fitted yet.", "Take another."

@@ -104,7 +104,7 @@ class CylinderProblem:
 
     def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
         """Return residuals (n,), their derivatives and their curvature; see `solver.Problem`."""
-        first, second = _across(parameters[3:6])
+        first, second = across_axes(parameters[3:6])
         arms = self.points - parameters[0:3]
         across = np.stack([arms @ first, arms @ second], axis=1)
         along = arms @ parameters[3:6]
@@ -127,7 +127,7 @@ class CylinderProblem:
 
     def move(self, parameters: Float, step: Float) -> Float:
         """Return the parameters after a step (5,)."""
-        first, second = _across(parameters[3:6])
+        first, second = across_axes(parameters[3:6])
         foot = parameters[0:3] + step[0] * first + step[1] * second
         turn = float(np.hypot(step[2], step[3]))
         # sinc(turn / pi) is sin(turn) / turn, also at zero.
@@ -182,9 +182,9 @@ def _starts(points: Float, count: int) -> list[Float]:
     middle = sample.mean(axis=0)
     sample = sample - middle
     principal = np.linalg.svd(sample, full_matrices=False)[2]
-    rings = [_ring(principal, k, RINGS) for k in range(3)]
-    axes = np.concatenate([principal, *rings, _hemisphere(TRIAL_AXES)])
-    frames = np.stack(_across(axes), axis=1)
+    rings = [ring(principal, k, RINGS) for k in range(3)]
+    axes = np.concatenate([principal, *rings, hemisphere(TRIAL_AXES)])
+    frames = np.stack(across_axes(axes), axis=1)
     projected = (sample @ frames.reshape(-1, 3).T).T.reshape(len(axes), 2, -1)
     moments, mean_square = taubin_moments(np.swapaxes(projected, 1, 2))
     values, vectors = np.linalg.eigh(moments)
@@ -198,14 +198,14 @@ def _starts(points: Float, count: int) -> list[Float]:
     return [np.concatenate([feet[i], axes[i], [radii[i]]]) for i in chosen]
 
 
-def _ring(principal: Float, k: int, tilts: Float) -> Float:
+def ring(principal: Float, k: int, tilts: Float) -> Float:
     """Return eight axes at every tilt around the principal axis ``k``, (8 t, 3)."""
     turns = np.arange(8) * np.pi / 4.0
     side = np.outer(np.cos(turns), principal[k - 1]) + np.outer(np.sin(turns), principal[k - 2])
     return np.concatenate([np.cos(t) * principal[k] + np.sin(t) * side for t in tilts])
 
 
-def _across(axis: Float) -> tuple[Float, Float]:
+def across_axes(axis: Float) -> tuple[Float, Float]:
     """Return two unit vectors (..., 3) square to ``axis`` (..., 3) and to each other.
 
     The form of T. Duff and others, Building an orthonormal basis, revisited, JCGT 6 (2017):
@@ -220,7 +220,7 @@ def _across(axis: Float) -> tuple[Float, Float]:
     return first, second
 
 
-def _hemisphere(count: int) -> Float:
+def hemisphere(count: int) -> Float:
     """Return directions (count, 3) spread evenly over a hemisphere (Fibonacci spiral)."""
     index = np.arange(count) + 0.5
     height = index / count
@@ -233,7 +233,7 @@ def _by_points(parameters: Float, points: Float, inverse: Float, jacobian: Float
     """Return d(geometry) / d(points), (12, 3 n), of the centred and scaled cylinder."""
     n = len(points)
     axis = parameters[3:6]
-    basis = np.stack(_across(axis))
+    basis = np.stack(across_axes(axis))
     by_shift = np.zeros((GEOMETRY_SIZE, n))
     by_shift[0:3] = basis.T @ inverse[0:2]
     by_shift[3:6] = basis.T @ inverse[2:4]

@@ -1,0 +1,264 @@
+"""The compiled loops of the fits about an axis: cone, torus, and the circle in space.
+
+All of them are made of two numbers of a point: its distance rho from the axis and its height t
+along it. A step shifts the axis along two directions across it (u1, u2) and, where the element has
+a place along it, along itself (ua); it turns the axis towards the two (t1, t2); then come the
+sizes. Parameters are eight numbers: a point of the axis, the axis, and two sizes.
+
+============  ====================================  =============================================
+kind          step                                  distance
+============  ====================================  =============================================
+``CONE``      u1 u2 t1 t2, half angle f, s          rho cos f - t sin f - s
+``TORUS``     u1 u2 ua t1 t2, R, r                  hypot(rho - R, t) - r
+``RING``      u1 u2 ua t1 t2, R                     rho - R and t, both
+============  ====================================  =============================================
+
+s is the distance of the point of the axis from the cone, which stays finite where the half angle
+goes to a right one, and the half angle passes through zero where a cone turns over.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera.compiled import compiled
+from ocmm_core.geometry import Float
+
+CONE, TORUS, RING = 0, 1, 2
+STEP_SIZE = (6, 7, 6)
+
+_NEAREST = 1e-12
+"""Distance from the axis below which a point has no side."""
+
+
+@compiled()
+def across(x: float, y: float, z: float, e: Float) -> None:
+    """Put two unit vectors square to the axis into ``e`` (2, 3) (Duff and others, JCGT 6, 2017)."""
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    e[0, 0], e[0, 1], e[0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
+    e[1, 0], e[1, 1], e[1, 2] = b, sign + y * y * a, -y
+
+
+@compiled()
+def move(kind: int, p: Float, step: Float, moved: Float) -> None:
+    """Put the parameters after a step into ``moved`` (8,)."""
+    e = np.empty((2, 3))
+    across(p[3], p[4], p[5], e)
+    along = 0 if kind == CONE else 1
+    t1, t2 = step[2 + along], step[3 + along]
+    turn = np.hypot(t1, t2)
+    c = np.cos(turn)
+    s = np.sin(turn) / turn if turn > 1e-30 else 1.0
+    length = 0.0
+    for k in range(3):
+        moved[k] = p[k] + step[0] * e[0, k] + step[1] * e[1, k]
+        if along:
+            moved[k] += step[2] * p[3 + k]
+        moved[3 + k] = c * p[3 + k] + s * (t1 * e[0, k] + t2 * e[1, k])
+        length += moved[3 + k] * moved[3 + k]
+    length = np.sqrt(length)
+    for k in range(3):
+        moved[3 + k] /= length
+    moved[6] = p[6] + step[4 + along]
+    moved[7] = p[7] + step[5 + along] if kind != RING else p[7]
+    if kind == CONE:
+        # The point of the axis stays the foot of the origin; the cone is wider or narrower there.
+        foot = moved[0] * moved[3] + moved[1] * moved[4] + moved[2] * moved[5]
+        for k in range(3):
+            moved[k] -= foot * moved[3 + k]
+        moved[7] -= foot * np.sin(moved[6])
+
+
+@compiled()
+def terms(
+    kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
+) -> float:
+    """Fill the derivatives by a step and return the sum of squared residuals.
+
+    Parameters
+    ----------
+    points
+        (n, 3).
+    p
+        (8,).
+    residuals
+        (n,), for a ring (2 n,): all radial ones, then all heights.
+    jacobian
+        As long as the residuals, (., k).
+    curvature
+        (k, k): sum of every residual times its matrix of second derivatives.
+    """
+    n = len(points)
+    e = np.empty((2, 3))
+    across(p[3], p[4], p[5], e)
+    k = jacobian.shape[1]
+    along = 0 if kind == CONE else 1
+    turn = 2 + along
+    for i in range(k):
+        for j in range(k):
+            curvature[i, j] = 0.0
+    cf, sf = np.cos(p[6]), np.sin(p[6])
+    cost = 0.0
+    normal = np.empty(2)
+    x = np.empty(2)
+    by_rho = np.zeros(k)
+    by_t = np.zeros(k)
+    for row in range(n):
+        qx, qy, qz = points[row, 0] - p[0], points[row, 1] - p[1], points[row, 2] - p[2]
+        x[0] = qx * e[0, 0] + qy * e[0, 1] + qz * e[0, 2]
+        x[1] = qx * e[1, 0] + qy * e[1, 1] + qz * e[1, 2]
+        t = qx * p[3] + qy * p[4] + qz * p[5]
+        rho = max(np.sqrt(x[0] * x[0] + x[1] * x[1]), _NEAREST)
+        for i in range(2):
+            normal[i] = x[i] / rho
+            by_rho[i] = -normal[i]
+            by_rho[turn + i] = -normal[i] * t
+            by_t[turn + i] = x[i]
+        if along:
+            by_t[2] = -1.0
+        # How much the second derivatives of rho and of t count.
+        weight_rho = weight_t = 0.0
+        if kind == CONE:
+            d = rho * cf - t * sf - p[7]
+            residuals[row] = d
+            cost += d * d
+            for i in range(4):
+                jacobian[row, i] = by_rho[i] * cf - by_t[i] * sf
+                curvature[i, 4] -= d * (by_rho[i] * sf + by_t[i] * cf)
+            jacobian[row, 4] = -rho * sf - t * cf
+            jacobian[row, 5] = -1.0
+            curvature[4, 4] -= d * (rho * cf - t * sf)
+            weight_rho, weight_t = d * cf, -d * sf
+        elif kind == TORUS:
+            u = rho - p[6]
+            tube = max(np.sqrt(u * u + t * t), _NEAREST)
+            d = tube - p[7]
+            residuals[row] = d
+            cost += d * d
+            by_rho[5] = -1.0
+            for i in range(6):
+                jacobian[row, i] = (u * by_rho[i] + t * by_t[i]) / tube
+            jacobian[row, 6] = -1.0
+            share = d / tube
+            for i in range(6):
+                for j in range(i, 6):
+                    curvature[i, j] += share * (
+                        by_rho[i] * by_rho[j]
+                        + by_t[i] * by_t[j]
+                        - jacobian[row, i] * jacobian[row, j]
+                    )
+            weight_rho, weight_t = share * u, share * t
+        else:
+            u = rho - p[6]
+            residuals[row], residuals[n + row] = u, t
+            cost += u * u + t * t
+            by_rho[5] = -1.0
+            for i in range(6):
+                jacobian[row, i] = by_rho[i]
+                jacobian[n + row, i] = by_t[i]
+            weight_rho, weight_t = u, t
+        for i in range(2):
+            for j in range(2):
+                same = 1.0 if i == j else 0.0
+                flat = weight_rho * (same - normal[i] * normal[j]) / rho
+                if j >= i:
+                    curvature[i, j] += flat
+                    curvature[turn + i, turn + j] += (
+                        flat * t * t
+                        - weight_rho * rho * normal[i] * normal[j]
+                        - weight_t * same * t
+                    )
+                curvature[i, turn + j] += flat * t - weight_t * same
+            if along:
+                curvature[2, turn + i] += weight_rho * normal[i]
+    for i in range(k):
+        for j in range(i):
+            curvature[i, j] = curvature[j, i]
+    return cost
+
+
+@compiled()
+def descend(kind: int, points: Float, starts: Float, k: int, steps: int, costs: Float) -> None:
+    """Take some damped Gauss-Newton steps from every start, in place.
+
+    Parameters
+    ----------
+    points
+        (n, 3); a sample will do, as the best ends are refined with all points.
+    starts
+        (m, 8).
+    k
+        Length of a step.
+    steps
+        How many.
+    costs
+        (m,), out: sum of squared residuals.
+    """
+    n = len(points)
+    residuals, jacobian = np.empty(n), np.empty((n, k))
+    unused, normal, factor = np.empty((k, k)), np.empty((k, k)), np.empty((k, k))
+    gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
+    for m in range(len(starts)):
+        p = starts[m]
+        cost = terms(kind, points, p, residuals, jacobian, unused)
+        damping = 1e-3
+        fresh = True
+        for _ in range(steps):
+            if fresh:
+                for i in range(k):
+                    for j in range(i + 1):
+                        total = 0.0
+                        for row in range(n):
+                            total += jacobian[row, i] * jacobian[row, j]
+                        normal[i, j] = total
+                    total = 0.0
+                    for row in range(n):
+                        total += jacobian[row, i] * residuals[row]
+                    gradient[i] = total
+            if not _solved(normal, gradient, damping, factor, step):
+                break
+            move(kind, p, step, moved)
+            new_cost = terms(kind, points, moved, residuals, jacobian, unused)
+            fresh = new_cost < cost
+            if fresh:
+                p[:] = moved
+                cost = new_cost
+                damping *= 0.1
+            else:
+                # What was overwritten is not needed before the next step that succeeds.
+                damping *= 10.0
+                if damping > 1e8:
+                    break
+        costs[m] = cost
+
+
+@compiled()
+def _solved(normal: Float, gradient: Float, damping: float, factor: Float, step: Float) -> bool:
+    """Put minus the solution of the damped normal equations into ``step`` (Cholesky)."""
+    k = len(gradient)
+    for i in range(k):
+        for j in range(i + 1):
+            total = normal[i, j]
+            if i == j:
+                total *= 1.0 + damping
+            for m in range(j):
+                total -= factor[i, m] * factor[j, m]
+            if i == j:
+                if not total > 0.0:
+                    return False
+                factor[i, i] = np.sqrt(total)
+            else:
+                factor[i, j] = total / factor[j, j]
+    for i in range(k):
+        total = -gradient[i]
+        for m in range(i):
+            total -= factor[i, m] * step[m]
+        step[i] = total / factor[i, i]
+    for i in range(k - 1, -1, -1):
+        total = step[i]
+        for m in range(i + 1, k):
+            total -= factor[m, i] * step[m]
+        step[i] = total / factor[i, i]
+    return True

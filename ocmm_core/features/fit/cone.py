@@ -1,0 +1,171 @@
+"""A cone by orthogonal distance, cold: nothing is known of its axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.fit.axis import AxisProblem, exact, minima, sampled, trial_axes
+from ocmm_core.features.fit.axis_kernel import CONE
+from ocmm_core.features.fit.ball import (
+    LARGEST_RADIUS,
+    WORST_CONDITION,
+    not_converged,
+    taubin_centre,
+    taubin_moments,
+)
+from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate
+from ocmm_core.features.fit.cylinder import across_axes
+from ocmm_core.features.fit.solver import Solution, sensitivity
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.geometry import Float, Points3
+
+RANKING_POINTS = 120
+RIDGE = 1e-12
+"""Against the diagonal of the normal equations of a start, so that none is singular."""
+FLATTEST = np.deg2rad(89.9)
+"""Half angle beyond which a cone is a plane."""
+NEAR_HINT = np.deg2rad(2.0)
+"""Difference from the expected half angle that a cone through few points may show."""
+
+
+def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
+    """Return the cone of ``points`` (n, 3), mm; residuals are positive outside.
+
+    Its direction points to where the radius grows.
+
+    Parameters
+    ----------
+    points
+        (n, 3), mm.
+    half_angle_hint
+        rad: decides only where several cones pass through all points, as many do through six, and
+        only if just one of them has about this angle; where none does, FitError. Without a hint
+        any one of them is given.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine one cone.
+    """
+    points = checked_points(Shape.CONE, points)
+    centroid, about, size = centred(Shape.CONE, points)
+    extents = np.linalg.svd(about, compute_uv=False)
+    flat = degenerate(
+        Shape.CONE,
+        "they lie in a plane, on one circle or on too small a patch",
+        "Take points around the cone at two heights or more.",
+    )
+    if extents[2] < FLAT * extents[0]:
+        raise flat
+    solutions = minima(CONE, about, _starts(about), _possible)
+    if not solutions:
+        raise not_converged(Shape.CONE)
+    best = _chosen(solutions, len(points), half_angle_hint)
+    if best[6] < 0.0:
+        best[3:7] *= -1.0
+    residuals, jacobian, _ = AxisProblem(CONE, about).derivatives(best)
+    inverse, condition = sensitivity(jacobian)
+    if condition > WORST_CONDITION:
+        raise flat
+    half_angle = float(best[6])
+    radius = float(best[7] / np.cos(half_angle))
+    if radius <= 0.0:
+        raise degenerate(
+            Shape.CONE,
+            "they lie on both sides of its apex",
+            "Take the points on one side of the apex.",
+        )
+    geometry = element(
+        centroid + size * best[0:3], best[3:6], size * radius, half_angle=half_angle
+    )
+    by_points = _by_points(best, about, -inverse)
+    by_points[3:6] /= size
+    by_points[8] /= size
+    return make_fit(Shape.CONE, geometry, by_points, size * residuals)
+
+
+def _possible(parameters: Float) -> bool:
+    return abs(float(parameters[6])) < FLATTEST and abs(float(parameters[7])) < LARGEST_RADIUS
+
+
+def _chosen(solutions: list[Solution], n: int, half_angle_hint: float | None) -> Float:
+    through = exact(solutions, n)
+    if len(through) < 2 or half_angle_hint is None:
+        return solutions[0].parameters.copy()
+    near = [
+        solution
+        for solution in through
+        if abs(abs(float(solution.parameters[6])) - half_angle_hint) < NEAR_HINT
+    ]
+    if len(near) == 1:
+        return near[0].parameters.copy()
+    raise FitError(
+        "fit.ambiguous",
+        f"{len(through)} different cones pass through the {n} points of a cone.",
+        "Take more points.",
+    )
+
+
+def _starts(points: Float) -> Float:
+    """Return start parameters (m, 8): for every trial axis two cones.
+
+    On a cone x^2 + y^2 - 2 a x - 2 b y is a polynomial of second order in the height: the centre
+    (a, b) follows from linear equations. The other centre is that of Taubin's circle, which serves
+    narrow cones and short arcs.
+    """
+    axes = trial_axes(points)
+    sample = sampled(points, RANKING_POINTS)
+    frames = np.stack(across_axes(axes), axis=1)
+    x = np.einsum("mkx,nx->mnk", frames, sample)
+    t = axes @ sample.T
+    columns = np.stack(
+        [2.0 * x[..., 0], 2.0 * x[..., 1], np.ones_like(t), t, t * t], axis=-1
+    )
+    normal = np.swapaxes(columns, 1, 2) @ columns
+    normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(5)
+    target = np.sum(x**2, axis=-1)
+    by_height = np.linalg.solve(normal, np.einsum("mnk,mn->mk", columns, target)[..., None])
+    middle = x.mean(axis=1)
+    moments, mean_square = taubin_moments(x - middle[:, None, :])
+    by_circle, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
+    found = []
+    for centres in (by_height[:, 0:2, 0], by_circle + middle):
+        rho = np.linalg.norm(x - centres[:, None, :], axis=-1)
+        t_mean, rho_mean = t.mean(axis=1), rho.mean(axis=1)
+        about = t - t_mean[:, None]
+        spread = np.maximum(np.sum(about**2, axis=1), 1e-12)
+        angle = np.arctan(np.sum(about * rho, axis=1) / spread)
+        radius = rho_mean - np.tan(angle) * t_mean
+        feet = np.einsum("mk,mkx->mx", centres, frames)
+        found.append(
+            np.column_stack([feet, axes, angle, radius * np.cos(angle)])
+        )
+    return np.concatenate(found)
+
+
+def _by_points(p: Float, points: Float, inverse: Float) -> Float:
+    """Return d(geometry) / d(points), (12, 3 n), of the centred and scaled cone.
+
+    ``inverse`` (6, n) is d(step) / d(shift of a point along its normal).
+    """
+    n = len(points)
+    axis, cosine, sine = p[3:6], np.cos(p[6]), np.sin(p[6])
+    basis = np.stack(across_axes(axis))
+    by_shift = np.zeros((GEOMETRY_SIZE, n))
+    by_shift[0:3] = basis.T @ inverse[0:2]
+    by_shift[3:6] = basis.T @ inverse[2:4]
+    # A turn of the axis moves the foot of a centroid that is not on it, to another radius.
+    along = -p[0:3] @ by_shift[3:6]
+    by_shift[0:3] += np.outer(axis, along)
+    by_shift[8] = inverse[4]
+    by_distance = inverse[5] + sine * along
+    by_shift[6] = by_distance / cosine + p[7] * sine / cosine**2 * inverse[4]
+    arms = points - p[0:3]
+    outward = arms - np.outer(arms @ axis, axis)
+    outward /= np.maximum(np.linalg.norm(outward, axis=1), 1e-12)[:, None]
+    normals = cosine * outward - sine * axis
+    by_points = by_shift[:, :, None] * normals
+    by_points[0:3] += np.outer(axis, axis)[:, None, :] / n
+    by_points[6] += sine / cosine * axis / n
+    return by_points.reshape(GEOMETRY_SIZE, 3 * n)

@@ -1,0 +1,109 @@
+"""A torus by orthogonal distance, cold: nothing is known of its axis.
+
+Two kinds of starts: where points surround the axis, Taubin's circle seen along a trial axis gives
+the centre, and Taubin's circle in the half plane of distance from the axis and height the rest. A
+short piece of a torus is a bent tube: centres are tried in all directions and at some distances.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.features.fit.axis import AxisProblem, minima, sampled, trial_axes
+from ocmm_core.features.fit.axis_kernel import TORUS
+from ocmm_core.features.fit.ball import (
+    LARGEST_RADIUS,
+    WORST_CONDITION,
+    not_converged,
+    taubin_centre,
+    taubin_moments,
+)
+from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate, oriented
+from ocmm_core.features.fit.cylinder import across_axes
+from ocmm_core.features.fit.solver import sensitivity
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.geometry import Float, Points3
+
+RANKING_POINTS = 60
+BENT = np.array([0.7, 2.0, 6.0])
+"""Distances of trial centres against the size of the points."""
+WAYS = 8
+"""Directions around a trial axis."""
+
+
+def fit_torus(points: Points3, direction_hint: Float | None = None) -> Fit:
+    """Return the torus of ``points`` (n, 3), mm; residuals are positive outside the tube.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine a torus whose tube is thinner than its ring.
+    """
+    points = checked_points(Shape.TORUS, points)
+    centroid, about, size = centred(Shape.TORUS, points)
+    extents = np.linalg.svd(about, compute_uv=False)
+    flat = degenerate(
+        Shape.TORUS,
+        "they lie in a plane, on one circle, on a ball or on a straight tube",
+        "Take points around the tube at several places of the ring.",
+    )
+    if extents[2] < FLAT * extents[0]:
+        raise flat
+    solutions = minima(TORUS, about, _starts(about), _possible)
+    if not solutions:
+        raise not_converged(Shape.TORUS)
+    best = solutions[0].parameters.copy()
+    best[3:6] = oriented(best[3:6], direction_hint)
+    problem = AxisProblem(TORUS, about)
+    residuals, jacobian, _ = problem.derivatives(best)
+    inverse, condition = sensitivity(jacobian)
+    if condition > WORST_CONDITION:
+        raise flat
+    basis = np.stack([*across_axes(best[3:6]), best[3:6]])
+    by_shift = np.zeros((GEOMETRY_SIZE, len(points)))
+    by_shift[0:3] = -basis.T @ inverse[0:3]
+    by_shift[3:6] = -basis[0:2].T @ inverse[3:5] / size
+    by_shift[6:8] = -inverse[5:7]
+    # The distance falls by as much as the centre moves along the normal.
+    normals = -jacobian[:, 0:3] @ basis
+    by_points = (by_shift[:, :, None] * normals).reshape(GEOMETRY_SIZE, -1)
+    geometry = element(
+        centroid + size * best[0:3], best[3:6], size * best[6], second=size * float(best[7])
+    )
+    return make_fit(Shape.TORUS, geometry, by_points, size * residuals)
+
+
+def _possible(parameters: Float) -> bool:
+    return 0.0 < float(parameters[7]) < float(parameters[6]) < LARGEST_RADIUS
+
+
+def _starts(points: Float) -> Float:
+    axes = trial_axes(points)
+    sample = sampled(points, RANKING_POINTS)
+    frames = np.stack(across_axes(axes), axis=1)
+    x = np.einsum("mkx,nx->mnk", frames, sample)
+    t = axes @ sample.T
+    middle = x.mean(axis=1)
+    moments, mean_square = taubin_moments(x - middle[:, None, :])
+    centres, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
+    around = _with_tube(axes, frames, x, t, centres + middle)
+
+    turns = np.arange(WAYS) * 2.0 * np.pi / WAYS
+    ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    bent = [
+        _with_tube(axes, frames, x, t, np.tile(distance * way, (len(axes), 1)))
+        for distance in BENT
+        for way in ways
+    ]
+    return np.concatenate([around, *bent])
+
+
+def _with_tube(axes: Float, frames: Float, x: Float, t: Float, centres: Float) -> Float:
+    """Return start parameters (m, 8) with axes through ``centres`` (m, 2) across them."""
+    half = np.stack([np.linalg.norm(x - centres[:, None, :], axis=-1), t], axis=-1)
+    middle = half.mean(axis=1)
+    moments, mean_square = taubin_moments(half - middle[:, None, :])
+    tube, radius = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
+    tube = tube + middle
+    feet = np.einsum("mk,mkx->mx", centres, frames) + tube[:, 1:2] * axes
+    return np.column_stack([feet, axes, tube[:, 0], radius])
