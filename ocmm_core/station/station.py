@@ -303,6 +303,10 @@ class MeasuringStation:
         """Return the job as it stands."""
         return self._session.view
 
+    def stored_points(self) -> list[MeasuredPoint]:
+        """Return the durable points that count, in the order in which they were taken."""
+        return self._job.points()
+
     def bus(self) -> BusView | None:
         """Return what is known about the bus; None where the frames do not come over one."""
         if self._bus is None:
