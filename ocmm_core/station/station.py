@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
@@ -34,7 +34,9 @@ from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
-from ocmm_core.export.polyworks import export_polyworks
+from ocmm_core.export.profile import Profile
+from ocmm_core.export.registry import write_report
+from ocmm_core.export.report_data import Instrument, ReportData, report_data
 from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
@@ -368,22 +370,53 @@ class MeasuringStation:
         self._session.flip()
         self.changed.emit()
 
+    def change(self, verb: Callable[[InspectionSession], object]) -> None:
+        """Let the session do something, such as ``InspectionSession.skip``, and tell of it.
+
+        Raises
+        ------
+        OcmmError
+            What the session raises; nothing is told then.
+        """
+        verb(self._session)
+        self.changed.emit()
+
     def missing(self) -> list[tuple[str, int]]:
         """Return the features that are not done and how many points each still needs."""
         return self._session.missing()
 
-    def export(self, directory: Path) -> tuple[Path, ...]:
-        """Write the PolyWorks files of the job to ``directory`` and return their names."""
-        return export_polyworks(
+    def report(self) -> ReportData:
+        """Return everything that a report can say about the job as it stands."""
+        calibration, probe, reference = self.calibration(), self.probe_view(), self.reference
+        points, taken = self._job.points(), self._job.taken_utc()
+        kept = {point.number for point in points}
+        return report_data(
             self.job(),
-            self.plan.features,
-            directory,
-            calibration=self.calibration().label,
-            probe=self.probe_view().label,
-            reference=self.reference.label if self.reference is not None else "",
-            temperature=self._options.session.climate.label,
+            self._job.head,
+            self.plan,
             T_part_from_world=self._session.T_part_from_world,
+            calibration=Instrument(
+                calibration.label, f"{calibration.word.value} {calibration.identity}"
+            ),
+            probe=Instrument(probe.label, probe.note),
+            reference=Instrument(
+                "" if reference is None else reference.label,
+                "" if reference is None else f"{reference.name} {reference.identity}",
+            ),
+            climate=self._options.session.climate,
+            observations=tuple(points),
+            annulled=tuple(number for number in taken if number not in kept),
+            taken_utc=taken,
         )
+
+    def export(
+        self,
+        directory: Path,
+        formats: Sequence[str] = ("polyworks",),
+        profile: Profile | None = None,
+    ) -> tuple[Path, ...]:
+        """Write reports of the job to ``directory`` and return their paths; as `write_report`."""
+        return write_report(self.report(), formats, directory, profile)
 
     def _obstacle(self) -> Obstacle | None:
         """Return why no points may be taken because of calibration or tip, or None."""
