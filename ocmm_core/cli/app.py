@@ -26,6 +26,7 @@ from ocmm_core.cli.climate import (
     ProbeTemperatureOption,
     TemperatureSigmaOption,
 )
+from ocmm_core.cli.compare import compare_command
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
 from ocmm_core.cli.options import (
@@ -69,6 +70,7 @@ app = typer.Typer(
     epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
     "resources folder are examples for your own.",
 )
+app.command(name="compare")(compare_command)
 app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
 app.add_typer(calibrate_app, name="calibrate")

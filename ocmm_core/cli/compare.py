@@ -1,0 +1,70 @@
+"""``ocmm compare``: several jobs of one plan side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.cli.headless import make_console
+from ocmm_core.inspection.compare import Trend, compare_jobs
+from ocmm_core.inspection.reopen import reopen_job
+
+
+def compare_command(
+    jobs: Annotated[
+        list[Path], typer.Argument(help="Job files of one plan, in any order.", metavar="JOB...")
+    ],
+) -> None:
+    """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
+
+    Every job is opened read-only and computed anew from its points. Values in doubt are named and
+    not counted.
+    """
+    console = make_console()
+    trends = compare_jobs([reopen_job(path) for path in jobs])
+    _print_table(console, trends, len(jobs))
+    for trend in trends:
+        for line in _lines(trend):
+            console.print(f"{trend.name}: {line}", highlight=False)
+    console.print(
+        "Lengths in mm. Limits of the charts stand at 2.66 mean moving ranges; Cp and Cpk are of "
+        "the same scatter.",
+        style="dim",
+    )
+
+
+def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
+    table = Table(title=f"{count} jobs", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Characteristic", no_wrap=True)
+    for name in ("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for trend in trends:
+        values, able = trend.values, trend.capability
+        numbers = ["–"] * 3
+        if len(values):
+            numbers = [f"{x:.4f}" for x in (values.mean(), values.min(), values.max())]
+        table.add_row(
+            trend.name,
+            f"{len(values)} of {count}",
+            *numbers,
+            f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
+            f"{able.cpk:.2f}" if able is not None else "–",
+        )
+    console.print(table)
+
+
+def _lines(trend: Trend) -> list[str]:
+    lines = [f"not counted: {why}" for why in trend.left_out]
+    if trend.why_not:
+        lines.append(trend.why_not)
+    if trend.capability is not None:
+        lines.append(trend.capability.words)
+    if trend.chart is not None:
+        counted = [part for part in trend.parts if part.value is not None]
+        lines += [f"{counted[i].job} is {why.value}." for i, why in trend.chart.signals]
+    return lines

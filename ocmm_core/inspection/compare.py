@@ -1,0 +1,165 @@
+"""Jobs of one plan side by side: trend, control chart and capability of every characteristic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.reopen import ReopenedJob
+from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
+from ocmm_core.tolerances.capability import Capability, ControlChart, capability, control_chart
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class PartValue:
+    """One characteristic of one part.
+
+    Attributes
+    ----------
+    job, serial, created_utc
+        Of its job.
+    value, uncertainty
+        Measured value and U (k = 2); None where there is none.
+    verdict
+        Of the job.
+    """
+
+    job: str
+    serial: str
+    created_utc: str
+    value: float | None
+    uncertainty: float | None
+    verdict: Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """One characteristic over all parts.
+
+    Attributes
+    ----------
+    name, kind
+        As in the plan.
+    low, high
+        Limits of the value; infinite where there is none.
+    parts
+        In the order in which the jobs were begun.
+    left_out
+        Why parts are not counted, a sentence each; empty where all are.
+    chart, capability
+        None where there is nothing to say; ``why_not`` then says why.
+    why_not
+        A sentence, or empty.
+    """
+
+    name: str
+    kind: str
+    low: float
+    high: float
+    parts: tuple[PartValue, ...]
+    left_out: tuple[str, ...]
+    chart: ControlChart | None
+    capability: Capability | None
+    why_not: str
+
+    @property
+    def values(self) -> Float:
+        """Return the values that are counted, (n,)."""
+        return np.array([part.value for part in self.parts if part.value is not None])
+
+
+def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
+    """Return what the jobs of one plan say together, characteristic by characteristic.
+
+    A value that rests on points in doubt, or on an uncalibrated machine, is shown and not counted:
+    a trend must not be made of it.
+
+    Raises
+    ------
+    InputError
+        There are fewer than two jobs, they are of different plans, or two are the same job.
+    """
+    if len(jobs) < 2:
+        raise InputError(
+            "compare.too_few", "There is only one job to compare.", "Choose two jobs or more."
+        )
+    first = jobs[0]
+    for job in jobs[1:]:
+        if job.head.plan_text != first.head.plan_text:
+            raise InputError(
+                "compare.plan",
+                f"{job.path} was measured by another plan than {first.path}.",
+                "Compare jobs of one plan; after a change of the plan they are of two.",
+            )
+    uuids = [job.head.job_uuid for job in jobs]
+    for job in jobs:
+        if uuids.count(job.head.job_uuid) > 1:
+            raise InputError(
+                "compare.twice",
+                f"{job.path}: this job is among those chosen twice, maybe as a copy.",
+                "Choose it once.",
+            )
+    ordered = sorted(jobs, key=lambda job: job.head.created_utc)
+    return tuple(
+        _trend(index, item.name, ordered) for index, item in enumerate(first.plan.characteristics)
+    )
+
+
+def _trend(index: int, name: str, jobs: Sequence[ReopenedJob]) -> Trend:
+    results = [job.view.characteristics[index] for job in jobs]
+    left_out = []
+    counted = []
+    parts = []
+    for job, result in zip(jobs, results, strict=True):
+        why = _why_not_counted(job, result)
+        if why:
+            left_out.append(f"{job.path.stem}: {why}")
+        elif result.measured is not None and result.uncertainty is not None:
+            counted.append((result.measured, result.uncertainty))
+        parts.append(
+            PartValue(
+                job=job.path.stem,
+                serial=job.head.serial,
+                created_utc=job.head.created_utc,
+                value=None if why else result.measured,
+                uncertainty=None if why else result.uncertainty,
+                verdict=result.verdict,
+            )
+        )
+    low, high = limits_of(results[0])
+    chart, able, why_not = None, None, ""
+    values = np.array([value for value, _ in counted])
+    try:
+        chart = control_chart(values)
+        middle = float(np.median([u for _, u in counted])) / COVERAGE_FACTOR
+        able = capability(values, low, high, middle)
+    except OcmmError as error:
+        why_not = f"{error.what} {error.remedy}"
+    return Trend(
+        name, results[0].kind, low, high, tuple(parts), tuple(left_out), chart, able, why_not
+    )
+
+
+def limits_of(result: CharacteristicResult) -> tuple[float, float]:
+    """Return the limits of the value; no lower one where it cannot be below zero anyway."""
+    low, high = result.nominal + result.lower, result.nominal + result.upper
+    one_sided = result.nominal == 0.0 and result.lower == 0.0
+    return (-math.inf if one_sided else low), high
+
+
+def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
+    if job.doubts:
+        return job.doubts[0]
+    if job.view.unproven:
+        return job.view.unproven
+    if result.measured is None:
+        return result.note or "It was not measured."
+    if job.view.held and result.verdict is Verdict.NOT_PROVEN and result.note:
+        return result.note
+    return ""

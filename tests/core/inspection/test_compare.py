@@ -1,0 +1,107 @@
+"""Jobs of a batch side by side."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.compare import compare_jobs
+from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
+from ocmm_core.tolerances.result import Verdict
+
+PLAN = resource("plans", "quick.toml")
+
+
+@pytest.fixture(scope="module")
+def batch(tmp_path_factory: pytest.TempPathFactory) -> tuple[ReopenedJob, ...]:
+    """Return six jobs of the quick plan, each with errors of its own."""
+    folder = tmp_path_factory.mktemp("batch")
+    found = []
+    for seed in range(6):
+        request = StationRequest(
+            plan=PLAN, out=folder, frame_rate_hz=500, seed=seed, serial=f"S{seed}"
+        )
+        built = build_station(request)
+        try:
+            built.station.start()
+            assert built.station.wait_finished(30.0)
+        finally:
+            built.station.close()
+        found.append(reopen_job(built.job_path))
+    return tuple(found)
+
+
+def test_every_characteristic_has_its_trend_in_the_order_of_the_jobs(
+    batch: tuple[ReopenedJob, ...],
+) -> None:
+    trends = compare_jobs(batch[::-1])
+    assert [trend.name for trend in trends] == [c.name for c in batch[0].plan.characteristics]
+    for trend, result in zip(trends, batch[0].view.characteristics, strict=True):
+        assert [part.serial for part in trend.parts] == [f"S{seed}" for seed in range(6)]
+        assert trend.parts[0].value == result.measured
+    counted = [trend for trend in trends if trend.capability is not None]
+    assert counted
+    for trend in counted:
+        assert trend.capability is not None
+        assert trend.capability.count == len(trend.values) == 6
+        assert "from 6 parts" in trend.capability.words
+        assert trend.chart is not None
+        np.testing.assert_array_equal(trend.chart.values, trend.values)
+
+
+def test_a_job_in_doubt_is_named_and_not_counted(batch: tuple[ReopenedJob, ...]) -> None:
+    spoiled = replace(batch[2], faults=("The observation 3 was changed.",))
+    unproven = replace(batch[3], view=replace(batch[3].view, unproven="Not calibrated."))
+    trend = compare_jobs([*batch[:2], spoiled, unproven, *batch[4:]])[0]
+    assert [part.value is None for part in trend.parts] == [False, False, True, True, False, False]
+    assert len(trend.left_out) == 2
+    assert "was changed" in trend.left_out[0]
+    assert "Not calibrated." in trend.left_out[1]
+    # Four values are too few for a scatter, and nothing is said instead.
+    assert trend.capability is None
+    assert "Measure 1 more part" in trend.why_not
+
+
+def test_a_value_held_back_is_not_counted(batch: tuple[ReopenedJob, ...]) -> None:
+    view = batch[0].view
+    doubtful = tuple(
+        replace(result, verdict=Verdict.NOT_PROVEN, note="held back") if index == 0 else result
+        for index, result in enumerate(view.characteristics)
+    )
+    first = replace(batch[0], view=replace(view, held=(1,), characteristics=doubtful))
+    assert compare_jobs([first, *batch[1:]])[0].left_out[0].endswith("held back")
+
+
+def test_one_job_or_the_same_twice_or_of_another_plan_is_refused(
+    batch: tuple[ReopenedJob, ...],
+) -> None:
+    other = replace(batch[1], head=replace(batch[1].head, plan_text="another"))
+    for jobs, code in (
+        (batch[:1], "compare.too_few"),
+        ((batch[0], batch[0]), "compare.twice"),
+        ((batch[0], other), "compare.plan"),
+    ):
+        with pytest.raises(InputError) as caught:
+            compare_jobs(jobs)
+        assert caught.value.code == code
+
+
+def test_the_command_prints_what_a_stranger_can_read(
+    batch: tuple[ReopenedJob, ...], tmp_path: Path
+) -> None:
+    from ocmm_core.cli.app import app
+
+    paths = [str(shutil.copy(job.path, tmp_path / job.path.name)) for job in batch]
+    said = CliRunner().invoke(app, ["compare", *paths])
+    assert said.exit_code == 0, said.output
+    assert "6 jobs" in said.output
+    assert "Cpk" in said.output
+    assert "from 6 parts" in said.output
