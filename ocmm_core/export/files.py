@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 
 
-def write_together(contents: Mapping[Path, bytes]) -> None:
+def write_together(
+    contents: Mapping[Path, bytes],
+    check: Callable[[Mapping[Path, bytes]], None] | None = None,
+) -> None:
     """Write files of one folder, which is made where it is missing.
 
     Everything is first written and synced under temporary names. Should a rename fail after
     another one went well, the files that were replaced already get back what they held.
+
+    Parameters
+    ----------
+    check
+        Gets what was read back before any file is replaced; when it raises, nothing is.
 
     Raises
     ------
@@ -29,6 +37,8 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
         for path in contents:
             path.parent.mkdir(parents=True, exist_ok=True)
             write_atomic(staged[path], contents[path])
+        if check is not None:
+            check({path: staged[path].read_bytes() for path in contents})
         for path in contents:
             before = path.read_bytes() if path.exists() else None
             staged[path].replace(path)

@@ -1,212 +1,150 @@
-"""Points, features and report as CSV files for PolyWorks|Inspector.
+"""Points, cloud, features, report and a macro for PolyWorks|Inspector, by a profile.
 
-Pure ASCII, CR LF, decimal point in every locale, millimetres with four decimals, unit vectors with
-six. Names are checked, never quoted or escaped: a name that would need it is refused. The files are
-our own proposal; no public description of PolyWorks' text import was found (see the decisions).
+With the profile that is meant for it: pure ASCII, CR LF, decimal point in every locale,
+millimetres with four decimals, unit vectors with six. Names are checked, never quoted or escaped: a
+name that would need it is refused. The files are our own proposal; no public description of
+PolyWorks' text import was found (docs/exports.md).
 
 Points are compensated surface points; their vector leaves the material, so that the ball centre is
-``xyz + radius * ijk``.
+``xyz + radius * ijk``. Ball centres are written only where the profile asks for them, into files
+whose names say so.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from pathlib import Path
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-import numpy as np
+from ocmm_core.export.delimited import compare_delimited, delimited, same_number
+from ocmm_core.export.exporter import Exporter
+from ocmm_core.export.names import check_file_stem
+from ocmm_core.export.profile import Profile, TableProfile
+from ocmm_core.export.report_data import ReportData
+from ocmm_core.export.tables import Number, Table, features_table, points_table, report_table
 
-from ocmm_core.errors import StorageError
-from ocmm_core.export.files import write_together
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import MINIMUM_POINTS, Fit, Shape
-from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.inspection.plan import NAME_PATTERN
-from ocmm_core.inspection.view import FeatureView, JobView
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
-
-FEATURES_HEADER = (
-    "Name,Type,Component,X,Y,Z,I,J,K,Diameter,Length,Angle,Form,RMS,NbPoints,CoordinateSystem,Unit"
-)
-REPORT_HEADER = (
-    "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    "Calibration,Temperature,Probe,Reference"
+_PLACE = ("X", "Y", "Z", "I", "J", "K")
+_NEWLINE = "\r\n"
+_VERSION = 'version "5.0"'
+_CREATE = re.compile(
+    r'FEATURE PRIMITIVE POINT CREATE \( (\S+), (\S+), (\S+), "Nominal", "([^"$]{1,70})", \)'
 )
 
-_NO_VECTOR = ["", "", ""]
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """A delimited file that is to be written: its table and how."""
+
+    table: Table
+    shape: TableProfile
 
 
-def export_polyworks(
-    job: JobView,
-    nominals: Sequence[NominalFeature],
-    directory: Path | str,
-    *,
-    T_part_from_world: RigidTransform | None,
-    calibration: str,
-    temperature: str = "",
-    probe: str = "",
-    reference: str = "",
-) -> tuple[Path, Path, Path]:
-    """Write ``<job>_points.csv``, ``<job>_features.csv`` and ``<job>_report.csv``.
+def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+    (data,) = jobs
+    files = {
+        name: delimited(text.table, profile, text.shape)
+        for name, text in _texts(data, profile).items()
+    }
+    for name, table in _clouds(data, profile).items():
+        files[name] = _cloud(table)
+    files[f"{data.stem}_import.pwmacro"] = _macro(_points(data, profile))
+    return files
 
-    The files of a job that proves nothing begin with ``<job>_UNCALIBRATED``.
 
-    Parameters
-    ----------
-    job
-        The job as it stands; features without a fit have no measured row, characteristics
-        without a value have empty cells and the test ``Fail``.
-    nominals
-        The features of the plan, in the part frame.
-    directory
-        Where to write; made if it is missing. Files of the same name are replaced.
-    T_part_from_world
-        The alignment. Without it points and measured features stay in the world frame, and the
-        column ``CoordinateSystem`` says so.
-    calibration
-        State and hash of the calibration of the cameras, ASCII, for the report.
-    temperature
-        Temperatures and switches of their compensation, ASCII without commas, for the report.
-    probe
-        State, names, hash and due date of probe and tip, likewise.
-    reference
-        Name and hash of the reference body, likewise; empty without one.
+def _differences(
+    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+) -> list[str]:
+    (data,) = jobs
+    found = []
+    for name, text in _texts(data, profile).items():
+        found += compare_delimited(name, files[name], text.table, profile, text.shape)
+    for name, table in _clouds(data, profile).items():
+        lines = [line.split(" ") for line in files[name].decode("ascii", "replace").splitlines()]
+        found += _compare_lines(name, lines, table)
+    name = f"{data.stem}_import.pwmacro"
+    return found + _compare_macro(name, files[name], _points(data, profile))
 
-    Returns
-    -------
-    tuple
-        The three paths: points, features, report.
 
-    Raises
-    ------
-    StorageError
-        A name or a number cannot go into the files, a feature has no nominal, or the folder
-        cannot be written; then none of the three files is written.
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+    (data,) = jobs
+    return tuple(text.table for text in _texts(data, profile).values())
+
+
+def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
+    """Return the delimited files by their names."""
+    stem, units = check_file_stem(data.stem), profile.units
+    tables = {
+        f"{stem}_points.csv": (points_table(data, units), profile.points),
+        f"{stem}_features.csv": (features_table(data, units), profile.features),
+        f"{stem}_report.csv": (report_table(data, units), profile.report),
+    }
+    if profile.centres:
+        centres = points_table(data, units, centres=True)
+        tables[f"{stem}_points_centres.csv"] = (centres, profile.points)
+    return {
+        name: _Text(table.chosen(shape.columns, shape.when_needed), shape)
+        for name, (table, shape) in tables.items()
+    }
+
+
+def _clouds(data: ReportData, profile: Profile) -> dict[str, Table]:
+    """Return the clouds by their names; they have no delimiter and no decimal sign to choose."""
+    clouds = {f"{data.stem}_cloud.asc": points_table(data, profile.units)}
+    if profile.centres:
+        centres = points_table(data, profile.units, centres=True)
+        clouds[f"{data.stem}_cloud_centres.asc"] = centres
+    return {name: table.chosen(_PLACE) for name, table in clouds.items()}
+
+
+def _points(data: ReportData, profile: Profile) -> Table:
+    return points_table(data, profile.units).chosen(("X", "Y", "Z", "Name"))
+
+
+def _cloud(table: Table) -> bytes:
+    return "".join(" ".join(_numbers(row)) + _NEWLINE for row in table.rows).encode("ascii")
+
+
+def _macro(points: Table) -> bytes:
+    """Return a macro that makes every point, with nothing in it that could be a command.
+
+    ``$`` expands variables in this language and ``"`` ends a text; names can hold neither.
     """
-    _check_name("job", job.job)
-    frame = RigidTransform.identity() if T_part_from_world is None else T_part_from_world
-    system = "World" if T_part_from_world is None else "Part"
-    by_name = {nominal.name: nominal for nominal in nominals}
-    points: list[list[str]] = []
-    features = [FEATURES_HEADER.split(",")]
-    for feature in job.features:
-        _check_name("feature", feature.name)
-        if feature.name not in by_name:
-            raise StorageError(
-                "export.nominal",
-                f"Feature {feature.name!r} of the job is not in the plan.",
-                "Export with the plan that the job was measured with.",
-            )
-        points += _point_rows(feature, frame)
-        features.append(_nominal_row(by_name[feature.name]))
-        if feature.fit is not None:
-            features.append(_measured_row(feature, feature.fit, frame, system))
-    report = [REPORT_HEADER.split(",")]
-    for result in job.characteristics:
-        _check_name("characteristic", result.name)
-        report.append([*_report_row(result), calibration, temperature, probe, reference])
-    folder = Path(directory)
-    stem = f"{job.job}_UNCALIBRATED" if job.unproven else job.job
-    paths = (
-        folder / f"{stem}_points.csv",
-        folder / f"{stem}_features.csv",
-        folder / f"{stem}_report.csv",
-    )
-    tables = (points, features, report)
-    write_together({path: _csv(table) for path, table in zip(paths, tables, strict=True)})
-    return paths
+    lines = [_VERSION]
+    for *place, name in points.rows:
+        x, y, z = _numbers(place)
+        lines.append(f'FEATURE PRIMITIVE POINT CREATE ( {x}, {y}, {z}, "Nominal", "{name}", )')
+    return "".join(line + _NEWLINE for line in lines).encode("utf-16-le").join((b"\xff\xfe", b""))
 
 
-def _point_rows(feature: FeatureView, frame: RigidTransform) -> list[list[str]]:
+def _compare_macro(name: str, content: bytes, points: Table) -> list[str]:
+    if not content.startswith(b"\xff\xfe"):
+        return [f"{name}: it does not begin with the mark of UTF-16."]
+    lines = content[2:].decode("utf-16-le", "replace").split(_NEWLINE)
+    if lines[0] != _VERSION or lines[-1] != "":
+        return [f"{name}: its first or its last line is missing."]
+    commands = [_CREATE.fullmatch(line) for line in lines[1:-1]]
+    if any(command is None for command in commands):
+        return [f"{name}: it holds something else than points."]
+    found = [list(command.groups()) for command in commands if command is not None]
+    return _compare_lines(name, found, points)
+
+
+def _compare_lines(name: str, found: Sequence[Sequence[str]], table: Table) -> list[str]:
+    if len(found) != len(table.rows):
+        return [f"{name}: there are {len(found)} points instead of {len(table.rows)}."]
     return [
-        [
-            f"{feature.name}.{index:03d}",
-            *_numbers(feature.name, frame.apply(point.surface_world), 4),
-            *_numbers(feature.name, frame.rotation @ point.direction, 6),
-        ]
-        for index, point in enumerate(feature.points, start=1)
+        f"{name}: point {index} is not the one that was measured."
+        for index, (cells, row) in enumerate(zip(found, table.rows, strict=True), start=1)
+        if len(cells) != len(row)
+        or any(
+            not (same_number(cell, text) if isinstance(cell, Number) else cell == text)
+            for cell, text in zip(row, cells, strict=True)
+        )
     ]
 
 
-def _nominal_row(nominal: NominalFeature) -> list[str]:
-    # A sphere has no direction, whatever the plan's default says.
-    directed = nominal.shape is not Shape.SPHERE
-    return [
-        nominal.name, nominal.shape.value, "Nominal",
-        *(_number(nominal.name, value, 4) for value in nominal.point),
-        *(_vector(nominal.name, nominal.direction) if directed else _NO_VECTOR),
-        _number(nominal.name, nominal.diameter, 4) if nominal.diameter else "",
-        "", "", "", "", "", "Part", "mm",
-    ]  # fmt: skip
+def _numbers(cells: Sequence[object]) -> list[str]:
+    return [cell.text() for cell in cells if isinstance(cell, Number)]
 
 
-def _measured_row(feature: FeatureView, fit: Fit, frame: RigidTransform, system: str) -> list[str]:
-    name, count = feature.name, len(feature.points)
-    # As few points as the shape needs lie on it whatever they are: that is no measure of form.
-    has_form = count > MINIMUM_POINTS[fit.shape]
-    return [
-        name, fit.shape.value, "Measured",
-        *_numbers(name, frame.apply(fit.point), 4),
-        *(_vector(name, frame.rotation @ fit.direction) if fit.direction.any() else _NO_VECTOR),
-        _number(name, 2.0 * fit.radius, 4) if fit.radius else "",
-        "", "",
-        _number(name, fit.form, 4) if has_form else "",
-        _number(name, fit.rms, 4) if has_form else "",
-        str(count), system, "mm",
-    ]  # fmt: skip
-
-
-def _report_row(result: CharacteristicResult) -> list[str]:
-    name = result.name
-    measured, deviation, uncertainty = result.measured, result.deviation, result.uncertainty
-    cells = ["", "", "Fail", "", ""]
-    if (
-        result.verdict is not Verdict.NOT_MEASURED
-        and measured is not None
-        and deviation is not None
-        and uncertainty is not None
-    ):
-        cells = [
-            _number(name, measured, 4),
-            _number(name, deviation, 4),
-            "Pass" if result.verdict is Verdict.CONFORM else "Fail",
-            _number(name, max(deviation - result.upper, result.lower - deviation, 0.0), 4),
-            _number(name, uncertainty, 4),
-        ]
-    return [
-        name, result.kind.capitalize(), _number(name, result.nominal, 4), *cells[:2],
-        _number(name, result.lower, 4), _number(name, result.upper, 4), *cells[2:], "mm",
-    ]  # fmt: skip
-
-
-def _vector(name: str, direction: Float | Sequence[float]) -> list[str]:
-    return _numbers(name, unit(np.asarray(direction, dtype=np.float64)), 6)
-
-
-def _numbers(name: str, values: Float, decimals: int) -> list[str]:
-    return [_number(name, float(value), decimals) for value in values]
-
-
-def _number(name: str, value: float, decimals: int) -> str:
-    if not math.isfinite(value):
-        raise StorageError(
-            "export.not_finite",
-            f"A value of {name!r} is {value}, which is not a number that can be reported.",
-            "Measure that feature again.",
-        )
-    # Python's format knows no locale; adding zero to what is rounded takes the sign from -0.0.
-    return f"{round(value, decimals) + 0.0:.{decimals}f}"
-
-
-def _check_name(kind: str, name: str) -> None:
-    if not NAME_PATTERN.fullmatch(name):
-        raise StorageError(
-            "export.name",
-            f"The {kind} name {name!r} cannot go into a PolyWorks file.",
-            "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', beginning with a letter, a "
-            "digit or '_'.",
-        )
-
-
-def _csv(rows: Sequence[Sequence[str]]) -> bytes:
-    return "".join(",".join(row) + "\r\n" for row in rows).encode("ascii")
+POLYWORKS = Exporter("polyworks", "PolyWorks|Inspector", _contents, _differences, _preview)

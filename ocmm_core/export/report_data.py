@@ -18,7 +18,9 @@ from ocmm_core.inspection.view import FeatureView, JobView
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import Climate
 from ocmm_core.storage.rows import JobHead
+from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_core.tracking.reference_body import ReferenceBody
 
 _SHORT = 12
 """Digits of a hash in tables; the whole of it stands in the note."""
@@ -104,6 +106,42 @@ class ReportedFeature:
 
 
 @dataclass(frozen=True, slots=True)
+class ReportedResult:
+    """One result beside what the plan asked for.
+
+    Attributes
+    ----------
+    result
+        Value, uncertainty and verdict.
+    asked
+        The characteristic of the plan; None where it is not known.
+    """
+
+    result: CharacteristicResult
+    asked: Characteristic | None
+
+    @property
+    def unit(self) -> Literal["mm", "deg"]:
+        """Return the unit of nominal, limits, value and uncertainty."""
+        return "mm" if self.asked is None else self.asked.unit
+
+    @property
+    def one_sided(self) -> bool:
+        """Return whether only the upper limit counts."""
+        return self.asked is not None and self.asked.one_sided
+
+    @property
+    def datums(self) -> tuple[str, ...]:
+        """Return the names of the datums in their order."""
+        return () if self.asked is None else tuple(self.asked.datums)
+
+    @property
+    def association(self) -> str:
+        """Return how the size or form is associated, where the plan says so."""
+        return "" if self.asked is None else self.asked.association
+
+
+@dataclass(frozen=True, slots=True)
 class ReportData:
     """One job, ready to be reported; lengths in mm, angles in degrees.
 
@@ -159,6 +197,12 @@ class ReportData:
     def results(self) -> tuple[CharacteristicResult, ...]:
         """Return the characteristics in the order of the plan."""
         return self.view.characteristics
+
+    @property
+    def reported(self) -> tuple[ReportedResult, ...]:
+        """Return the results beside the characteristics of the plan."""
+        asked = {item.name: item for item in self.plan.characteristics}
+        return tuple(ReportedResult(result, asked.get(result.name)) for result in self.results)
 
     @property
     def frame(self) -> RigidTransform:
@@ -239,6 +283,7 @@ def report_of_job(job: ReopenedJob) -> ReportData:
     calibration = last.get("calibration", "NONE")
     probe = last.get("probe", f"NONE {job.body.name}:")
     body = job.options.reference
+    reference = Instrument("") if body is None else Instrument(body.label, _note_of(body))
     return report_data(
         job.view,
         job.head,
@@ -246,13 +291,17 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         T_part_from_world=job.T_part_from_world,
         calibration=_instrument(calibration, job.view.unproven),
         probe=_instrument(probe, job.view.unproven),
-        reference=Instrument("" if body is None else body.label, "" if body is None else body.name),
+        reference=reference,
         climate=job.climate,
         observations=job.points,
         annulled=job.annulled,
         taken_utc=job.taken_utc,
         notes=job.doubts,
     )
+
+
+def _note_of(reference: ReferenceBody) -> str:
+    return f"{reference.name} {reference.identity}"
 
 
 def element_of_nominal(nominal: NominalFeature) -> Element:

@@ -351,7 +351,7 @@ class MeasuringStation:
         )
 
     def undo(self) -> None:
-        """Take back the last point."""
+        """Take back the last step."""
         self._session.undo()
         self.changed.emit()
 

@@ -2,140 +2,40 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import dataclasses
 import io
 import locale
 import os
-import shutil
-import subprocess
-from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.errors import StorageError
-from ocmm_core.export.polyworks import FEATURES_HEADER, REPORT_HEADER, export_polyworks
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export import files
+from ocmm_core.export.profile import load_profile, polyworks_profile
+from ocmm_core.export.registry import preview, preview_text, write_report
+from ocmm_core.export.report_data import ReportData
 from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape, element, make_fit
-from ocmm_core.geometry import RigidTransform
-from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
-
-# A quarter turn about z and a shift: part x is world y, part y is minus world x.
-PART_FROM_WORLD = RigidTransform(
-    np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, -1000.0])
+from ocmm_core.features.shapes import Shape, element
+from ocmm_core.tolerances.result import Verdict
+from tests.core.export.sample_report import (
+    COLD,
+    PLATE,
+    STATE,
+    TIP,
+    feature,
+    point,
+    result,
+    sample_report,
+    sample_view,
+    with_name,
 )
 
-
-def point(number: int, tip: tuple[float, ...], direction: tuple[float, ...]) -> MeasuredPoint:
-    return MeasuredPoint(
-        number=number,
-        feature="any",
-        time_s=0.0,
-        first_frame=0,
-        last_frame=9,
-        n_frames=10,
-        tip_world=np.array(tip),
-        random_covariance=np.eye(3) * 1e-6,
-        direction=np.array(direction),
-        tip_radius=1.5,
-        rotation_world_from_probe=np.eye(3),
-        spots=np.full((2, 4, 2), np.nan),
-        chi2_per_dof=1.0,
-        approach="trail",
-    )
-
-
-def feature(
-    name: str,
-    shape: Shape,
-    points: list[MeasuredPoint],
-    geometry: list[float] | None,
-    residuals: list[float],
-) -> FeatureView:
-    fit = None
-    if geometry is not None:
-        jacobian = np.zeros((12, 3 * len(points)))
-        measured = element(geometry[0:3], geometry[3:6], geometry[6])
-        fit = make_fit(shape, measured, jacobian, np.array(residuals))
-    state = FeatureState.DONE if fit else FeatureState.PENDING
-    return FeatureView(name, shape, len(points), state, tuple(points), fit, None, "")
-
-
-def result(name: str, measured: float | None, verdict: Verdict) -> CharacteristicResult:
-    return CharacteristicResult(
-        name=name,
-        kind="diameter",
-        features=("BORE 1",),
-        nominal=20.0,
-        lower=-0.01,
-        upper=0.02,
-        measured=measured,
-        deviation=None if measured is None else measured - 20.0,
-        uncertainty=None if measured is None else 0.00384,
-        verdict=verdict,
-    )
-
-
-def sample_job() -> JobView:
-    bore = [
-        point(1, (8.5, 0.0, 1000.0), (-1.0, 0.0, 0.0)),
-        point(2, (-8.5, 0.0, 1000.0), (1.0, 0.0, 0.0)),
-        point(3, (0.0, 8.5, 1000.0), (0.0, -1.0, 0.0)),
-        point(4, (-0.00001, -8.5, 999.99999), (0.0, 1.0, -1e-9)),
-    ]
-    face = [point(5 + i, (40.0 * i, 7.0, 1001.5), (0.0, 0.0, 1.0)) for i in range(3)]
-    return JobView(
-        job="Block_07",
-        part="Block",
-        operator="A. Tester",
-        features=(
-            feature(
-                "BORE 1", Shape.CIRCLE, bore,
-                [-0.00001, 1.25, 1000.0, 0.0, 0.0, 1.0, 10.00123], [0.002, -0.001, 0.002, -0.001],
-            ),
-            feature("FACE", Shape.PLANE, face, [40.0, 7.0, 1000.0, 0.0, 0.0, 1.0, 0.0], [0.0] * 3),
-            feature("BALL", Shape.SPHERE, [], None, []),
-        ),
-        active="BALL",
-        characteristics=(
-            result("Bore diameter", 20.00246, Verdict.CONFORM),
-            result("Bore too big", 20.0312, Verdict.NOT_CONFORM),
-            result("Bore too small", 19.9812, Verdict.NOT_CONFORM),
-            result("Bore in doubt", 20.0195, Verdict.NOT_PROVEN),
-            result("Ball diameter", None, Verdict.NOT_MEASURED),
-        ),
-        refusal=None,
-        complete=False,
-    )  # fmt: skip
-
-
-NOMINALS = [
-    NominalFeature(
-        name="BORE 1", shape=Shape.CIRCLE, points=4, point=(1.25, 0.0, 0.0), diameter=20.0,
-        direction=(0.0, 0.0, 2.0), side="inner",
-    ),
-    NominalFeature(name="FACE", shape=Shape.PLANE, points=3, point=(7.0, -40.0, 0.0)),
-    NominalFeature(
-        name="BALL", shape=Shape.SPHERE, points=5, point=(100.0, -0.00001, 50.0), diameter=19.989
-    ),
-]  # fmt: skip
-
-STATE = "VALID 0123456789ab"
-TIP = "VALID standard/6 mm 0123456789ab due 2027-01-01"
-export = partial(
-    export_polyworks,
-    calibration=STATE,
-    temperature="Probe 21 C",
-    probe=TIP,
-    reference="plate 0123456789ab",
-)
-LAST = f"{STATE},Probe 21 C,{TIP},plate 0123456789ab"
+LAST = f"{STATE},{COLD},{TIP},{PLATE}"
 
 POINTS_PART = (
     b"BORE 1.001,0.0000,-10.0000,0.0000,0.000000,1.000000,0.000000\r\n"
@@ -171,80 +71,70 @@ REPORT = (
     "Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,"
     f"{LAST}\r\n"
 ).encode("ascii")
-
-
-def test_the_three_files_are_as_agreed_to_the_byte(tmp_path: Path) -> None:
-    paths = export(
-        sample_job(), NOMINALS, tmp_path / "new" / "folder", T_part_from_world=PART_FROM_WORLD
+CLOUD_PART = b"".join(
+    line.partition(b",")[2].replace(b",", b" ") + b"\r\n" for line in POINTS_PART.splitlines()
+)
+MACRO_PART = (
+    'version "5.0"\r\n'
+    + "".join(
+        f'FEATURE PRIMITIVE POINT CREATE ( {x}, {y}, {z}, "Nominal", "{name}", )\r\n'
+        for name, x, y, z, *_ in csv.reader(POINTS_PART.decode("ascii").splitlines())
     )
-    assert [path.name for path in paths] == [
-        "Block_07_points.csv", "Block_07_features.csv", "Block_07_report.csv",
-    ]  # fmt: skip
-    assert [path.read_bytes() for path in paths] == [POINTS_PART, FEATURES_PART, REPORT]
-    assert sorted(paths) == sorted((tmp_path / "new" / "folder").iterdir())
+).encode("utf-16")
+KINDS = ("points.csv", "features.csv", "report.csv", "cloud.asc", "import.pwmacro")
+ALL = dict(
+    zip(KINDS, (POINTS_PART, FEATURES_PART, REPORT, CLOUD_PART, MACRO_PART), strict=True)
+)
+
+
+def export(data: ReportData, folder: Path) -> dict[str, Path]:
+    """Write the files and return them by the ends of their names."""
+    paths = write_report(data, ("polyworks",), folder)
+    return {path.name.removeprefix(f"{data.stem}_"): path for path in paths}
+
+
+def test_the_files_are_as_agreed_to_the_byte(tmp_path: Path) -> None:
+    paths = export(sample_report(), tmp_path / "new" / "folder")
+    assert tuple(paths) == KINDS
+    assert {kind: path.read_bytes() for kind, path in paths.items()} == ALL
+    assert sorted(paths.values()) == sorted((tmp_path / "new" / "folder").iterdir())
 
 
 def test_without_an_alignment_what_was_measured_stays_in_the_world(tmp_path: Path) -> None:
-    points, features, report = export(
-        sample_job(), NOMINALS, tmp_path, T_part_from_world=None
-    )
-    first = points.read_bytes().split(b"\r\n")[0]
+    paths = export(sample_report(frame=None), tmp_path)
+    first = paths["points.csv"].read_bytes().split(b"\r\n")[0]
     assert first == b"BORE 1.001,10.0000,0.0000,1000.0000,-1.000000,0.000000,0.000000"
-    rows = list(csv.DictReader(io.StringIO(features.read_text("ascii"))))
+    rows = list(csv.DictReader(io.StringIO(paths["features.csv"].read_text("ascii"))))
     assert {(row["Component"], row["CoordinateSystem"]) for row in rows} == {
         ("Nominal", "Part"),
         ("Measured", "World"),
     }
     assert [rows[1][axis] for axis in "XYZ"] == ["0.0000", "1.2500", "1000.0000"]
-    assert report.read_bytes() == REPORT
+    assert paths["report.csv"].read_bytes() == REPORT
 
 
 def test_other_programs_read_the_files(tmp_path: Path) -> None:
-    points, features, report = export(
-        sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD
-    )
-    table = np.loadtxt(points, delimiter=",", usecols=range(1, 7))
+    paths = export(sample_report(), tmp_path)
+    table = np.loadtxt(paths["points.csv"], delimiter=",", usecols=range(1, 7))
     assert table.shape == (7, 6)
     # Surface points lie on the bore: 4 decimals allow half of 1e-4 per axis.
     assert np.hypot(table[:4, 0], table[:4, 1]) == pytest.approx(10.0, abs=1e-4)
     assert np.linalg.norm(table[:, 3:], axis=1) == pytest.approx(1.0, abs=2e-6)
-    for path, header in ((features, FEATURES_HEADER), (report, REPORT_HEADER)):
-        with path.open(newline="", encoding="ascii") as stream:
+    assert np.array_equal(np.loadtxt(paths["cloud.asc"]), table)
+    macro = paths["import.pwmacro"].read_bytes()
+    assert macro.startswith(b"\xff\xfe")
+    assert macro.decode("utf-16").isascii()
+    for kind, columns in (("features.csv", 17), ("report.csv", 15)):
+        with paths[kind].open(newline="", encoding="ascii") as stream:
             rows = list(csv.reader(stream))
-        assert ",".join(rows[0]) == header
-        assert {len(row) for row in rows} == {len(rows[0])}
-
-
-@pytest.fixture
-def comma_locale(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Run the test in a locale with a decimal comma, made for it where none is installed."""
-    before = locale.setlocale(locale.LC_ALL)
-    names = ["de_DE.UTF-8", "fr_FR.UTF-8", "German_Germany.1252"]
-    with pytest.MonkeyPatch.context() as patch:
-        if shutil.which("localedef"):
-            folder = tmp_path_factory.mktemp("locales")
-            made = folder / "ocmm_comma.UTF-8"
-            command = ["localedef", "--no-archive", "-i", "de_DE", "-f", "UTF-8", str(made)]
-            if subprocess.run(command, capture_output=True, check=False).returncode == 0:
-                patch.setenv("LOCPATH", str(folder))
-                names.insert(0, made.name)
-        for name in names:
-            with contextlib.suppress(locale.Error):
-                locale.setlocale(locale.LC_ALL, name)
-                break
-        else:
-            pytest.skip("no locale with a decimal comma (apt install locales or locales-all)")
-        try:
-            yield
-        finally:
-            locale.setlocale(locale.LC_ALL, before)
+        assert {len(row) for row in rows} == {columns}
 
 
 @pytest.mark.usefixtures("comma_locale")
 def test_a_comma_locale_changes_nothing(tmp_path: Path) -> None:
     assert locale.format_string("%.1f", 0.5) == "0,5"
-    paths = export(sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD)
-    assert [path.read_bytes() for path in paths] == [POINTS_PART, FEATURES_PART, REPORT]
+    paths = export(sample_report(), tmp_path)
+    assert {kind: path.read_bytes() for kind, path in paths.items()} == ALL
 
 
 @pytest.mark.parametrize(
@@ -256,17 +146,8 @@ def test_a_comma_locale_changes_nothing(tmp_path: Path) -> None:
 def test_a_hostile_name_is_refused_and_nothing_is_written(
     tmp_path: Path, name: str, where: str
 ) -> None:
-    job = sample_job()
-    if where == "job":
-        job = dataclasses.replace(job, job=name)
-    elif where == "feature":
-        bad = dataclasses.replace(job.features[1], name=name)
-        job = dataclasses.replace(job, features=(job.features[0], bad))
-    else:
-        bad_result = dataclasses.replace(job.characteristics[2], name=name)
-        job = dataclasses.replace(job, characteristics=(*job.characteristics[:2], bad_result))
     with pytest.raises(StorageError) as caught:
-        export(job, NOMINALS, tmp_path, T_part_from_world=None)
+        export(with_name(sample_report(), where, name), tmp_path)
     assert caught.value.code == "export.name"
     assert where in caught.value.what
     assert list(tmp_path.iterdir()) == []
@@ -274,15 +155,11 @@ def test_a_hostile_name_is_refused_and_nothing_is_written(
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_what_is_no_number_is_refused(tmp_path: Path, value: float) -> None:
-    job = sample_job()
-    bad = dataclasses.replace(job.characteristics[0], measured=value)
+    view = sample_view()
+    bad = dataclasses.replace(view.characteristics[0], measured=value)
+    data = sample_report(dataclasses.replace(view, characteristics=(bad,)))
     with pytest.raises(StorageError, match="'Bore diameter' is"):
-        export(
-            dataclasses.replace(job, characteristics=(bad,)),
-            NOMINALS,
-            tmp_path,
-            T_part_from_world=None,
-        )
+        export(data, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -294,67 +171,179 @@ def test_a_result_without_one_of_its_numbers_never_passes(tmp_path: Path, missin
         "deviation": dataclasses.replace(complete, deviation=None),
         "uncertainty": dataclasses.replace(complete, uncertainty=None),
     }
-    job = dataclasses.replace(sample_job(), characteristics=(parts[missing],))
-    report = export(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
-    row = report.read_text("ascii").splitlines()[1]
+    view = dataclasses.replace(sample_view(), characteristics=(parts[missing],))
+    row = export(sample_report(view), tmp_path)["report.csv"].read_text("ascii").splitlines()[1]
     assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,{LAST}"
 
 
 def test_a_value_that_is_not_trusted_is_not_printed(tmp_path: Path) -> None:
     doubtful = result("Bore diameter", 20.001, Verdict.NOT_MEASURED)
-    job = dataclasses.replace(sample_job(), characteristics=(doubtful,))
-    report = export(job, NOMINALS, tmp_path, T_part_from_world=None)[2]
-    row = report.read_text("ascii").splitlines()[1]
+    view = dataclasses.replace(sample_view(), characteristics=(doubtful,))
+    row = export(sample_report(view), tmp_path)["report.csv"].read_text("ascii").splitlines()[1]
     assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,{LAST}"
-
-
-def test_a_feature_that_the_plan_does_not_know_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(StorageError, match="'FACE' of the job is not in the plan"):
-        export(sample_job(), NOMINALS[:1], tmp_path, T_part_from_world=None)
 
 
 @pytest.mark.parametrize("folder", ["file.txt", "file.txt/below", "/proc/ocmm", "/dev/null"])
 def test_an_unwritable_folder_is_one_sentence(tmp_path: Path, folder: str) -> None:
     (tmp_path / "file.txt").write_text("a file, no folder")
     with pytest.raises(StorageError) as caught:
-        export(sample_job(), NOMINALS, tmp_path / folder, T_part_from_world=None)
+        export(sample_report(), tmp_path / folder)
     assert caught.value.code == "export.not_writable"
     assert "Block_07_points.csv" in caught.value.what
     assert (tmp_path / "file.txt").read_text() == "a file, no folder"
 
 
 @pytest.mark.parametrize("existing", [True, False])
-@pytest.mark.parametrize("blocked", ["points", "features", "report"])
-def test_all_three_files_or_none(tmp_path: Path, blocked: str, existing: bool) -> None:
+@pytest.mark.parametrize("blocked", KINDS)
+def test_all_files_or_none(tmp_path: Path, blocked: str, existing: bool) -> None:
     # A folder of the file's name cannot be replaced, whoever runs this.
-    (tmp_path / f"Block_07_{blocked}.csv").mkdir()
-    others = [name for name in ("points", "features", "report") if name != blocked]
+    (tmp_path / f"Block_07_{blocked}").mkdir()
+    others = [kind for kind in KINDS if kind != blocked]
     if existing:
-        for name in others:
-            (tmp_path / f"Block_07_{name}.csv").write_bytes(b"older export")
+        for kind in others:
+            (tmp_path / f"Block_07_{kind}").write_bytes(b"older export")
     before = sorted(os.listdir(tmp_path))  # noqa: PTH208 - hidden leftovers count, names suffice
     with pytest.raises(StorageError, match=f"Block_07_{blocked}"):
-        export(sample_job(), NOMINALS, tmp_path, T_part_from_world=None)
+        export(sample_report(), tmp_path)
     assert sorted(os.listdir(tmp_path)) == before  # noqa: PTH208 - see above
-    for name in others if existing else []:
-        assert (tmp_path / f"Block_07_{name}.csv").read_bytes() == b"older export"
+    for kind in others if existing else []:
+        assert (tmp_path / f"Block_07_{kind}").read_bytes() == b"older export"
 
 
 def test_the_files_of_a_job_that_proves_nothing_say_so(tmp_path: Path) -> None:
-    job = dataclasses.replace(sample_job(), unproven="Measured as uncalibrated.")
-    paths = export_polyworks(
-        job, NOMINALS, tmp_path, T_part_from_world=None, calibration="UNCALIBRATED 0123456789ab"
-    )
-    assert [path.name for path in paths] == [
-        f"Block_07_UNCALIBRATED_{kind}.csv" for kind in ("points", "features", "report")
-    ]
-    with paths[2].open(newline="", encoding="ascii") as stream:
-        rows = list(csv.DictReader(stream))
-    assert {row["Calibration"] for row in rows} == {"UNCALIBRATED 0123456789ab"}
+    view = dataclasses.replace(sample_view(), unproven="Measured as uncalibrated.")
+    names = [path.name for path in write_report(sample_report(view), ("polyworks",), tmp_path)]
+    assert names == [f"Block_07_UNCALIBRATED_{kind}" for kind in KINDS]
 
 
 def test_a_second_export_replaces_the_first(tmp_path: Path) -> None:
-    export(sample_job(), NOMINALS, tmp_path, T_part_from_world=None)
-    paths = export(sample_job(), NOMINALS, tmp_path, T_part_from_world=PART_FROM_WORLD)
-    assert paths[0].read_bytes() == POINTS_PART
-    assert len(list(tmp_path.iterdir())) == 3
+    export(sample_report(frame=None), tmp_path)
+    paths = export(sample_report(), tmp_path)
+    assert paths["points.csv"].read_bytes() == POINTS_PART
+    assert len(list(tmp_path.iterdir())) == len(KINDS)
+
+
+def test_ball_centres_stand_in_files_of_their_own(tmp_path: Path) -> None:
+    profile = msgspec.structs.replace(polyworks_profile(), centres=True)
+    paths = write_report(sample_report(), ("polyworks",), tmp_path, profile)
+    names = {path.name.removeprefix("Block_07_") for path in paths}
+    assert names == {*KINDS, "points_centres.csv", "cloud_centres.asc"}
+    surface = np.loadtxt(tmp_path / "Block_07_cloud.asc")
+    centres = np.loadtxt(tmp_path / "Block_07_cloud_centres.asc")
+    # The definition of the vector: it leads from the surface to the ball centre, 1.5 mm away.
+    assert centres[:, :3] == pytest.approx(surface[:, :3] + 1.5 * surface[:, 3:], abs=1.1e-4)
+    assert (tmp_path / "Block_07_points.csv").read_bytes() == POINTS_PART
+
+
+def test_slots_and_cones_carry_width_and_angle(tmp_path: Path) -> None:
+    slot = element([0.0, 0.0, 1000.0], [0.0, 0.0, 1.0], 20.0, second=4.0, across=[0.0, 1.0, 0.0])
+    cone = element([0.0, 0.0, 1000.0], [0.0, 0.0, 1.0], 5.0, half_angle=np.radians(15.0))
+    touch = [point(1, "SLOT", (8.5, 0.0, 1000.0), (-1.0, 0.0, 0.0))]
+    view = dataclasses.replace(
+        sample_view(),
+        features=(
+            feature("SLOT", Shape.ROUND_SLOT, touch, slot, [0.0]),
+            feature("CONE", Shape.CONE, [], cone, [0.0]),
+        ),
+        characteristics=(
+            dataclasses.replace(
+                result("Apex", 30.01, Verdict.CONFORM, kind="angle", nominal=30.0), upper=0.1
+            ),
+        ),
+    )
+    nominals = [
+        NominalFeature(
+            name="SLOT", shape=Shape.ROUND_SLOT, points=5, point=(0.0, 0.0, 0.0), length=40.0,
+            width=8.0, across=(2.0, 0.0, 0.0),
+        ),
+        NominalFeature(
+            name="CONE", shape=Shape.CONE, points=6, point=(0.0, 0.0, 0.0), diameter=10.0,
+            angle_deg=30.0,
+        ),
+    ]  # fmt: skip
+    paths = export(sample_report(view, nominals=nominals), tmp_path)
+    rows = list(csv.DictReader(io.StringIO(paths["features.csv"].read_text("ascii"))))
+    assert [(row["Length"], row["Width"], row["U"], row["V"]) for row in rows[:2]] == [
+        ("40.0000", "8.0000", "1.000000", "0.000000"),
+        ("40.0000", "8.0000", "1.000000", "0.000000"),
+    ]
+    assert [(row["Diameter"], row["Angle"], row["U"]) for row in rows[2:]] == [
+        ("10.0000", "30.0000", ""),
+        ("10.0000", "30.0000", ""),
+    ]
+    (told,) = csv.DictReader(io.StringIO(paths["report.csv"].read_text("ascii")))
+    assert (told["Measured"], told["Unit"]) == ("30.0100", "deg")
+
+
+def test_the_european_profile_has_semicolons_commas_and_the_verdict(tmp_path: Path) -> None:
+    profile = load_profile(resource("profiles", "european.toml"))
+    paths = write_report(sample_report(), ("polyworks",), tmp_path, profile)
+    text = paths[2].read_text("utf-8-sig")
+    rows = list(csv.DictReader(io.StringIO(text), delimiter=";"))
+    assert [row["Measured"] for row in rows] == ["20,0025", "20,0312", "19,9812", "20,0195", ""]
+    verdicts = [item.verdict.value for item in sample_view().characteristics]
+    assert [row["Verdict"] for row in rows] == verdicts
+    assert rows[2]["Deviation"] == "-0,0188"
+    assert rows[0]["Temperature"] == COLD.replace(";", ",")
+    # The cloud and the macro have no sign to choose.
+    assert paths[3].read_bytes() == CLOUD_PART
+
+
+def test_inches_are_inches_everywhere_and_degrees_stay(tmp_path: Path) -> None:
+    profile = msgspec.structs.replace(polyworks_profile(), lengths="inch", length_decimals=6)
+    paths = write_report(sample_report(), ("polyworks",), tmp_path, profile)
+    rows = list(csv.DictReader(io.StringIO(paths[2].read_text("ascii"))))
+    assert (rows[0]["Measured"], rows[0]["Unit"]) == (f"{20.00246 / 25.4:.6f}", "inch")
+    surface = np.loadtxt(paths[3])
+    assert surface[0, 1] == pytest.approx(-10.0 / 25.4, abs=1e-6)
+    assert surface[0, 4] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('decimal = "."', 'decimal = ","', "so is the decimal sign"),
+        ('delimiter = ","', 'delimiter = " "', "delimiter"),
+        ('"K"]', '"K", "Colour"]', "'Colour'"),
+        ('"K"]', '"K", "X"]', "'X' twice"),
+        ("length_decimals = 4", "length_decimals = -1", "length_decimals"),
+        ('lengths = "mm"', 'lengths = "feet"', "lengths"),
+    ],
+)
+def test_a_profile_that_no_program_could_read_is_refused(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
+    text = resource("profiles", "polyworks.toml").read_text("utf-8")
+    assert old in text
+    (tmp_path / "bad.toml").write_text(text.replace(old, new), "utf-8")
+    with pytest.raises(InputError, match=told):
+        load_profile(tmp_path / "bad.toml")
+
+
+def test_the_preview_shows_what_the_files_hold() -> None:
+    text = preview_text(preview(sample_report(), "polyworks"))
+    for wanted in ("BORE 1.001", "-10.0000", "Bore in doubt", "19.9812"):
+        assert wanted in text
+
+
+@pytest.mark.parametrize("where", range(3, 2000, 97))
+def test_a_file_that_does_not_come_back_as_written_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: int
+) -> None:
+    """A disk that changes one digit of what it is given; the older report stays."""
+    (tmp_path / "Block_07_points.csv").write_bytes(b"older export")
+
+    def write(path: Path, content: bytes) -> None:
+        places = [i for i, sign in enumerate(content) if chr(sign).isdigit()]
+        if "report.csv" in path.name:
+            place = places[where % len(places)]
+            other = b"%d" % ((content[place] - 48 + 5) % 10)
+            content = content[:place] + other + content[place + 1 :]
+        path.write_bytes(content)
+
+    monkeypatch.setattr(files, "write_atomic", write)
+    with pytest.raises(StorageError) as caught:
+        export(sample_report(), tmp_path)
+    assert caught.value.code == "export.differs"
+    assert [path.name for path in tmp_path.iterdir()] == ["Block_07_points.csv"]
+    assert (tmp_path / "Block_07_points.csv").read_bytes() == b"older export"

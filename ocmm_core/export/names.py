@@ -1,0 +1,70 @@
+"""What may go into files of other programs: names are checked, free text is cleaned.
+
+A name that is written as a command or a file name is never escaped: it is taken as it is or
+refused. Free text (who measured, serial numbers, notes) is kept, without what controls a program.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+
+from ocmm_core.errors import StorageError
+from ocmm_core.inspection.plan import NAME_PATTERN
+
+_DEVICES = frozenset(
+    {"CON", "PRN", "AUX", "NUL", "CLOCK$"}
+    | {f"{port}{number}" for port in ("COM", "LPT") for number in range(10)}
+)
+"""Names that are no files on Windows, whatever follows after a dot."""
+
+_LONGEST = 250
+_NO_TEXT = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+"""Unicode categories of signs that nobody reads: controls, directions, halves, ends of lines."""
+
+_COMMANDS = ("=", "+", "-", "@")
+"""Begin a formula in a spreadsheet (CWE-1236)."""
+
+
+def check_name(kind: str, name: str) -> str:
+    """Return a name that every file can take; raise StorageError for any other.
+
+    Parameters
+    ----------
+    kind
+        Of what, for the message: ``"job"``, ``"feature"`` ...
+    """
+    if not NAME_PATTERN.fullmatch(name):
+        raise StorageError(
+            "export.name",
+            f"The {kind} name {name!r} cannot go into a report.",
+            "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', beginning with a letter, a "
+            "digit or '_'.",
+        )
+    return name
+
+
+def check_file_stem(name: str) -> str:
+    """Return the name of a job that files can be called after; raise StorageError otherwise."""
+    check_name("job", name)
+    if name.split(".")[0].strip().upper() in _DEVICES or name.rstrip(". ") != name:
+        raise StorageError(
+            "export.name",
+            f"Files cannot be called after the job name {name!r} on every system.",
+            "Copy the job file to another name that is no device and does not end with a dot or "
+            "a blank, and report that.",
+        )
+    return name
+
+
+def clean_text(text: str) -> str:
+    """Return free text on one line, without control characters and half characters."""
+    kept = "".join(" " if unicodedata.category(sign) in _NO_TEXT else sign for sign in text)
+    return " ".join(kept.split())[:_LONGEST]
+
+
+def spreadsheet_text(text: str) -> str:
+    """Return text, with a quote before it where a spreadsheet would compute it (OWASP ASVS 1.2.10).
+
+    For cells of text only: numbers begin with a minus where they are negative.
+    """
+    return f"'{text}" if text.lstrip().startswith(_COMMANDS) else text

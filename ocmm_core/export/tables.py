@@ -1,0 +1,266 @@
+"""The tables of a report: points, features, characteristics and head, cell by cell.
+
+All formats that people read (text files, workbook, preview) take their cells from here, so that
+they cannot say different things. Points are compensated surface points; their vector leaves the
+material, so that the ball centre is ``xyz + radius * ijk``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ocmm_core.errors import StorageError
+from ocmm_core.export.names import check_name, clean_text
+from ocmm_core.export.report_data import Element, ReportData, ReportedFeature, ReportedResult
+from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.tolerances.result import Verdict
+
+MM_PER_INCH = 25.4
+
+POINT_COLUMNS = ("Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Held")
+FEATURE_COLUMNS = (
+    "Name", "Type", "Component", "X", "Y", "Z", "I", "J", "K", "Diameter", "Length", "Angle",
+    "Form", "RMS", "NbPoints", "CoordinateSystem", "Unit", "Width", "U", "V", "W", "Criterion",
+    "Note",
+)  # fmt: skip
+REPORT_COLUMNS = (
+    "Name", "Control", "Nominal", "Measured", "Deviation", "TolLower", "TolUpper", "Test",
+    "OutTol", "Uncertainty", "Unit", "Calibration", "Temperature", "Probe", "Reference",
+    "Verdict", "Features", "Datums", "Association", "Frame", "Rule", "Note",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number and how many of its digits are told."""
+
+    value: float
+    decimals: int
+
+    def text(self, decimal: str = ".") -> str:
+        """Return it as text, the same in every locale and never as minus zero."""
+        # Python's format knows no locale; adding zero to what is rounded drops the sign of -0.0.
+        written = f"{round(self.value, self.decimals) + 0.0:.{self.decimals}f}"
+        return written.replace(".", decimal)
+
+
+Cell = str | int | Number | None
+"""None is an empty cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with named columns.
+
+    Attributes
+    ----------
+    title
+        For people.
+    columns
+        In their order.
+    rows
+        As many cells as columns each.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+    def chosen(self, columns: Sequence[str], when_needed: Sequence[str] = ()) -> Table:
+        """Return the table with these columns; those in ``when_needed`` unless they are empty."""
+        filled = [
+            name
+            for name in when_needed
+            if any(row[self.columns.index(name)] not in (None, "") for row in self.rows)
+        ]
+        places = [self.columns.index(name) for name in (*columns, *filled)]
+        rows = tuple(tuple(row[place] for place in places) for row in self.rows)
+        return Table(self.title, tuple(self.columns[place] for place in places), rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Unit of all lengths, and digits after the decimal sign."""
+
+    lengths: Literal["mm", "inch"] = "mm"
+    length_decimals: int = 4
+    angle_decimals: int = 4
+    vector_decimals: int = 6
+
+    def length(self, name: str, mm: float | None) -> Number | None:
+        """Return a length of what is called ``name``."""
+        if mm is None:
+            return None
+        value = mm / MM_PER_INCH if self.lengths == "inch" else mm
+        return _finite(name, value, self.length_decimals)
+
+    def angle(self, name: str, degrees: float | None) -> Number | None:
+        """Return an angle of what is called ``name``."""
+        return None if degrees is None else _finite(name, degrees, self.angle_decimals)
+
+    def place(self, name: str, mm: Float) -> list[Cell]:
+        """Return three coordinates."""
+        return [self.length(name, float(value)) for value in mm]
+
+    def vector(self, name: str, direction: Float | None) -> list[Cell]:
+        """Return three components of a unit vector; empty cells for None."""
+        if direction is None:
+            return [None, None, None]
+        return [_finite(name, float(value), self.vector_decimals) for value in direction]
+
+
+def points_table(data: ReportData, units: Units, *, centres: bool = False) -> Table:
+    """Return the points in the order of the plan: compensated surface points, or ball centres."""
+    rows = [
+        _point_row(data, units, feature, index, point, centres=centres)
+        for feature in data.features
+        for index, point in enumerate(feature.seen.points, start=1)
+    ]
+    return Table("Ball centres" if centres else "Points", POINT_COLUMNS, tuple(rows))
+
+
+def features_table(data: ReportData, units: Units) -> Table:
+    """Return nominal and measured features."""
+    rows: list[tuple[Cell, ...]] = []
+    for feature in data.features:
+        check_name("feature", feature.name)
+        if feature.nominal_element is not None:
+            rows.append(_row_of(feature, feature.nominal_element, "Nominal", "Part", units))
+        if feature.actual_element is not None:
+            rows.append(_row_of(feature, feature.actual_element, "Measured", data.system, units))
+    return Table("Features", FEATURE_COLUMNS, tuple(rows))
+
+
+def report_table(data: ReportData, units: Units) -> Table:
+    """Return the characteristics with their verdicts."""
+    rows = [_result_row(data, reported, units) for reported in data.reported]
+    return Table("Characteristics", REPORT_COLUMNS, tuple(rows))
+
+
+def head_table(data: ReportData) -> Table:
+    """Return what is to be known about the whole job, as pairs of word and text."""
+    view, head = data.view, data.head
+    counts = dict.fromkeys(Verdict, 0)
+    for result in data.results:
+        counts[result.verdict] += 1
+    pairs: list[tuple[str, str | int]] = [
+        ("Job", data.job),
+        ("Job identity", head.job_uuid),
+        ("Part", clean_text(view.part)),
+        ("Serial number", clean_text(head.serial)),
+        ("Operator", clean_text(head.operator)),
+        ("Begun (UTC)", head.created_utc),
+        ("Last point (UTC)", max(data.taken_utc.values(), default="")),
+        ("Plan", data.plan.name),
+        ("Plan SHA-256", head.plan_identity),
+        *((verdict.value, count) for verdict, count in counts.items()),
+        ("Decision rule", data.rule_words),
+        ("Coverage factor", "U is the expanded uncertainty, k = 2"),
+        ("Frame", data.system),
+        ("Complete", "yes" if view.complete else "no"),
+        ("Not proven because", clean_text(view.unproven)),
+        ("Points held back", ", ".join(map(str, view.held))),
+        ("Points taken back", ", ".join(map(str, data.annulled))),
+        ("Cameras", clean_text(data.calibration.note or data.calibration.label)),
+        ("Probe", clean_text(data.probe.note or data.probe.label)),
+        ("Reference body", clean_text(data.reference.label)),
+        ("Temperatures", clean_text(view.temperature)),
+        ("Reported at 20 C", "yes" if view.at_20_c else "no"),
+        ("Measured with", f"OCMM {head.software_version}"),
+        ("Reported with", f"OCMM {data.written_by}"),
+        *((f"Doubt {index}", clean_text(note)) for index, note in enumerate(data.notes, start=1)),
+    ]
+    return Table("Job", ("Item", "Value"), tuple(pairs))
+
+
+def _point_row(
+    data: ReportData,
+    units: Units,
+    feature: ReportedFeature,
+    index: int,
+    point: MeasuredPoint,
+    *,
+    centres: bool,
+) -> tuple[Cell, ...]:
+    name = f"{check_name('feature', feature.name)}.{index:03d}"
+    place = point.tip_world if centres else point.surface_world
+    return (
+        name,
+        *units.place(feature.name, data.frame.apply(place)),
+        *units.vector(feature.name, data.frame.rotation @ point.direction),
+        feature.name,
+        point.number,
+        data.taken_utc.get(point.number, ""),
+        "held back" if point.number in data.view.held else "",
+    )
+
+
+def _row_of(
+    feature: ReportedFeature, element: Element, component: str, system: str, units: Units
+) -> tuple[Cell, ...]:
+    name, fit, count = feature.name, feature.seen.fit, len(feature.seen.points)
+    measured = component == "Measured" and fit is not None
+    # As few points as the shape needs lie on it whatever they are: that is no measure of form.
+    has_form = measured and count > MINIMUM_POINTS[feature.shape]
+    return (
+        name, feature.shape.value, component,
+        *units.place(name, element.point),
+        *units.vector(name, element.direction),
+        units.length(name, element.diameter),
+        units.length(name, element.length),
+        units.angle(name, element.angle_deg),
+        units.length(name, fit.form) if has_form and fit is not None else None,
+        units.length(name, fit.rms) if has_form and fit is not None else None,
+        count if measured else None, system, units.lengths,
+        units.length(name, element.width),
+        *units.vector(name, element.across),
+        fit.criterion.name.lower().replace("_", " ") if measured and fit is not None else "",
+        clean_text(feature.seen.note) if component == "Measured" else "",
+    )  # fmt: skip
+
+
+def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Cell, ...]:
+    result = reported.result
+    name = check_name("characteristic", result.name)
+    tell = units.angle if reported.unit == "deg" else units.length
+    measured, deviation, uncertainty = result.measured, result.deviation, result.uncertainty
+    cells: list[Cell] = [None, None, "Fail", None, None]
+    if (
+        result.verdict is not Verdict.NOT_MEASURED
+        and measured is not None
+        and deviation is not None
+        and uncertainty is not None
+    ):
+        beyond = max(deviation - result.upper, result.lower - deviation, 0.0)
+        cells = [
+            tell(name, measured),
+            tell(name, deviation),
+            "Pass" if result.verdict is Verdict.CONFORM else "Fail",
+            tell(name, beyond),
+            tell(name, uncertainty),
+        ]
+    return (
+        name, result.kind.capitalize(), tell(name, result.nominal), *cells[:2],
+        tell(name, result.lower), tell(name, result.upper), *cells[2:],
+        "deg" if reported.unit == "deg" else units.lengths,
+        data.calibration.label, data.climate.label, data.probe.label, data.reference.label,
+        result.verdict.value, " + ".join(result.features), " | ".join(reported.datums),
+        reported.association, data.system, data.plan.rule, clean_text(result.note),
+    )  # fmt: skip
+
+
+def _finite(name: str, value: float, decimals: int) -> Number:
+    if not math.isfinite(value):
+        raise StorageError(
+            "export.not_finite",
+            f"A value of {name!r} is {value}, which is not a number that can be reported.",
+            "Measure that feature again.",
+        )
+    return Number(float(np.float64(value)), decimals)
