@@ -171,7 +171,8 @@ def wrong_points(book: list[int], found: list[int], under_way: str) -> int:
     new = [number for number in found if number not in book]
     done = {
         "take": not gone and len(new) == 1,
-        "undo": gone == book[-1:] and not new,
+        # A flip that is undone puts the point back that was there before, with a new number.
+        "undo": gone == book[-1:] and len(new) <= 1,
         "flip": gone == book[-1:] and len(new) == 1,
     }
     if (not gone and not new) or done.get(under_way, False):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,28 +11,21 @@ from ocmm_core.alignment.datums import part_frame
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.quarantine import feature_note, with_doubt
+from ocmm_core.inspection.quarantine import with_doubt
 from ocmm_core.inspection.single_points import compensate_by_plan
-from ocmm_core.inspection.view import FeatureState, FeatureView
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import reported_points
 from ocmm_core.measuring.uncertainty import joint_covariance
+from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.decision import not_measured, not_proven
+from ocmm_core.tolerances.evaluate import involved_features
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
-
-_WORST_FIRST = (
-    Verdict.NOT_CONFORM,
-    Verdict.NOT_PROVEN,
-    Verdict.NOT_MEASURED,
-    Verdict.CONFORM,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +62,15 @@ class JobResults:
         Every feature of the plan as it is, or why it is not known.
     results
         Of all characteristics, whatever is in doubt.
+    provisional
+        Names of the characteristics with a feature that has not all its points yet: they have no
+        verdict, and may have a value to look at.
     """
 
     points: tuple[MeasuredPoint, ...]
     actual: Mapping[str, ActualFeature | FitError]
     results: tuple[CharacteristicResult, ...]
+    provisional: frozenset[str]
 
     def judged(self, plan: Plan, standing: JobStanding) -> tuple[CharacteristicResult, ...]:
         """Return the results, those in doubt as not proven."""
@@ -82,39 +79,6 @@ class JobResults:
         if standing.unproven:
             results = tuple(not_proven(result, standing.unproven) for result in results)
         return results
-
-    def features_seen(
-        self, plan: Plan, results: Sequence[CharacteristicResult], standing: JobStanding
-    ) -> tuple[FeatureView, ...]:
-        """Return what is seen of every feature; ``results`` are those of `judged`."""
-        return tuple(self._seen(nominal, results, standing) for nominal in plan.features)
-
-    def _seen(
-        self,
-        nominal: NominalFeature,
-        results: Sequence[CharacteristicResult],
-        standing: JobStanding,
-    ) -> FeatureView:
-        actual = self.actual[nominal.name]
-        state = FeatureState.DONE if nominal.name in standing.done else FeatureState.PENDING
-        if nominal.name == standing.active:
-            state = FeatureState.ACTIVE
-        fitted = isinstance(actual, ActualFeature)
-        verdicts = {item.verdict for item in results if nominal.name in item.features}
-        return FeatureView(
-            name=nominal.name,
-            shape=nominal.shape,
-            needed=nominal.points,
-            state=state,
-            points=tuple(point for point in self.points if point.feature == nominal.name),
-            fit=actual.fit if isinstance(actual, ActualFeature) else None,
-            verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fitted else None,
-            note=(
-                actual.what
-                if isinstance(actual, FitError)
-                else feature_note(nominal.name, self.points, standing.held)
-            ),
-        )
 
 
 def evaluate_job(
@@ -143,14 +107,37 @@ def evaluate_job(
     results = evaluate_all(
         plan.characteristics, plan.alignment, actual, covariance, plan.rule
     )
-    # Every further point can only make form worse: a part of them proves nothing.
-    judged = tuple(
-        not_measured(item, f"Form is judged when {item.features[0]} has all its points.")
-        if item.kind == "form" and item.features[0] not in done
-        else result
-        for item, result in zip(plan.characteristics, results, strict=True)
+    judged: list[CharacteristicResult] = []
+    provisional: set[str] = set()
+    for item, result in zip(plan.characteristics, results, strict=True):
+        open_ = [name for name in features_of(plan, item) if name not in done]
+        if open_ and result.verdict is not Verdict.NOT_MEASURED:
+            provisional.add(item.name)
+            judged.append(_without_verdict(item, result, open_[0]))
+        else:
+            judged.append(result)
+    return JobResults(tuple(reported), actual, tuple(judged), frozenset(provisional))
+
+
+def features_of(plan: Plan, item: Characteristic) -> list[str]:
+    """Return all features that a characteristic rests on, also those projected onto."""
+    names = list(involved_features(item, plan.alignment))
+    names += [plane for name in names if (plane := plan.feature(name).projection)]
+    return list(dict.fromkeys(names))
+
+
+def _without_verdict(
+    item: Characteristic, result: CharacteristicResult, feature: str
+) -> CharacteristicResult:
+    """Return a value while ``feature`` is still being probed: to look at, not to decide by."""
+    if item.kind == "form":
+        # Every further point can only make form worse: a part of them says nothing.
+        return not_measured(item, f"Form is judged when {feature} has all its points.")
+    return replace(
+        result,
+        verdict=Verdict.NOT_MEASURED,
+        note=f"Provisional: {feature} has not all its points yet.",
     )
-    return JobResults(tuple(reported), actual, judged)
 
 
 def checked_features(

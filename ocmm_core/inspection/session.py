@@ -7,31 +7,27 @@ lock guards them, and every change makes a new frozen `JobView`.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.acceptance import judge_touch
-from ocmm_core.inspection.evaluation import (
-    JobStanding,
-    checked_features,
-    evaluate_job,
-    frame_of,
-)
+from ocmm_core.inspection.deeds import Deed, Deeds
+from ocmm_core.inspection.evaluation import checked_features, frame_of
+from ocmm_core.inspection.header import header_of
+from ocmm_core.inspection.job_points import FLIPPED, Change, JobPoints
+from ocmm_core.inspection.job_view import JobState, view_of
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.quarantine import (
-    Ward,
-    event_text,
-    held_back,
-    notes_of,
-)
+from ocmm_core.inspection.progress import EVENT, PAUSED, RESUMED, Progress, progress_of
+from ocmm_core.inspection.quarantine import Ward
 from ocmm_core.inspection.reference_use import ReferenceUse
-from ocmm_core.inspection.view import JobView
-from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.inspection.view import JobView, Probing
+from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.temperature import EVENT as TEMPERATURE
 from ocmm_core.measuring.temperature import (
     Climate,
@@ -43,10 +39,12 @@ from ocmm_core.measuring.trigger import Touch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.result import ReferenceHome
-from ocmm_core.tracking.sensitivity import TipSensitivity
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 """Kinds of events of the job file."""
+
+_UNDONE = "undone by the operator"
+_LONGEST_REASON = 200
 
 
 class InspectionSession:
@@ -58,14 +56,16 @@ class InspectionSession:
         What is measured, and with what.
     job
         Where points are made durable before anybody is told of them. Points that it holds already
-        are taken over, so that a job goes on after an interruption.
+        are taken over, and what was decided about features, so that a job goes on where it was
+        interrupted.
     options
         Limits.
 
     Raises
     ------
     MeasuringError
-        The job holds points of another probe or tip, or relative to another reference body.
+        The job holds points of another probe or tip, of other cameras, or relative to another
+        reference body.
     """
 
     def __init__(
@@ -77,36 +77,29 @@ class InspectionSession:
         self._job = job
         self._options = options
         self._lock = threading.RLock()
-        self._points: list[MeasuredPoint] = job.points()
-        if self._points and job.head.probe_identity != body.identity:
+        self._points = JobPoints(job)
+        begun = bool(self._points.counting)
+        if begun and job.head.probe_identity != body.identity:
             raise MeasuringError(
                 "session.other_probe",
                 f"{job.path}: the points of this job were taken with another probe, with another "
                 f"tip, or before the tip was calibrated or qualified anew.",
                 "Begin a new job; or give the probe and the tip that this one was begun with.",
             )
-        self._reference = ReferenceUse(
-            rig, body, options.reference, job, begun=bool(self._points)
-        )
-        self._sensitivities: dict[int, TipSensitivity] = {
-            point.number: self._reference.sensitivity(point.spots, point.reference_spots)
-            for point in self._points
-        }
-        self._done: set[str] = set()
+        self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
+        self._points.sensitivities(self._reference)
         self._refusal: Refusal | None = None
         events = job.events()
         notes = [event.text for event in events if event.kind == _UNCALIBRATED]
         self._unproven = notes[-1] if notes else ""
         self._recorded = [event.text for event in events if event.kind == TEMPERATURE]
-        if self._points:
+        if begun:
             self._require_same_climate()
-        self._held = {ward: held_back(events, ward) for ward in Ward}
-        self._first_own = job.next_number()
-        for feature in plan.features:
-            if self._count(feature.name) >= feature.points:
-                self._done.add(feature.name)
-        self._active = ""
-        self._advance()
+        self._header = header_of(job.head, events)
+        self._progress = progress_of(plan, self._points.counts(), events)
+        pauses = [event.kind for event in events if event.kind in (PAUSED, RESUMED)]
+        self._paused = pauses[-1:] == [PAUSED]
+        self._deeds = Deeds()
         self._view: JobView | None = None
 
     @property
@@ -121,7 +114,7 @@ class InspectionSession:
     def T_part_from_world(self) -> RigidTransform | None:
         """Return the part frame, or None while its datums are not measured."""
         with self._lock:
-            points = reported_points(self._points, self._options.climate.part)
+            points = reported_points(self._points.counting, self._options.climate.part)
             return frame_of(self._plan, checked_features(self._plan, points, self._options))
 
     @property
@@ -195,24 +188,14 @@ class InspectionSession:
             It could not be made durable; the points are held back until the program ends.
         """
         with self._lock:
-            numbers = [
-                point.number
-                for point in self._points
-                # Points of earlier runs have times of another clock.
-                if point.number >= self._first_own
-                and (since_s is None or point.time_s >= since_s)
-            ]
+            numbers = self._points.taken_since(since_s)
             return self.hold_back_points(numbers, reason, Ward.CAMERAS)
 
     def hold_back_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
         """Hold back points, and return those that were not yet; StorageError as `hold_back`."""
         with self._lock:
-            new = [number for number in numbers if number not in self._held[ward]]
-            self._held[ward] |= dict.fromkeys(new, reason)
             self._view = None
-            if new:
-                self._job.append_event(ward.held, event_text(new, reason))
-            return new
+            return self._points.hold_back(numbers, reason, ward)
 
     def release(self, reason: str, ward: Ward = Ward.CAMERAS) -> list[int]:
         """Let points count again that were held back, and return them.
@@ -225,14 +208,8 @@ class InspectionSession:
             It could not be made durable; they stay held back.
         """
         with self._lock:
-            held = self._held[ward]
-            first = self._first_own if ward is Ward.CAMERAS else 0
-            numbers = [number for number in held if number >= first]
-            if numbers:
-                self._job.append_event(ward.released, event_text(numbers, reason))
-                self._held[ward] = {k: v for k, v in held.items() if k not in numbers}
-                self._view = None
-            return numbers
+            self._view = None
+            return self._points.release(reason, ward)
 
     def take_touch(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
         """Turn a touch into a durable point of the active feature, or say why not.
@@ -250,54 +227,130 @@ class InspectionSession:
             The point could not be made durable; it is not part of the job then.
         """
         with self._lock:
-            outcome = self._point(touch, feature if feature is not None else self._active)
-            self._view = None
+            outcome = self._point(touch, feature)
             if isinstance(outcome, Refusal):
                 self._note(outcome)
-                return outcome
-            self._append(outcome)
-            self._refusal = None
-            if self._count(outcome.feature) >= self._plan.feature(outcome.feature).points:
-                self._done.add(outcome.feature)
-                if outcome.feature == self._active:
-                    self._advance()
             return outcome
 
     def undo(self) -> None:
-        """Take back the last point; its observation stays in the job file.
+        """Take back the last step: a point, a deletion, a skip; nothing leaves the job file.
 
         Raises
         ------
         MeasuringError
-            There is no point.
+            There is nothing to take back.
         """
         with self._lock:
-            last = self._take_back("undone by the operator")
-            self._done.discard(last.feature)
-            self._active = last.feature
-            self._refusal = None
-            self._view = None
+            deed = self._deeds.last or self._last_point()
+            if deed is None:
+                raise MeasuringError(
+                    "session.no_point", "No point was taken yet.", "Take one first."
+                )
+            self._deeds.undid(self._reverse(deed, "undone"))
 
-    def flip(self) -> None:
-        """Turn the compensation of the last point to the other side.
+    def redo(self) -> None:
+        """Do again what was undone last.
 
         Raises
         ------
         MeasuringError
-            There is no point.
+            Nothing was undone since the last step.
         """
         with self._lock:
-            last = self._last()
-            number = self._job.next_number()
-            self._sensitivities[number] = self._sensitivities[last.number]
-            turned = replace(last, number=number, direction=-last.direction, approach="flipped")
-            # First held back, then there: whatever happens between, it never counts by mistake.
-            for ward, held in self._held.items():
-                if last.number in held:
-                    self.hold_back_points([number], held[last.number], ward)
-            self._job.replace_point(last.number, "compensation flipped by the operator", turned)
-            self._points[-1] = turned
-            self._view = None
+            deed = self._deeds.last_undone
+            if deed is None:
+                raise MeasuringError(
+                    "session.no_redo", "Nothing was undone.", "Undo something first."
+                )
+            self._deeds.redid(self._reverse(deed, "done again"))
+
+    def flip(self, number: int | None = None) -> None:
+        """Turn the compensation of a point, or of the last one, to the other side.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such point.
+        """
+        with self._lock:
+            if not self._points.counting:
+                raise MeasuringError(
+                    "session.no_point", "No point was taken yet.", "Take one first."
+                )
+            old = self._points.counting[-1] if number is None else self._points.point(number)
+            new = replace(
+                old,
+                number=self._points.next_number(),
+                direction=-old.direction,
+                approach="flipped",
+            )
+            change = self._points.replace(old, new, FLIPPED)
+            self._remember(f"flip of point {old.number}", change, self._progress)
+
+    def delete_point(self, number: int, reason: str) -> None:
+        """Take a point out, and say why; its observation stays in the job file.
+
+        The feature is fitted without it. It takes points again where it has fewer than the plan
+        wants; `finish` accepts it with fewer.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such point, or no reason is given.
+        """
+        with self._lock:
+            feature = self._points.point(number).feature
+            self._did(
+                f"deletion of point {number}",
+                self._settled(feature, -1),
+                annul={number: _checked_reason(reason)},
+            )
+
+    def restore_point(self, number: int) -> None:
+        """Put a deleted point back, with a new number.
+
+        Raises
+        ------
+        MeasuringError
+            The point was not deleted, or is back already.
+        """
+        with self._lock:
+            feature = self._points.taken_out(number).feature
+            self._did(
+                f"restoring of point {number}", self._settled(feature, 1), restore=[number]
+            )
+
+    def skip(self, name: str = "") -> None:
+        """Leave a feature, or the active one, out; what rests on it is not measured.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such feature, or none is active.
+        """
+        with self._lock:
+            name = self._known(name or self._require_active())
+            self._did(
+                f"skipping of {name}", self._progress.left_out(name), events=[("skipped", name)]
+            )
+
+    def repeat(self, name: str = "") -> None:
+        """Measure a feature, or the active one, anew: all its points are taken out.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such feature, or none is active.
+        """
+        with self._lock:
+            name = self._known(name or self._require_active())
+            numbers = [point.number for point in self._points.of(name)]
+            self._did(
+                f"repeating of {name}",
+                self._progress.opened(name),
+                annul=dict.fromkeys(numbers, f"{name} is measured anew"),
+                events=[("repeated", name)],
+            )
 
     def finish(self) -> None:
         """Accept the active feature with the points it has and go to the next one.
@@ -308,14 +361,8 @@ class InspectionSession:
             No feature is active, or it has fewer points than its shape needs.
         """
         with self._lock:
-            if not self._active:
-                raise MeasuringError(
-                    "session.complete",
-                    "Every feature of the plan is measured.",
-                    "Export the report, or select a feature to measure it again.",
-                )
-            feature = self._plan.feature(self._active)
-            minimum, count = MINIMUM_POINTS[feature.shape], self._count(feature.name)
+            feature = self._plan.feature(self._require_active())
+            minimum, count = MINIMUM_POINTS[feature.shape], self._points.count(feature.name)
             if count < minimum:
                 raise MeasuringError(
                     "session.too_few",
@@ -323,10 +370,11 @@ class InspectionSession:
                     f"{feature.shape.value.lower()} needs.",
                     f"Take {minimum - count} more.",
                 )
-            self._job.append_event("finished", f"{feature.name} with {count} points")
-            self._done.add(feature.name)
-            self._advance()
-            self._view = None
+            self._did(
+                f"finishing of {feature.name}",
+                self._progress.finished(feature.name),
+                events=[("finished", f"{feature.name} with {count} points")],
+            )
 
     def select(self, name: str) -> None:
         """Make a feature the one that takes the next point.
@@ -337,23 +385,49 @@ class InspectionSession:
             The plan has no feature of that name.
         """
         with self._lock:
-            if name not in {feature.name for feature in self._plan.features}:
-                raise MeasuringError(
-                    "session.feature",
-                    f"The plan has no feature called {name!r}.",
-                    "Select one of the features in the list.",
-                )
-            self._active = name
-            self._done.discard(name)
+            self._stand(self._progress.opened(self._known(name)))
+
+    def set_order(self, probing: Probing) -> None:
+        """Probe in the order of the plan, or in any: the feature that is touched is then found.
+
+        Before the part frame is known, which says where the features are, the order of the plan
+        holds in any case.
+        """
+        with self._lock:
+            self._stand(replace(self._progress, probing=probing))
+
+    def _stand(self, after: Progress) -> None:
+        self._change(after, {}, (), ())
+        self._progress, self._view = after, None
+
+    def pause(self) -> None:
+        """Take no points until `resume`, whatever is touched; also when the job is opened anew."""
+        with self._lock:
+            if not self._paused:
+                self._job.append_event(PAUSED, "by the operator")
+                self._paused, self._view = True, None
+
+    def resume(self) -> None:
+        """Take points again."""
+        with self._lock:
+            if self._paused:
+                self._job.append_event(RESUMED, "by the operator")
+                self._paused, self._view = False, None
+
+    def refit(self) -> None:
+        """Compute everything again from the raw observations of the points."""
+        with self._lock:
+            self._points.forget_sensitivities()
             self._view = None
 
     def missing(self) -> list[tuple[str, int]]:
         """Return the features that are not done and how many points each still needs."""
         with self._lock:
+            settled = self._progress.done | self._progress.skipped
             return [
-                (feature.name, max(feature.points - self._count(feature.name), 0))
+                (feature.name, max(feature.points - self._points.count(feature.name), 0))
                 for feature in self._plan.features
-                if feature.name not in self._done
+                if feature.name not in settled
             ]
 
     def refuse(self, refusal: Refusal) -> None:
@@ -366,67 +440,121 @@ class InspectionSession:
         self._job.append_event("refused", f"{refusal.code.value}: {refusal.what}")
         self._view = None
 
-    def _point(self, touch: Touch, feature: str) -> MeasuredPoint | Refusal:
-        judged = judge_touch(
-            touch, feature, self._rig, self._body, self._options, self._reference
-        )
+    def _point(self, touch: Touch, wanted: str | None) -> MeasuredPoint | Refusal:
+        if self._paused:
+            return Refusal(
+                RefusalCode.PAUSED,
+                "The job is paused.",
+                "Go on with the job, then touch again.",
+                float(touch.window.time_ns[0]) * 1e-9 if len(touch.window) else 0.0,
+            )
+        name = wanted if wanted is not None else self._progress.active
+        judged = judge_touch(touch, name, self._rig, self._body, self._options, self._reference)
         if isinstance(judged, Refusal):
             return judged
-        number = self._job.next_number()
-        self._sensitivities[number] = judged.sensitivity
-        return judged.point(number, feature, self._body.tip_radius)
+        point = judged.point(self._points.next_number(), name, self._body.tip_radius)
+        change = self._points.add(point, judged.sensitivity)
+        before = self._progress.opened(name)
+        after = before if self._progress.active == name else self._progress
+        if self._points.count(name) >= self._plan.feature(name).points:
+            after = after.finished(name)
+        self._deeds.did(Deed(f"point {point.number} of {name}", change, before, after))
+        self._progress, self._refusal, self._view = after, None, None
+        return point
 
-    def _append(self, point: MeasuredPoint) -> None:
-        self._job.append_point(point)
-        self._points.append(point)
+    def _did(
+        self,
+        words: str,
+        after: Progress,
+        annul: Mapping[int, str] = MappingProxyType({}),
+        restore: Sequence[int] = (),
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Make a step of the inspector durable, all or nothing, and remember it."""
+        self._remember(words, self._change(after, annul, restore, events), after)
 
-    def _take_back(self, reason: str) -> MeasuredPoint:
-        """Annul the last point and return it; MeasuringError if there is none."""
-        self._job.annul_point(self._last().number, reason)
-        return self._points.pop()
+    def _remember(self, words: str, change: Change, after: Progress) -> None:
+        self._deeds.did(Deed(words, change, self._progress, after))
+        self._progress, self._refusal, self._view = after, None, None
 
-    def _last(self) -> MeasuredPoint:
-        if not self._points:
-            raise MeasuringError("session.no_point", "No point was taken yet.", "Take one first.")
-        return self._points[-1]
+    def _change(
+        self,
+        after: Progress,
+        annul: Mapping[int, str],
+        restore: Sequence[int],
+        events: Sequence[tuple[str, str]],
+    ) -> Change:
+        stands = [(EVENT, after.text)] if after != self._progress else []
+        return self._points.change(annul, restore, [*events, *stands])
 
-    def _count(self, feature: str) -> int:
-        return sum(point.feature == feature for point in self._points)
+    def _reverse(self, deed: Deed, word: str) -> Deed:
+        """Take a step back, and return the one that this was."""
+        # A point in the place of another has the same observation: it is not to come back twice.
+        reason = FLIPPED if deed.change.added and deed.change.removed else _UNDONE
+        change = self._change(
+            deed.before,
+            {self._points.latest(number): reason for number in deed.change.added},
+            [self._points.latest(number) for number in deed.change.removed],
+            [(word, deed.words)],
+        )
+        self._progress, self._refusal, self._view = deed.before, None, None
+        return deed.undone_by(change)
 
-    def _advance(self) -> None:
-        names = [feature.name for feature in self._plan.features if feature.name not in self._done]
-        self._active = names[0] if names else ""
+    def _last_point(self) -> Deed | None:
+        """Return the taking of the last point of an earlier run as a step."""
+        if not self._points.counting:
+            return None
+        last = self._points.counting[-1]
+        return Deed(
+            f"point {last.number} of {last.feature}",
+            Change((last.number,), ()),
+            self._progress.opened(last.feature),
+            self._progress,
+        )
+
+    def _settled(self, name: str, more: int) -> Progress:
+        """Return the progress after ``more`` points of a feature."""
+        if self._points.count(name) + more >= self._plan.feature(name).points:
+            return self._progress.finished(name)
+        return self._progress.reopened(name)
+
+    def _require_active(self) -> str:
+        if not self._progress.active:
+            raise MeasuringError(
+                "session.complete",
+                "Every feature of the plan is measured.",
+                "Export the report, or select a feature to measure it again.",
+            )
+        return self._progress.active
+
+    def _known(self, name: str) -> str:
+        if name not in self._progress.names:
+            raise MeasuringError(
+                "session.feature",
+                f"The plan has no feature called {name!r}.",
+                "Select one of the features in the list.",
+            )
+        return name
 
     def _evaluate(self) -> JobView:
-        found = evaluate_job(
+        deed, undone = self._deeds.last or self._last_point(), self._deeds.last_undone
+        return view_of(
             self._plan,
-            self._points,
-            [self._sensitivities[point.number] for point in self._points],
             self._rig,
             self._body,
             self._options,
-            frozenset(self._done),
-        )
-        standing = JobStanding(
-            active=self._active,
-            done=frozenset(self._done),
-            held=notes_of(self._held),
-            unproven=self._unproven,
-        )
-        results = found.judged(self._plan, standing)
-        return JobView(
-            job=self._job.path.stem,
-            part=self._plan.part,
-            operator=self._job.head.operator,
-            features=found.features_seen(self._plan, results, standing),
-            active=self._active,
-            characteristics=results,
-            refusal=self._refusal,
-            complete=not self._active,
-            unproven=self._unproven,
-            held=tuple(p.number for p in self._points if p.number in standing.held),
-            temperature=self._options.climate.words,
-            at_20_c=self._options.climate.part.compensated,
+            self._points,
+            JobState(
+                job=self._job.path.stem,
+                header=self._header,
+                progress=self._progress,
+                sensitivities=tuple(self._points.sensitivities(self._reference)),
+                refusal=self._refusal,
+                paused=self._paused,
+                unproven=self._unproven,
+                undo=deed.words if deed is not None else "",
+                redo=undone.words if undone is not None else "",
+            ),
         )
 
     def _require_same_climate(self) -> None:
@@ -439,3 +567,15 @@ class InspectionSession:
                 f"{before.words}",
                 "Go on with the same, or begin a new job.",
             )
+
+
+def _checked_reason(reason: str) -> str:
+    """Return the reason of a deletion on one line; MeasuringError where there is none."""
+    line = " ".join(reason.split())[:_LONGEST_REASON]
+    if not line or not line.isprintable():
+        raise MeasuringError(
+            "session.no_reason",
+            "A point is only deleted with a reason.",
+            "Say in some words why it does not belong to the feature.",
+        )
+    return line

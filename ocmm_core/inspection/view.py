@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from typing import Literal
+
+import numpy as np
 
 from ocmm_core.acquisition.worker import AcquisitionStatus
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+
+Probing = Literal["plan", "any"]
+"""Whether features are probed in the order of the plan, or in any."""
 
 
 class StatusWord(Enum):
@@ -102,6 +108,65 @@ class FeatureState(Enum):
     PENDING = "pending"
     ACTIVE = "active"
     DONE = "done"
+    SKIPPED = "skipped"
+
+
+@dataclass(frozen=True, slots=True)
+class DeletedPoint:
+    """A point that was taken out of a feature and can be put back."""
+
+    point: MeasuredPoint
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """How well the points of a feature are spread over it.
+
+    Attributes
+    ----------
+    fraction
+        0 to 1: part of the sectors, cells or stretches that have a point.
+    cells
+        Of each sector (counter-clockwise about the direction of the fit), cell or stretch, whether
+        it has a point.
+    words
+        Fraction in words: "5 of 8 sectors".
+    warning
+        What to do where the points are badly spread; else empty.
+    """
+
+    fraction: float
+    cells: tuple[bool, ...]
+    words: str
+    warning: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Where the next point is wanted.
+
+    Attributes
+    ----------
+    feature
+        Name of the feature.
+    surface_world, normal_world
+        (3,), mm, and (3,), unit, from the material towards the probe.
+    ball_world
+        (3,), mm: where the centre of the ball is when it touches there.
+    approximate
+        The place of the part is only roughly known: guidance, never a result.
+    """
+
+    feature: str
+    surface_world: Float
+    normal_world: Float
+    ball_world: Float
+    approximate: bool = False
+
+    def distance(self, tip_world: Float) -> float:
+        """Return how far the ball, (3,) mm, still is from its place, mm."""
+        return float(np.linalg.norm(tip_world - self.ball_world))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,18 +176,32 @@ class FeatureView:
     Attributes
     ----------
     name, shape, needed
-        From the plan.
+        From the plan; ``needed`` points.
     state
         Where it stands.
     points
-        Accepted points, oldest first.
+        Points that count, oldest first.
     fit
         Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball);
         None while there are too few points.
     verdict
-        Worst verdict of the characteristics that rest on it; None where there is none yet.
+        Worst verdict of the characteristics that rest on it; None while it has not all its points.
     note
         Why there is no fit, or why its points prove nothing; else empty.
+    outliers
+        Numbers of points that lie far from the element that the others show: flagged, and counting
+        until somebody deletes them.
+    deleted
+        Points that were taken out and can be put back, oldest first.
+    coverage
+        How well the points are spread; None without any.
+    targets
+        Where points are still wanted, the best next one first; empty where it is not known where
+        the part stands, or how large the feature is.
+    text, picture
+        From the plan: what to do, and the file beside the plan that shows it.
+    compensation
+        How the side of the material is found: one of `measuring.compensation.METHODS`.
     """
 
     name: str
@@ -133,6 +212,39 @@ class FeatureView:
     fit: Fit | None
     verdict: Verdict | None
     note: str
+    outliers: tuple[int, ...] = ()
+    deleted: tuple[DeletedPoint, ...] = ()
+    coverage: Coverage | None = None
+    targets: tuple[Target, ...] = ()
+    text: str = ""
+    picture: str = ""
+    compensation: str = "approach"
+
+    @property
+    def taken(self) -> int:
+        """Return how many points it has."""
+        return len(self.points)
+
+    @property
+    def skipped(self) -> bool:
+        """Return whether it was skipped."""
+        return self.state is FeatureState.SKIPPED
+
+    @property
+    def provisional(self) -> bool:
+        """Return whether it is still being probed, so that nothing is decided by it."""
+        return self.state is not FeatureState.DONE
+
+
+@dataclass(frozen=True, slots=True)
+class JobHeader:
+    """Whom and what a job is about: asked for before the first point."""
+
+    operator: str
+    part: str
+    serial: str
+    order: str = ""
+    batch: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +264,7 @@ class JobView:
     refusal
         Why the last touch gave no point; None after an accepted one.
     complete
-        Every feature is done.
+        Every feature is done or skipped.
     unproven
         Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can.
     held
@@ -161,6 +273,19 @@ class JobView:
         What is known of the temperatures of probe and part, and what is compensated, in words.
     at_20_c
         Values are those of the part at 20 °C.
+    header
+        Operator, part, serial, order and batch.
+    probing
+        ``"plan"``: in the order of the plan; ``"any"``: the feature that is touched is found.
+    paused
+        Touches are refused until it goes on.
+    provisional
+        Names of the characteristics whose value is shown while a feature they rest on is still
+        being probed: live, and without a verdict.
+    target
+        Where the next point is wanted; None where that is not known.
+    undo, redo
+        What these would take back and do again, in words; empty where there is nothing.
     """
 
     job: str
@@ -175,3 +300,17 @@ class JobView:
     held: tuple[int, ...] = ()
     temperature: str = ""
     at_20_c: bool = False
+    header: JobHeader = field(default_factory=lambda: JobHeader("", "", ""))
+    probing: Probing = "plan"
+    paused: bool = False
+    provisional: tuple[str, ...] = ()
+    target: Target | None = None
+    undo: str = ""
+    redo: str = ""
+
+    def feature(self, name: str) -> FeatureView:
+        """Return the feature called ``name``; KeyError if there is none."""
+        for feature in self.features:
+            if feature.name == name:
+                return feature
+        raise KeyError(name)

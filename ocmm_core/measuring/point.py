@@ -42,7 +42,8 @@ class MeasuredPoint:
     chi2_per_dof
         Mean over the window.
     approach
-        How ``direction`` was found: ``"trail"``, ``"nominal"`` or ``"flipped"``.
+        How ``direction`` was found: ``"trail"``, ``"pulled"``, ``"shank"``, ``"nominal"`` or
+        ``"flipped"``.
     reference_spots
         (C, R, 2), px: mean spots of the reference body in the same frames; None without one. With
         one, "world" is the world of the job (`tracking.reference`).
@@ -92,6 +93,8 @@ class RefusalCode(Enum):
     OUTSIDE = "outside"
     NO_FEATURE = "no_feature"
     NO_APPROACH = "no_approach"
+    AMBIGUOUS = "ambiguous"
+    PAUSED = "paused"
 
 
 @dataclass(frozen=True, slots=True)

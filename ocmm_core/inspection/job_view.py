@@ -1,0 +1,167 @@
+"""The view of a job: everything that a screen, a script or a report wants to know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ocmm_core.camera.rig import Rig
+from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.inspection.coverage import coverage_of
+from ocmm_core.inspection.evaluation import JobResults, JobStanding, evaluate_job
+from ocmm_core.inspection.guidance import Whereabouts, targets_of, whereabouts
+from ocmm_core.inspection.job_points import JobPoints
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.outliers import outliers
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.progress import Progress
+from ocmm_core.inspection.quarantine import feature_note, notes_of
+from ocmm_core.inspection.view import FeatureState, FeatureView, JobHeader, JobView, Target
+from ocmm_core.measuring.point import Refusal
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.sensitivity import TipSensitivity
+
+_WORST_FIRST = (
+    Verdict.NOT_CONFORM,
+    Verdict.NOT_PROVEN,
+    Verdict.NOT_MEASURED,
+    Verdict.CONFORM,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class JobState:
+    """What a job is, beside its points.
+
+    Attributes
+    ----------
+    job, header
+        Name of the job file, and whom and what it is about.
+    progress
+        How far it has come.
+    sensitivities
+        Of the points that count, in their order.
+    refusal
+        Why the last touch gave no point.
+    paused
+        No points are taken.
+    unproven
+        Why the job proves nothing; empty where it does.
+    undo, redo
+        What these would take back, in words.
+    """
+
+    job: str
+    header: JobHeader
+    progress: Progress
+    sensitivities: tuple[TipSensitivity, ...]
+    refusal: Refusal | None
+    paused: bool
+    unproven: str
+    undo: str
+    redo: str
+
+
+def view_of(
+    plan: Plan,
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+    points: JobPoints,
+    state: JobState,
+) -> JobView:
+    """Return the job as it stands, computed from its points."""
+    progress = state.progress
+    found = evaluate_job(
+        plan, points.counting, state.sensitivities, rig, body, options, progress.done
+    )
+    standing = JobStanding(
+        active=progress.active,
+        done=progress.done,
+        held=notes_of(points.held),
+        unproven=state.unproven,
+    )
+    results = found.judged(plan, standing)
+    place = whereabouts(plan, found.actual)
+    features = tuple(
+        _seen(nominal, found, results, standing, points, progress, place)
+        for nominal in plan.features
+    )
+    last = points.counting[-1].tip_world if points.counting else None
+    targets: tuple[Target, ...] = ()
+    if progress.active:
+        targets = targets_of(
+            plan, progress.active, points.of(progress.active), place, body.tip_radius, last
+        )
+        features = tuple(
+            replace(item, targets=targets) if item.name == progress.active else item
+            for item in features
+        )
+    return JobView(
+        job=state.job,
+        part=plan.part,
+        operator=state.header.operator,
+        features=features,
+        active=progress.active,
+        characteristics=results,
+        refusal=state.refusal,
+        complete=not progress.active,
+        unproven=state.unproven,
+        held=tuple(p.number for p in points.counting if p.number in standing.held),
+        temperature=options.climate.words,
+        at_20_c=options.climate.part.compensated,
+        header=state.header,
+        probing=progress.probing,
+        paused=state.paused,
+        provisional=tuple(sorted(found.provisional)),
+        target=targets[0] if targets else None,
+        undo=state.undo,
+        redo=state.redo,
+    )
+
+
+def _seen(
+    nominal: NominalFeature,
+    found: JobResults,
+    results: Sequence[CharacteristicResult],
+    standing: JobStanding,
+    points: JobPoints,
+    progress: Progress,
+    place: Whereabouts | None,
+) -> FeatureView:
+    name = nominal.name
+    actual = found.actual[name]
+    fitted = actual if isinstance(actual, ActualFeature) else None
+    verdicts = {item.verdict for item in results if name in item.features}
+    judged = fitted is not None and name in progress.done
+    note = feature_note(name, found.points, standing.held)
+    own = tuple(point for point in found.points if point.feature == name)
+    coverage = None
+    if fitted is not None:
+        frame = place.T_nominal_from_world if place is not None else None
+        coverage = coverage_of(nominal, fitted.fit, own, frame)
+    return FeatureView(
+        name=name,
+        shape=nominal.shape,
+        needed=nominal.points,
+        state=_state(name, progress),
+        points=own,
+        fit=fitted.fit if fitted is not None else None,
+        verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if judged else None,
+        note=note if isinstance(actual, ActualFeature) else actual.what,
+        outliers=outliers(fitted) if fitted is not None else (),
+        deleted=points.deleted(name),
+        coverage=coverage,
+        text=nominal.text,
+        picture=nominal.picture,
+    )
+
+
+def _state(name: str, progress: Progress) -> FeatureState:
+    if name == progress.active:
+        return FeatureState.ACTIVE
+    if name in progress.skipped:
+        return FeatureState.SKIPPED
+    return FeatureState.DONE if name in progress.done else FeatureState.PENDING

@@ -1,0 +1,130 @@
+"""How far a job has come: which features are done or skipped, and which one is next.
+
+The points alone do not say it: an inspector finishes a feature with fewer points, skips one, or
+opens one again. Every such decision is kept in the job file as an event `EVENT`, so that the job
+goes on where it was when it is opened again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import msgspec
+
+from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.view import Probing
+from ocmm_core.storage.rows import JobEvent
+
+EVENT = "standing"
+PAUSED, RESUMED = "paused", "resumed"
+"""Kinds of events of the job file."""
+
+
+class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A standing as it is written down."""
+
+    done: list[str]
+    skipped: list[str]
+    active: str
+    probing: Literal["plan", "any"]
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where a job stands.
+
+    Attributes
+    ----------
+    names
+        All features, in the order of the plan.
+    active
+        Feature that takes the next point; empty where none does.
+    done, skipped
+        Features that have what they need, and those that were left out.
+    probing
+        In the order of the plan, or in any.
+    """
+
+    names: tuple[str, ...]
+    active: str = ""
+    done: frozenset[str] = frozenset()
+    skipped: frozenset[str] = frozenset()
+    probing: Probing = "plan"
+
+    def advanced(self) -> Progress:
+        """Return it with the next feature active: the first one after the active that is open."""
+        start = self.names.index(self.active) if self.active in self.names else 0
+        order = (*self.names[start:], *self.names[:start])
+        if self.active not in self.skipped:
+            order = self.names
+        settled = self.done | self.skipped
+        return replace(self, active=next((name for name in order if name not in settled), ""))
+
+    def finished(self, name: str) -> Progress:
+        """Return it with a feature done; the next one becomes active if that was."""
+        changed = replace(self, done=self.done | {name}, skipped=self.skipped - {name})
+        return changed.advanced() if name == self.active or not self.active else changed
+
+    def left_out(self, name: str) -> Progress:
+        """Return it with a feature skipped; the next one becomes active if that was."""
+        changed = replace(self, done=self.done - {name}, skipped=self.skipped | {name})
+        return changed.advanced() if name == self.active else changed
+
+    def opened(self, name: str) -> Progress:
+        """Return it with a feature active that takes points again."""
+        return replace(
+            self, active=name, done=self.done - {name}, skipped=self.skipped - {name}
+        )
+
+    def reopened(self, name: str) -> Progress:
+        """Return it with a feature that takes points again; active where no other is."""
+        changed = replace(self, done=self.done - {name})
+        return changed if changed.active else replace(changed, active=name)
+
+    @property
+    def text(self) -> str:
+        """Return the text of the event."""
+        return msgspec.json.encode(
+            _Written(sorted(self.done), sorted(self.skipped), self.active, self.probing)
+        ).decode()
+
+
+def progress_of(
+    plan: Plan, counts: Mapping[str, int], events: Sequence[JobEvent]
+) -> Progress:
+    """Return where a job stands after its points and events.
+
+    Parameters
+    ----------
+    counts
+        How many points each feature has.
+    """
+    names = tuple(feature.name for feature in plan.features)
+    start = Progress(names)
+    for event in reversed(events):
+        if event.kind == EVENT:
+            written = msgspec.json.decode(event.text, type=_Written)
+            start = Progress(
+                names,
+                written.active if written.active in names else "",
+                frozenset(written.done) & set(names),
+                frozenset(written.skipped) & set(names),
+                written.probing,
+            )
+            break
+    done = {
+        feature.name
+        for feature in plan.features
+        if counts.get(feature.name, 0) >= feature.points
+        or (
+            feature.name in start.done
+            and counts.get(feature.name, 0) >= MINIMUM_POINTS[feature.shape]
+        )
+    }
+    found = replace(start, done=frozenset(done), skipped=start.skipped - done)
+    if found.active and found.active not in found.done | found.skipped:
+        return found
+    return found.advanced()
