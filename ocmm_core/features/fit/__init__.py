@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit.circle import fit_circle, fit_circle_projected
+from ocmm_core.features.fit.circle import fit_circle, fit_circle_free, fit_circle_projected
 from ocmm_core.features.fit.cone import fit_cone
 from ocmm_core.features.fit.cylinder import fit_cylinder
 from ocmm_core.features.fit.distances import distance_derivatives
+from ocmm_core.features.fit.ellipse import fit_ellipse, fit_ellipse_projected
 from ocmm_core.features.fit.line import fit_line
 from ocmm_core.features.fit.plane import fit_plane
 from ocmm_core.features.fit.point import fit_point
+from ocmm_core.features.fit.slot import fit_slot, fit_slot_projected
 from ocmm_core.features.fit.sphere import fit_sphere
 from ocmm_core.features.fit.torus import fit_torus
 from ocmm_core.features.shapes import Criterion, Fit, Shape
@@ -18,13 +20,18 @@ from ocmm_core.geometry import Float, Points3
 __all__ = [
     "distance_derivatives",
     "fit_circle",
+    "fit_circle_free",
     "fit_circle_projected",
     "fit_cone",
     "fit_cylinder",
+    "fit_ellipse",
+    "fit_ellipse_projected",
     "fit_line",
     "fit_plane",
     "fit_point",
     "fit_shape",
+    "fit_slot",
+    "fit_slot_projected",
     "fit_sphere",
     "fit_torus",
 ]
@@ -79,16 +86,19 @@ def fit_shape(
         case Shape.PLANE:
             return fit_plane(points, direction_hint)
         case Shape.CIRCLE:
-            return fit_circle(points, direction_hint)
+            fit = fit_circle_free if free else fit_circle
+            return fit(points, direction_hint)
         case Shape.SPHERE:
             return fit_sphere(points)
         case Shape.CYLINDER:
             return fit_cylinder(points, direction_hint, radius_hint)
+        case Shape.ELLIPSE:
+            return fit_ellipse(points, direction_hint)
+        case Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
+            both = radius_hint is not None and second_hint is not None
+            sizes = (radius_hint, second_hint) if both else None
+            return fit_slot(shape, points, direction_hint, sizes)
         case Shape.CONE:
             return fit_cone(points, half_angle_hint)
         case Shape.TORUS:
             return fit_torus(points, direction_hint)
-        case _:
-            raise FitError(
-                "fit.no_shape", f"No {shape.value.lower()} can be fitted yet.", "Take another."
-            )

@@ -8,6 +8,7 @@ sizes. Parameters are eight numbers: a point of the axis, the axis, and two size
 ============  ====================================  =============================================
 kind          step                                  distance
 ============  ====================================  =============================================
+``CYLINDER``  u1 u2 t1 t2, R                        rho - R
 ``CONE``      u1 u2 t1 t2, half angle f, s          rho cos f - t sin f - s
 ``TORUS``     u1 u2 ua t1 t2, R, r                  hypot(rho - R, t) - r
 ``RING``      u1 u2 ua t1 t2, R                     rho - R and t, both
@@ -24,8 +25,7 @@ import numpy as np
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float
 
-CONE, TORUS, RING = 0, 1, 2
-STEP_SIZE = (6, 7, 6)
+CYLINDER, CONE, TORUS, RING = 0, 1, 2, 3
 
 _NEAREST = 1e-12
 """Distance from the axis below which a point has no side."""
@@ -42,11 +42,11 @@ def across(x: float, y: float, z: float, e: Float) -> None:
 
 
 @compiled()
-def move(kind: int, p: Float, step: Float, moved: Float) -> None:
+def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
     """Put the parameters after a step into ``moved`` (8,)."""
     e = np.empty((2, 3))
     across(p[3], p[4], p[5], e)
-    along = 0 if kind == CONE else 1
+    along = 0 if kind <= CONE else 1
     t1, t2 = step[2 + along], step[3 + along]
     turn = np.hypot(t1, t2)
     c = np.cos(turn)
@@ -62,17 +62,18 @@ def move(kind: int, p: Float, step: Float, moved: Float) -> None:
     for k in range(3):
         moved[3 + k] /= length
     moved[6] = p[6] + step[4 + along]
-    moved[7] = p[7] + step[5 + along] if kind != RING else p[7]
-    if kind == CONE:
-        # The point of the axis stays the foot of the origin; the cone is wider or narrower there.
+    moved[7] = p[7] + step[5 + along] if kind in (CONE, TORUS) else p[7]
+    if not along:
+        # The point of the axis stays the foot of the origin; a cone is wider or narrower there.
         foot = moved[0] * moved[3] + moved[1] * moved[4] + moved[2] * moved[5]
         for k in range(3):
             moved[k] -= foot * moved[3 + k]
-        moved[7] -= foot * np.sin(moved[6])
+        if kind == CONE:
+            moved[7] -= foot * np.sin(moved[6])
 
 
 @compiled()
-def terms(
+def axis_terms(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
     """Fill the derivatives by a step and return the sum of squared residuals.
@@ -94,7 +95,7 @@ def terms(
     e = np.empty((2, 3))
     across(p[3], p[4], p[5], e)
     k = jacobian.shape[1]
-    along = 0 if kind == CONE else 1
+    along = 0 if kind <= CONE else 1
     turn = 2 + along
     for i in range(k):
         for j in range(k):
@@ -120,7 +121,15 @@ def terms(
             by_t[2] = -1.0
         # How much the second derivatives of rho and of t count.
         weight_rho = weight_t = 0.0
-        if kind == CONE:
+        if kind == CYLINDER:
+            d = rho - p[6]
+            residuals[row] = d
+            cost += d * d
+            for i in range(4):
+                jacobian[row, i] = by_rho[i]
+            jacobian[row, 4] = -1.0
+            weight_rho = d
+        elif kind == CONE:
             d = rho * cf - t * sf - p[7]
             residuals[row] = d
             cost += d * d
@@ -177,88 +186,3 @@ def terms(
         for j in range(i):
             curvature[i, j] = curvature[j, i]
     return cost
-
-
-@compiled()
-def descend(kind: int, points: Float, starts: Float, k: int, steps: int, costs: Float) -> None:
-    """Take some damped Gauss-Newton steps from every start, in place.
-
-    Parameters
-    ----------
-    points
-        (n, 3); a sample will do, as the best ends are refined with all points.
-    starts
-        (m, 8).
-    k
-        Length of a step.
-    steps
-        How many.
-    costs
-        (m,), out: sum of squared residuals.
-    """
-    n = len(points)
-    residuals, jacobian = np.empty(n), np.empty((n, k))
-    unused, normal, factor = np.empty((k, k)), np.empty((k, k)), np.empty((k, k))
-    gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
-    for m in range(len(starts)):
-        p = starts[m]
-        cost = terms(kind, points, p, residuals, jacobian, unused)
-        damping = 1e-3
-        fresh = True
-        for _ in range(steps):
-            if fresh:
-                for i in range(k):
-                    for j in range(i + 1):
-                        total = 0.0
-                        for row in range(n):
-                            total += jacobian[row, i] * jacobian[row, j]
-                        normal[i, j] = total
-                    total = 0.0
-                    for row in range(n):
-                        total += jacobian[row, i] * residuals[row]
-                    gradient[i] = total
-            if not _solved(normal, gradient, damping, factor, step):
-                break
-            move(kind, p, step, moved)
-            new_cost = terms(kind, points, moved, residuals, jacobian, unused)
-            fresh = new_cost < cost
-            if fresh:
-                p[:] = moved
-                cost = new_cost
-                damping *= 0.1
-            else:
-                # What was overwritten is not needed before the next step that succeeds.
-                damping *= 10.0
-                if damping > 1e8:
-                    break
-        costs[m] = cost
-
-
-@compiled()
-def _solved(normal: Float, gradient: Float, damping: float, factor: Float, step: Float) -> bool:
-    """Put minus the solution of the damped normal equations into ``step`` (Cholesky)."""
-    k = len(gradient)
-    for i in range(k):
-        for j in range(i + 1):
-            total = normal[i, j]
-            if i == j:
-                total *= 1.0 + damping
-            for m in range(j):
-                total -= factor[i, m] * factor[j, m]
-            if i == j:
-                if not total > 0.0:
-                    return False
-                factor[i, i] = np.sqrt(total)
-            else:
-                factor[i, j] = total / factor[j, j]
-    for i in range(k):
-        total = -gradient[i]
-        for m in range(i):
-            total -= factor[i, m] * step[m]
-        step[i] = total / factor[i, i]
-    for i in range(k - 1, -1, -1):
-        total = step[i]
-        for m in range(i + 1, k):
-            total -= factor[m, i] * step[m]
-        step[i] = total / factor[i, i]
-    return True

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit.common import FLAT, degenerate
-from ocmm_core.features.fit.solver import minimise, sensitivity
+from ocmm_core.features.fit.common import degenerate
+from ocmm_core.features.fit.flat_kernel import BALL, DISC
+from ocmm_core.features.fit.solver import derivatives, minimise, sensitivity
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 
@@ -46,31 +47,6 @@ class Ball:
     normals: Float
     residuals: Float
     jacobian: Float
-
-
-@dataclass(frozen=True, slots=True)
-class BallProblem:
-    """Distances of points (n, d) from a ball with parameters centre (d) and radius."""
-
-    points: Float
-
-    def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
-        """Return residuals (n,), their derivatives and their curvature; see `solver.Problem`."""
-        arms = self.points - parameters[:-1]
-        distances = np.maximum(np.linalg.norm(arms, axis=1), 1e-12)
-        residuals = distances - parameters[-1]
-        normals = arms / distances[:, None]
-        d = arms.shape[1]
-        jacobian = np.full((len(arms), d + 1), -1.0)
-        jacobian[:, :d] = -normals
-        weights = residuals / distances
-        curvature = np.zeros((d + 1, d + 1))
-        curvature[:d, :d] = weights.sum() * np.eye(d) - (normals * weights[:, None]).T @ normals
-        return residuals, jacobian, curvature
-
-    def move(self, parameters: Float, step: Float) -> Float:
-        """Return the parameters after a step (d + 1,)."""
-        return parameters + step
 
 
 def taubin_moments(centred_points: Float) -> tuple[Float, Float]:
@@ -114,7 +90,7 @@ def fit_ball(shape: Shape, points: Float) -> Ball:
     FitError
         The points do not determine it, or the iteration does not converge.
     """
-    spread = np.linalg.svd(points, compute_uv=False)
+    d = points.shape[1]
     flat = degenerate(
         shape,
         "they lie on a straight line or too short an arc"
@@ -122,22 +98,22 @@ def fit_ball(shape: Shape, points: Float) -> Ball:
         else "they lie in a plane or on too small a patch",
         "Spread the points over more of the feature.",
     )
-    if len(spread) < points.shape[1] or spread[-1] < FLAT * spread[0]:
-        raise flat
     moments, mean_square = taubin_moments(points)
     centre, radius = taubin_centre(np.linalg.eigh(moments)[1][:, 0], mean_square)
-    problem = BallProblem(points)
-    solution = minimise(problem, np.append(centre, radius))
-    radius_found = float(solution.parameters[-1])
+    start = np.zeros(8)
+    start[:d], start[d] = centre, radius
+    kind = DISC if d == 2 else BALL
+    solution = minimise(kind, points, start)
+    radius_found = float(solution.parameters[d])
     if not 0.0 < radius_found < LARGEST_RADIUS:
         raise flat
     if not solution.converged:
         raise not_converged(shape)
-    residuals, jacobian, _ = problem.derivatives(solution.parameters)
+    residuals, jacobian, _ = derivatives(kind, points, solution.parameters)
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat
-    return Ball(solution.parameters[:-1], radius_found, -jacobian[:, :-1], residuals, -inverse)
+    return Ball(solution.parameters[:d], radius_found, -jacobian[:, :d], residuals, -inverse)
 
 
 def not_converged(shape: Shape) -> FitError:

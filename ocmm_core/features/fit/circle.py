@@ -1,14 +1,21 @@
-"""A circle in space: a plane first, then the circle in it (the two steps of NIST and of ISO)."""
+"""A circle in space: a plane first, then the circle in it, or both as one problem.
+
+The two steps are those of NIST and of ISO. As one problem (the convention of PTB) the squared
+distances of the points from the circle in space are least, those square to its plane included.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.fit.ball import fit_ball
-from ocmm_core.features.fit.common import centred, checked_points
-from ocmm_core.features.fit.plane import plane_of
+from ocmm_core.features.fit.axis_kernel import RING
+from ocmm_core.features.fit.ball import WORST_CONDITION, fit_ball, not_converged
+from ocmm_core.features.fit.common import centred, degenerate
+from ocmm_core.features.fit.cylinder import across_axes
+from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
+from ocmm_core.features.fit.solver import derivatives, minimise, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
-from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
+from ocmm_core.geometry import Float, Points3
 
 
 def fit_circle(points: Points3, direction_hint: Float | None = None) -> Fit:
@@ -21,70 +28,61 @@ def fit_circle(points: Points3, direction_hint: Float | None = None) -> Fit:
     FitError
         Too few points, or they do not determine a circle.
     """
-    points = checked_points(Shape.CIRCLE, points)
-    plane = plane_of(Shape.CIRCLE, points, direction_hint)
-    fit, _ = _circle_in_plane(points, plane.direction)
-    jacobian = fit.jacobian.copy()
-    jacobian[3:6] = plane.jacobian[3:6]
-    # A tilt of the plane moves a centre that is not the centroid out of it; how it shears the
-    # points within the plane is of the order of the residuals and left out (`shapes.Fit`).
-    lift = -np.outer(plane.direction, fit.point - plane.point)
-    jacobian[0:3] += lift @ plane.jacobian[3:6]
-    return make_fit(Shape.CIRCLE, fit.geometry, jacobian, fit.residuals)
+    return fit_in_own_plane(Shape.CIRCLE, points, direction_hint, _outline)
 
 
 def fit_circle_projected(points: Points3, plane_normal: Float) -> tuple[Fit, Float]:
     """Return the circle of ``points`` projected along ``plane_normal``.
 
-    The circle lies in the plane through the centroid of the points, square to the normal.
+    See `flat.fit_in_given_plane`.
+    """
+    return fit_in_given_plane(Shape.CIRCLE, points, plane_normal, _outline)
 
-    Parameters
-    ----------
-    points
-        (n, 3), mm.
-    plane_normal
-        (3,), any length; the direction of the result.
 
-    Returns
-    -------
-    fit
-        Its jacobian takes the normal as given.
-    by_normal
-        (12, 3): d(geometry) / d(unit normal), for changes square to the normal.
+def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit:
+    """Return the circle in space nearest to ``points`` (n, 3), mm, plane and circle at once.
+
+    Residuals are radial, in its plane, positive outside, as those of `fit_circle`.
 
     Raises
     ------
     FitError
         Too few points, or they do not determine a circle.
     """
-    points = checked_points(Shape.CIRCLE, points)
-    return _circle_in_plane(points, unit(np.asarray(plane_normal, dtype=np.float64)))
-
-
-def _circle_in_plane(points: Points3, normal: Float) -> tuple[Fit, Float]:
+    two_steps = fit_circle(points, direction_hint)
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    centroid, about, size = centred(Shape.CIRCLE, points)
     n = len(points)
-    centroid = points.mean(axis=0)
-    arms = points - centroid
-    heights = arms @ normal
-    basis = np.stack(perpendicular_pair(normal))
-    middle, about, size = centred(Shape.CIRCLE, arms @ basis.T)
-    ball = fit_ball(Shape.CIRCLE, about)
-
-    centre = centroid + (middle + size * ball.centre) @ basis
-    geometry = element(centre, normal, size * ball.radius)
-    radial = ball.normals @ basis
-    jacobian = np.zeros((GEOMETRY_SIZE, n, 3))
-    by_shift = np.zeros((GEOMETRY_SIZE, n))
-    by_shift[0:3] = basis.T @ ball.jacobian[:2]
-    by_shift[6] = ball.jacobian[2]
-    jacobian += by_shift[:, :, None] * radial
-    jacobian[0:3] += np.outer(normal, normal)[:, None, :] / n
-
-    # A turn of the normal shifts every projection by its height, and the plane about the centroid.
-    by_normal = -(by_shift * heights) @ radial
-    by_normal[0:3] -= np.outer(normal, centre - centroid)
-    by_normal[3:6] = np.eye(3) - np.outer(normal, normal)
-    fit = make_fit(
-        Shape.CIRCLE, geometry, jacobian.reshape(GEOMETRY_SIZE, 3 * n), size * ball.residuals
+    centre = (two_steps.point - centroid) / size
+    start = np.concatenate([centre, two_steps.direction, [two_steps.radius / size, 0.0]])
+    solution = minimise(RING, about, start)
+    if not solution.converged:
+        raise not_converged(Shape.CIRCLE)
+    p = solution.parameters
+    residuals, jacobian, _ = derivatives(RING, about, p)
+    inverse, condition = sensitivity(jacobian)
+    if condition > WORST_CONDITION:
+        raise degenerate(
+            Shape.CIRCLE,
+            "they lie on a straight line or too short an arc",
+            "Spread the points over more of the feature.",
+        )
+    axis = p[3:6]
+    basis = np.stack([*across_axes(axis), axis])
+    by_shift = np.zeros((GEOMETRY_SIZE, 2 * n))
+    by_shift[0:3] = -basis.T @ inverse[0:3]
+    by_shift[3:6] = -basis[0:2].T @ inverse[3:5] / size
+    by_shift[6] = -inverse[5]
+    outward = -jacobian[:n, 0:2] @ basis[0:2]
+    by_points = by_shift[:, :n, None] * outward + by_shift[:, n:, None] * axis
+    geometry = element(centroid + size * p[0:3], axis, size * p[6])
+    return make_fit(
+        Shape.CIRCLE, geometry, by_points.reshape(GEOMETRY_SIZE, 3 * n), size * residuals[:n]
     )
-    return fit, by_normal
+
+
+def _outline(points: Float, _size: float) -> Outline:
+    ball = fit_ball(Shape.CIRCLE, points)
+    jacobian = np.zeros((5, len(points)))
+    jacobian[0:2], jacobian[3] = ball.jacobian[0:2], ball.jacobian[2]
+    return Outline(ball.centre, ball.radius, 0.0, None, ball.normals, ball.residuals, jacobian)

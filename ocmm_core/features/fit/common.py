@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.fit.point_kernel import centre, principal
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Float, Points3
 
@@ -23,7 +24,7 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
     FitError
         Wrong form, too few points, or a coordinate that is not a finite number.
     """
-    array = np.asarray(points, dtype=np.float64)
+    array = np.ascontiguousarray(points, dtype=np.float64)
     word = shape.value.lower()
     if array.ndim != 2 or array.shape[1] != 3:
         raise FitError(
@@ -31,8 +32,8 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
             f"The points of a {word} have the form {array.shape}, not (n, 3).",
             "Give one row with x, y and z for every point.",
         )
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if bad.size:
+    if not np.isfinite(array).all():
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
         raise FitError(
             "fit.not_finite",
             f"Point {bad[0] + 1} of {len(array)} of a {word} has a coordinate that is not a "
@@ -60,20 +61,22 @@ def centred(shape: Shape, points: Points3) -> tuple[Float, Float, float]:
     FitError
         The points coincide.
     """
-    # The second pass removes the rounding of a mean far from the origin.
-    centroid = points.mean(axis=0)
-    about = points - centroid
-    correction = about.mean(axis=0)
-    centroid = centroid + correction
-    about = about - correction
-    size = float(np.sqrt(np.mean(np.sum(about**2, axis=1))))
+    centroid, about = np.empty(points.shape[1]), np.empty_like(points)
+    size = float(centre(points, centroid, about))
     if size < SMALLEST_EXTENT:
         raise FitError(
             "fit.coincident",
             f"The {len(points)} points of a {shape.value.lower()} are all in one place.",
             "Take the points apart from each other.",
         )
-    return centroid, about / size, size
+    return centroid, about, size
+
+
+def principal_axes(about: Float) -> tuple[Float, Float]:
+    """Return singular values (3,), greatest first, and axes (3, 3), by rows, of points (n, 3)."""
+    extents, axes = np.empty(3), np.empty((3, 3))
+    principal(about, extents, axes)
+    return extents, axes
 
 
 def oriented(direction: Float, hint: Float | None) -> Float:

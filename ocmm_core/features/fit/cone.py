@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit.axis import AxisProblem, exact, minima, sampled, trial_axes
 from ocmm_core.features.fit.axis_kernel import CONE
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -14,9 +13,16 @@ from ocmm_core.features.fit.ball import (
     taubin_centre,
     taubin_moments,
 )
-from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate
+from ocmm_core.features.fit.common import (
+    FLAT,
+    centred,
+    checked_points,
+    degenerate,
+    principal_axes,
+)
 from ocmm_core.features.fit.cylinder import across_axes
-from ocmm_core.features.fit.solver import Solution, sensitivity
+from ocmm_core.features.fit.search import exact, minima, sampled, trial_axes
+from ocmm_core.features.fit.solver import Solution, derivatives, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
@@ -50,7 +56,7 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     """
     points = checked_points(Shape.CONE, points)
     centroid, about, size = centred(Shape.CONE, points)
-    extents = np.linalg.svd(about, compute_uv=False)
+    extents, _ = principal_axes(about)
     flat = degenerate(
         Shape.CONE,
         "they lie in a plane, on one circle or on too small a patch",
@@ -64,7 +70,7 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     best = _chosen(solutions, len(points), half_angle_hint)
     if best[6] < 0.0:
         best[3:7] *= -1.0
-    residuals, jacobian, _ = AxisProblem(CONE, about).derivatives(best)
+    residuals, jacobian, _ = derivatives(CONE, about, best)
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat

@@ -7,11 +7,10 @@ few points and short arcs, and one start finds one of them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.fit.axis_kernel import CYLINDER
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
     WORST_CONDITION,
@@ -19,10 +18,17 @@ from ocmm_core.features.fit.ball import (
     taubin_centre,
     taubin_moments,
 )
-from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate, oriented
-from ocmm_core.features.fit.solver import Solution, minimise, sensitivity
+from ocmm_core.features.fit.common import (
+    FLAT,
+    centred,
+    checked_points,
+    degenerate,
+    oriented,
+    principal_axes,
+)
+from ocmm_core.features.fit.solver import Solution, derivatives, minimise, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
-from ocmm_core.geometry import Float, Points3, unit
+from ocmm_core.geometry import Float, Points3
 
 TRIAL_AXES = 60
 """Trial axes over the hemisphere; more lie around the principal axes of the points."""
@@ -65,7 +71,7 @@ def fit_cylinder(
     """
     points = checked_points(Shape.CYLINDER, points)
     centroid, about, size = centred(Shape.CYLINDER, points)
-    extents = np.linalg.svd(about, compute_uv=False)
+    extents, _ = principal_axes(about)
     flat = degenerate(
         Shape.CYLINDER,
         "they lie in a plane, on one circle or on too small a patch",
@@ -73,14 +79,13 @@ def fit_cylinder(
     )
     if extents[2] < FLAT * extents[0]:
         raise flat
-    problem = CylinderProblem(about)
-    solutions = _minima(problem)
+    solutions = _minima(about)
     if not solutions:
         raise not_converged(Shape.CYLINDER)
     hint = None if radius_hint is None else radius_hint / size
     best = _chosen(solutions, len(points), hint)
     best[3:6] = oriented(best[3:6], direction_hint)
-    residuals, jacobian, _ = problem.derivatives(best)
+    residuals, jacobian, _ = derivatives(CYLINDER, about, best)
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat
@@ -90,58 +95,12 @@ def fit_cylinder(
     return make_fit(Shape.CYLINDER, geometry, by_points, size * residuals)
 
 
-@dataclass(frozen=True, slots=True)
-class CylinderProblem:
-    """Distances of points (n, 3) from a cylinder.
-
-    Parameters (7,): foot of the origin on the axis, axis, radius.
-
-    A step (5,) shifts the axis along two directions across it, turns it towards them, and
-    changes the radius.
-    """
-
-    points: Float
-
-    def derivatives(self, parameters: Float) -> tuple[Float, Float, Float]:
-        """Return residuals (n,), their derivatives and their curvature; see `solver.Problem`."""
-        first, second = across_axes(parameters[3:6])
-        arms = self.points - parameters[0:3]
-        across = np.stack([arms @ first, arms @ second], axis=1)
-        along = arms @ parameters[3:6]
-        distances = np.maximum(np.hypot(across[:, 0], across[:, 1]), 1e-12)
-        residuals = distances - parameters[6]
-        jacobian = np.full((len(across), 5), -1.0)
-        jacobian[:, 0:2] = -across / distances[:, None]
-        jacobian[:, 2:4] = jacobian[:, 0:2] * along[:, None]
-
-        # Second derivatives of the squared distance f = |q|^2 - (q.w)^2 from the axis, where q is
-        # the arm less the shift and w the turned axis; then those of sqrt(f).
-        weights = residuals / distances
-        curvature = np.zeros((5, 5))
-        curvature[[0, 1], [0, 1]] = weights.sum()
-        curvature[[0, 1, 2, 3], [2, 3, 0, 1]] = weights @ along
-        curvature[[2, 3], [2, 3]] = weights @ along**2
-        curvature[2:4, 2:4] -= (across * weights[:, None]).T @ across
-        curvature[0:4, 0:4] -= (jacobian[:, 0:4] * weights[:, None]).T @ jacobian[:, 0:4]
-        return residuals, jacobian, curvature
-
-    def move(self, parameters: Float, step: Float) -> Float:
-        """Return the parameters after a step (5,)."""
-        first, second = across_axes(parameters[3:6])
-        foot = parameters[0:3] + step[0] * first + step[1] * second
-        turn = float(np.hypot(step[2], step[3]))
-        # sinc(turn / pi) is sin(turn) / turn, also at zero.
-        towards = float(np.sinc(turn / np.pi)) * (step[2] * first + step[3] * second)
-        axis = unit(np.cos(turn) * parameters[3:6] + towards)
-        return np.concatenate([foot - axis * (axis @ foot), axis, [parameters[6] + step[4]]])
-
-
-def _minima(problem: CylinderProblem) -> list[Solution]:
+def _minima(points: Float) -> list[Solution]:
     """Return the minima that were found, best first, each once."""
-    few = len(problem.points) <= FEW_POINTS
+    few = len(points) <= FEW_POINTS
     found: list[Solution] = []
-    for start in _starts(problem.points, REFINED_FEW if few else REFINED):
-        solution = minimise(problem, start)
+    for start in _starts(points, REFINED_FEW if few else REFINED):
+        solution = minimise(CYLINDER, points, start)
         if solution.converged and 0.0 < solution.parameters[6] < LARGEST_RADIUS:
             known = [_same(solution.parameters, other.parameters) for other in found]
             if not any(known):
@@ -195,7 +154,7 @@ def _starts(points: Float, count: int) -> list[Float]:
             chosen.append(int(i))
     feet = np.einsum("dk,dkx->dx", centres, frames) + middle
     feet -= axes * np.sum(feet * axes, axis=1)[:, None]
-    return [np.concatenate([feet[i], axes[i], [radii[i]]]) for i in chosen]
+    return [np.concatenate([feet[i], axes[i], [radii[i], 0.0]]) for i in chosen]
 
 
 def ring(principal: Float, k: int, tilts: Float) -> Float:

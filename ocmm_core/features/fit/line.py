@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.fit.common import centred, checked_points, degenerate, oriented
+from ocmm_core.features.fit.common import (
+    centred,
+    checked_points,
+    degenerate,
+    oriented,
+    principal_axes,
+)
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
@@ -26,7 +32,7 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
     """
     points = checked_points(Shape.LINE, points)
     centroid, about, size = centred(Shape.LINE, points)
-    _, extents, axes = np.linalg.svd(about, full_matrices=len(about) < 3)
+    extents, axes = principal_axes(about)
     if len(about) > 2 and extents[1] > ROUNDEST * extents[0]:
         raise degenerate(
             Shape.LINE,
@@ -40,9 +46,11 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
 
     n = len(points)
     projector = np.eye(3) - np.outer(direction, direction)
-    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
-    jacobian[0:3] = np.tile(np.eye(3) / n, n)
-    jacobian[3:6] = np.kron(along / (size * (along @ along)), projector)
+    jacobian = np.zeros((GEOMETRY_SIZE, n, 3))
+    jacobian[[0, 1, 2], :, [0, 1, 2]] = 1.0 / n
+    jacobian[3:6] = projector[:, None, :] * (along / (size * (along @ along)))[:, None]
     geometry = element(centroid, direction)
     residuals = size * sides * np.linalg.norm(across, axis=1)
-    return make_fit(Shape.LINE, geometry, jacobian, residuals)
+    return make_fit(
+        Shape.LINE, geometry, jacobian.reshape(GEOMETRY_SIZE, 3 * n), residuals
+    )

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate, oriented
+from ocmm_core.features.fit.common import (
+    FLAT,
+    centred,
+    checked_points,
+    degenerate,
+    oriented,
+    principal_axes,
+)
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
@@ -27,7 +34,7 @@ def fit_plane(points: Points3, direction_hint: Float | None = None) -> Fit:
 def plane_of(shape: Shape, points: Points3, direction_hint: Float | None) -> Fit:
     """Return the plane through checked ``points``; errors speak of ``shape``."""
     centroid, about, size = centred(shape, points)
-    _, extents, axes = np.linalg.svd(about, full_matrices=False)
+    extents, axes = principal_axes(about)
     if extents[1] < FLAT * extents[0]:
         raise degenerate(
             shape, "they lie on a straight line", "Take at least one point beside that line."
@@ -41,11 +48,12 @@ def plane_of(shape: Shape, points: Points3, direction_hint: Float | None) -> Fit
     normal = oriented(axes[2], direction_hint)
 
     n = len(points)
-    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
-    jacobian[0:3] = np.tile(np.eye(3) / n, n)
-    for k in range(2):
-        arms = about @ axes[k]
-        tilt = np.kron(-arms / (size * extents[k] ** 2), normal)
-        jacobian[3:6] += np.outer(axes[k], tilt)
+    jacobian = np.zeros((GEOMETRY_SIZE, n, 3))
+    jacobian[[0, 1, 2], :, [0, 1, 2]] = 1.0 / n
+    # How the normal tilts when a point moves along it.
+    arms = (about @ axes[:2].T) / (-size * extents[:2] ** 2)
+    jacobian[3:6] = (axes[:2].T @ arms.T)[:, :, None] * normal
     geometry = element(centroid, normal)
-    return make_fit(shape, geometry, jacobian, size * (about @ normal))
+    return make_fit(
+        shape, geometry, jacobian.reshape(GEOMETRY_SIZE, 3 * n), size * (about @ normal)
+    )

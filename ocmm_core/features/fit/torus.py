@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.fit.axis import AxisProblem, minima, sampled, trial_axes
 from ocmm_core.features.fit.axis_kernel import TORUS
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -18,9 +17,17 @@ from ocmm_core.features.fit.ball import (
     taubin_centre,
     taubin_moments,
 )
-from ocmm_core.features.fit.common import FLAT, centred, checked_points, degenerate, oriented
+from ocmm_core.features.fit.common import (
+    FLAT,
+    centred,
+    checked_points,
+    degenerate,
+    oriented,
+    principal_axes,
+)
 from ocmm_core.features.fit.cylinder import across_axes
-from ocmm_core.features.fit.solver import sensitivity
+from ocmm_core.features.fit.search import minima, sampled, trial_axes
+from ocmm_core.features.fit.solver import derivatives, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
@@ -41,7 +48,7 @@ def fit_torus(points: Points3, direction_hint: Float | None = None) -> Fit:
     """
     points = checked_points(Shape.TORUS, points)
     centroid, about, size = centred(Shape.TORUS, points)
-    extents = np.linalg.svd(about, compute_uv=False)
+    extents, _ = principal_axes(about)
     flat = degenerate(
         Shape.TORUS,
         "they lie in a plane, on one circle, on a ball or on a straight tube",
@@ -54,8 +61,7 @@ def fit_torus(points: Points3, direction_hint: Float | None = None) -> Fit:
         raise not_converged(Shape.TORUS)
     best = solutions[0].parameters.copy()
     best[3:6] = oriented(best[3:6], direction_hint)
-    problem = AxisProblem(TORUS, about)
-    residuals, jacobian, _ = problem.derivatives(best)
+    residuals, jacobian, _ = derivatives(TORUS, about, best)
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat

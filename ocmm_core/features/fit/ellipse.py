@@ -1,0 +1,160 @@
+"""An ellipse by orthogonal distance, in a plane: the direct algebraic fit first, then Newton.
+
+Start: the constrained conic of R. Halir and J. Flusser (Numerically stable direct least squares
+fitting of ellipses, 1998), which always is an ellipse, and the unconstrained one where it is one,
+which short arcs prefer.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.fit.ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
+from ocmm_core.features.fit.common import FLAT, degenerate
+from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
+from ocmm_core.features.fit.flat_kernel import ELLIPSE
+from ocmm_core.features.fit.solver import Solution, derivatives, minimise, sensitivity
+from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.geometry import Float, Points3
+
+ROUNDEST = 1e-7
+"""Relative difference of the axes below which an ellipse has no long one."""
+
+
+def fit_ellipse(
+    points: Points3, direction_hint: Float | None = None, offset: float = 0.0
+) -> Fit:
+    """Return the ellipse in the orthogonal-distance plane of ``points`` (n, 3), mm.
+
+    Residuals are in the plane, positive outside.
+
+    Parameters
+    ----------
+    points
+        (n, 3), mm.
+    direction_hint
+        (3,): orients the normal.
+    offset
+        mm: the points lie this far outside the ellipse. Centres of a ball that touched an ellipse
+        do not lie on one.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine an ellipse, or a ball of that size cannot have
+        touched it from inside.
+    """
+    outline = partial(_outline, offset=offset)
+    return fit_in_own_plane(Shape.ELLIPSE, points, direction_hint, outline)
+
+
+def fit_ellipse_projected(
+    points: Points3, plane_normal: Float, offset: float = 0.0
+) -> tuple[Fit, Float]:
+    """Return the ellipse of ``points`` projected along ``plane_normal``.
+
+    See `flat.fit_in_given_plane` and, for ``offset``, `fit_ellipse`.
+    """
+    outline = partial(_outline, offset=offset)
+    return fit_in_given_plane(Shape.ELLIPSE, points, plane_normal, outline)
+
+
+def _outline(points: Float, size: float, offset: float) -> Outline:
+    flat = degenerate(
+        Shape.ELLIPSE,
+        "they lie on a straight line, on a circle or on too short an arc",
+        "Spread the points around the ellipse; measure a round one as a circle.",
+    )
+    found: list[Solution] = []
+    for start in _starts(points, offset / size):
+        solution = minimise(ELLIPSE, points, start)
+        a, b = solution.parameters[3:5]
+        if solution.converged and 0.0 < b < LARGEST_RADIUS and 0.0 < a < LARGEST_RADIUS:
+            found.append(solution)
+            if solution.cost < len(points) * FLAT**2:
+                break
+    if not found:
+        extents = np.linalg.svd(points, compute_uv=False)
+        raise flat if extents[1] < FLAT * extents[0] else not_converged(Shape.ELLIPSE)
+    p = min(found, key=lambda solution: solution.cost).parameters
+    if abs(p[3] - p[4]) < ROUNDEST * max(p[3], p[4]):
+        raise flat
+    residuals, jacobian, _ = derivatives(ELLIPSE, points, p)
+    inverse, condition = sensitivity(jacobian)
+    if condition > WORST_CONDITION:
+        raise flat
+    long, short = max(p[3], p[4]), min(p[3], p[4])
+    if -offset / size >= short**2 / long:
+        raise FitError(
+            "feature.ball_too_large",
+            "A ball of this size cannot touch the ends of the ellipse from inside: its radius is "
+            f"not smaller than theirs, {size * short**2 / long:.3f} mm.",
+            "Use a smaller ball, or check the side in the plan.",
+        )
+    return oblong(p, residuals, jacobian, -inverse)
+
+
+def oblong(p: Float, residuals: Float, jacobian: Float, by_shift: Float) -> Outline:
+    """Return the outline of parameters (8,) of `flat_kernel`, its longer half size first.
+
+    ``jacobian`` is (n, 5) by a step, ``by_shift`` (5, n) the step by shifts of the points.
+    """
+    turn, order = float(p[2]), [0, 1, 2, 3, 4]
+    c, s = np.cos(turn), np.sin(turn)
+    frame = np.array([[c, s], [-s, c]])
+    rows = by_shift.copy()
+    rows[0:2] = frame.T @ by_shift[0:2]
+    if p[4] > p[3]:
+        turn, order = turn + 0.5 * np.pi, [0, 1, 2, 4, 3]
+    return Outline(
+        p[0:2].copy(), float(p[order[3]]), float(p[order[4]]), turn, -jacobian[:, 0:2] @ frame,
+        residuals, rows[order],
+    )  # fmt: skip
+
+
+def _starts(points: Float, offset: float) -> list[Float]:
+    x, y = points[:, 0], points[:, 1]
+    columns = np.stack([x * x, x * y, y * y, x, y, np.ones(len(x))], axis=1)
+    scatter = columns.T @ columns
+    quadratic, mixed, linear = scatter[:3, :3], scatter[:3, 3:], scatter[3:, 3:]
+    conics = []
+    try:
+        to_linear = -np.linalg.solve(linear, mixed.T)
+        reduced = quadratic + mixed @ to_linear
+        # The inverse of the constraint 4 a c - b^2 = 1.
+        system = np.stack([0.5 * reduced[2], -reduced[1], 0.5 * reduced[0]])
+        vectors = np.linalg.eig(system)[1].real
+        inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
+        first = vectors[:, int(np.argmax(inside))]
+        conics.append(np.concatenate([first, to_linear @ first]))
+    except np.linalg.LinAlgError:
+        pass
+    conics.append(np.linalg.svd(columns, full_matrices=False)[2][-1])
+    found = [_of_conic(conic, offset) for conic in conics]
+    starts = [start for start in found if start is not None]
+    # Where neither is one: the principal axes of the points.
+    extents, axes = np.linalg.svd(points, full_matrices=False)[1:]
+    turn = np.arctan2(axes[0, 1], axes[0, 0])
+    sizes = extents * np.sqrt(2.0 / len(points))
+    return [*starts, np.array([0.0, 0.0, turn, sizes[0], sizes[1] + 1e-3, 0.0, 0.0, offset])]
+
+
+def _of_conic(conic: Float, offset: float) -> Float | None:
+    """Return start parameters (8,) of a conic (6,), or None where it is no ellipse."""
+    a, b, c, d, e, f = conic
+    matrix = np.array([[a, 0.5 * b], [0.5 * b, c]])
+    if not a * c - 0.25 * b * b > 0.0:
+        return None
+    centre = np.linalg.solve(matrix, [-0.5 * d, -0.5 * e])
+    level = -(f + 0.5 * (d * centre[0] + e * centre[1]))
+    values, vectors = np.linalg.eigh(matrix)
+    squares = level / values
+    if not (squares > 0.0).all():
+        return None
+    long, short = np.sqrt(squares)
+    turn = np.arctan2(vectors[1, 0], vectors[0, 0])
+    sizes = np.maximum([long - offset, short - offset], 0.05 * short)
+    return np.array([centre[0], centre[1], turn, sizes[0], sizes[1], 0.0, 0.0, offset])

@@ -1,0 +1,194 @@
+"""The compiled iterations behind all fits: guarded Newton steps, and the descent of many starts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera.compiled import compiled
+from ocmm_core.features.fit import axis_kernel, flat_kernel
+from ocmm_core.features.fit.axis_kernel import RING, axis_terms, move_axis
+from ocmm_core.features.fit.flat_kernel import BALL, DISC, ball_terms, move_flat, outline_terms
+from ocmm_core.geometry import Float
+
+STEP_SIZE = (5, 6, 7, 6, 3, 4, 5, 5, 5)
+"""Length of a step by the kind of `axis_kernel` and `flat_kernel`."""
+
+MAX_STEPS = 100
+CONVERGED = 1e-13
+"""Length of a step, against that of the parameters, below which the iteration has converged."""
+STAGNATED = 1e-8
+"""The same where rounding keeps the steps from becoming shorter."""
+NOISE_OF_COST = 1e-12
+"""Relative increase of the cost that counts as rounding."""
+
+
+@compiled(axis_kernel, flat_kernel)
+def move(kind: int, p: Float, step: Float, moved: Float) -> None:
+    """Put the parameters (8,) after a step (k,) into ``moved``."""
+    if kind <= RING:
+        move_axis(kind, p, step, moved)
+    else:
+        move_flat(kind, p, step, moved)
+
+
+@compiled(axis_kernel, flat_kernel)
+def terms(
+    kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
+) -> float:
+    """Fill the derivatives by a step and return the cost; see `axis_kernel.axis_terms`."""
+    if kind <= RING:
+        return axis_terms(kind, points, p, residuals, jacobian, curvature)
+    if kind in (DISC, BALL):
+        return ball_terms(kind - DISC + 2, points, p, residuals, jacobian, curvature)
+    return outline_terms(kind, points, p, residuals, jacobian, curvature)
+
+
+@compiled(reorder=True)
+def _normal(jacobian: Float, residuals: Float, normal: Float, gradient: Float) -> None:
+    """Put the lower half of J'J into ``normal`` (k, k) and J'r into ``gradient`` (k,)."""
+    n, k = jacobian.shape
+    for i in range(k):
+        gradient[i] = 0.0
+        for j in range(i + 1):
+            normal[i, j] = 0.0
+    for row in range(n):
+        for i in range(k):
+            value = jacobian[row, i]
+            gradient[i] += value * residuals[row]
+            for j in range(i + 1):
+                normal[i, j] += value * jacobian[row, j]
+
+
+@compiled()
+def _solved(
+    normal: Float, curvature: Float, gradient: Float, damping: float, share: float, factor: Float,
+    step: Float,
+) -> bool:  # fmt: skip
+    """Put minus the solution of the damped equations into ``step``; False if not convex.
+
+    ``share`` is how much of the curvature is added to the normal matrix.
+    """
+    k = len(gradient)
+    for i in range(k):
+        for j in range(i + 1):
+            total = normal[i, j] + share * curvature[i, j]
+            if i == j:
+                total += damping * normal[i, i]
+            for m in range(j):
+                total -= factor[i, m] * factor[j, m]
+            if i == j:
+                if not total > 0.0:
+                    return False
+                factor[i, i] = np.sqrt(total)
+            else:
+                factor[i, j] = total / factor[j, j]
+    for i in range(k):
+        total = -gradient[i]
+        for m in range(i):
+            total -= factor[i, m] * step[m]
+        step[i] = total / factor[i, i]
+    for i in range(k - 1, -1, -1):
+        total = step[i]
+        for m in range(i + 1, k):
+            total -= factor[m, i] * step[m]
+        step[i] = total / factor[i, i]
+    return True
+
+
+@compiled(axis_kernel, flat_kernel)
+def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
+    """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
+    k = STEP_SIZE[kind]
+    rows = len(points) * (2 if kind == RING else 1)
+    residuals, jacobian, curvature = np.empty(rows), np.empty((rows, k)), np.empty((k, k))
+    new_residuals, new_jacobian, new_curvature = (
+        np.empty(rows), np.empty((rows, k)), np.empty((k, k))
+    )  # fmt: skip
+    normal, factor = np.zeros((k, k)), np.zeros((k, k))
+    gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
+    cost = terms(kind, points, p, residuals, jacobian, curvature)
+    _normal(jacobian, residuals, normal, gradient)
+    damping = 0.0
+    last_length = np.inf
+    for _ in range(MAX_STEPS):
+        # Where it is not convex a Newton step might climb; a Gauss-Newton step does not.
+        solved = _solved(normal, curvature, gradient, damping, 1.0, factor, step) or _solved(
+            normal, curvature, gradient, max(damping, 1e-14), 0.0, factor, step
+        )
+        new_cost = np.inf
+        length = np.inf
+        if solved:
+            move(kind, p, step, moved)
+            new_cost = terms(kind, points, moved, new_residuals, new_jacobian, new_curvature)
+            of_step = of_p = 0.0
+            for i in range(k):
+                of_step += step[i] * step[i]
+            for i in range(8):
+                of_p += p[i] * p[i]
+            length = np.sqrt(of_step) / (1.0 + np.sqrt(of_p))
+        if not new_cost <= cost * (1.0 + NOISE_OF_COST) + rows * 1e-30:
+            if length < CONVERGED:
+                return cost, True
+            damping = max(10.0 * damping, 1e-4)
+            if damping > 1e20:
+                break
+            continue
+        p[:] = moved
+        cost = new_cost
+        residuals, new_residuals = new_residuals, residuals
+        jacobian, new_jacobian = new_jacobian, jacobian
+        curvature, new_curvature = new_curvature, curvature
+        # A damped step is short because it is damped, which proves nothing.
+        if damping < 1e-3 and (
+            length < CONVERGED or (length < STAGNATED and length > 0.5 * last_length)
+        ):
+            return cost, True
+        _normal(jacobian, residuals, normal, gradient)
+        last_length = length
+        damping = 0.1 * damping if damping > 1e-9 else 0.0
+    return cost, False
+
+
+@compiled(axis_kernel, flat_kernel)
+def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -> None:
+    """Take some damped Gauss-Newton steps from every start, in place.
+
+    Parameters
+    ----------
+    kind
+        Any but a ring.
+    points
+        (n, d); a sample will do, as the best ends are refined with all points.
+    starts
+        (m, 8).
+    steps
+        How many; none ranks the starts.
+    costs
+        (m,), out: sum of squared residuals.
+    """
+    n, k = len(points), STEP_SIZE[kind]
+    residuals, jacobian, unused = np.empty(n), np.empty((n, k)), np.empty((k, k))
+    normal, factor = np.zeros((k, k)), np.zeros((k, k))
+    gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
+    for m in range(len(starts)):
+        p = starts[m]
+        cost = terms(kind, points, p, residuals, jacobian, unused)
+        damping = 1e-3
+        fresh = True
+        for _ in range(steps):
+            if fresh:
+                _normal(jacobian, residuals, normal, gradient)
+            if not _solved(normal, unused, gradient, damping, 0.0, factor, step):
+                break
+            move(kind, p, step, moved)
+            new_cost = terms(kind, points, moved, residuals, jacobian, unused)
+            fresh = new_cost < cost
+            if fresh:
+                p[:] = moved
+                cost = new_cost
+                damping *= 0.1
+            else:
+                damping *= 10.0
+                if damping > 1e8:
+                    break
+        costs[m] = cost

@@ -1,0 +1,119 @@
+"""The search for the best minimum of cone, torus, slot and rectangle.
+
+Nothing is known of their axis or turn, and they have many local minima. Very many starts descend on
+a sample of the points in compiled loops; the best ends are refined on all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ocmm_core.features.fit.axis_kernel import RING
+from ocmm_core.features.fit.cylinder import hemisphere, ring
+from ocmm_core.features.fit.newton_kernel import descend
+from ocmm_core.features.fit.solver import Solution, minimise
+from ocmm_core.geometry import Float
+
+SAMPLE = 60
+"""Points on which the starts descend."""
+KEPT = 60
+"""Starts that descend, the most promising first; where none leads anywhere, all."""
+KEPT_FEW = 180
+STEPS = 15
+REFINED, REFINED_FEW = 8, 30
+"""Ends that are refined; many more where points are so few that minima abound."""
+FEW_POINTS = 12
+TRIAL_AXES = 80
+RINGS = np.deg2rad([1.5, 4.0, 10.0])
+SAME = 1e-6
+"""Relative difference below which two minima are one."""
+EXACT = 1e-10
+"""Residual against the size of the points below which an element passes through a point."""
+
+
+def trial_axes(points: Float) -> Float:
+    """Return trial axes (m, 3): the principal ones, rings around them, and a hemisphere."""
+    principal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    rings = [ring(principal, k, RINGS) for k in range(3)]
+    return np.concatenate([principal, *rings, hemisphere(TRIAL_AXES)])
+
+
+def sampled(points: Float, count: int) -> Float:
+    """Return at most ``count`` of the points (n, 3), evenly from all of them."""
+    if len(points) <= count:
+        return np.ascontiguousarray(points)
+    return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).astype(np.int64)])
+
+
+def minima(
+    kind: int, points: Float, starts: Float, possible: Callable[[Float], bool]
+) -> list[Solution]:
+    """Return the minima that were found from ``starts`` (m, 8), best first, each once.
+
+    Parameters
+    ----------
+    kind
+        Of `axis_kernel` or `flat_kernel`.
+    points
+        (n, d), centred and scaled.
+    starts
+        (m, 8).
+    possible
+        Whether parameters (8,) are an element at all.
+    """
+    starts = np.ascontiguousarray(starts[np.isfinite(starts).all(axis=1)])
+    sample = sampled(points, SAMPLE)
+    costs = np.empty(len(starts))
+    descend(kind, sample, starts, 0, costs)
+    starts = starts[np.argsort(costs, kind="stable")]
+    few = len(points) <= FEW_POINTS
+    found = _minima(kind, points, starts[: KEPT_FEW if few else KEPT], few, possible)
+    return found or _minima(kind, points, starts, True, possible)
+
+
+def _minima(
+    kind: int, points: Float, starts: Float, thorough: bool, possible: Callable[[Float], bool]
+) -> list[Solution]:
+    costs = np.empty(len(starts))
+    starts = starts.copy()
+    descend(kind, sampled(points, SAMPLE), starts, STEPS * (3 if thorough else 1), costs)
+    found: list[Solution] = []
+    known: list[Float] = []
+    tried: list[Float] = []
+    for i in np.argsort(costs, kind="stable"):
+        if len(tried) >= (REFINED_FEW if thorough else REFINED):
+            break
+        signature = _signature(kind, starts[i])
+        if not np.isfinite(costs[i]) or any(_same(signature, other, 1e-3) for other in tried):
+            continue
+        tried.append(signature)
+        solution = minimise(kind, points, starts[i])
+        if not solution.converged or not possible(solution.parameters):
+            continue
+        signature = _signature(kind, solution.parameters)
+        if not any(_same(signature, other, SAME) for other in known):
+            known.append(signature)
+            found.append(solution)
+    return sorted(found, key=lambda solution: solution.cost)
+
+
+def exact(solutions: list[Solution], n: int) -> list[Solution]:
+    """Return those of ``solutions`` that pass through all ``n`` points."""
+    return [solution for solution in solutions if solution.cost < n * EXACT**2]
+
+
+def _signature(kind: int, p: Float) -> Float:
+    """Return numbers that are equal where parameters (8,) describe one element."""
+    if kind <= RING:
+        return np.concatenate([p[0:3], np.outer(p[3:6], p[3:6]).ravel(), np.abs(p[6:8])])
+    # An outline is the same after half a turn, and with its sizes changed after a quarter.
+    turn, longer = p[2], p[3] - p[4]
+    turns = [longer * np.cos(2.0 * turn), longer * np.sin(2.0 * turn)]
+    quarters = [np.cos(4.0 * turn), np.sin(4.0 * turn)]
+    return np.array([p[0], p[1], p[3] + p[4], *turns, *quarters])
+
+
+def _same(first: Float, second: Float, tolerance: float) -> bool:
+    return bool(np.all(np.abs(first - second) < tolerance * (1.0 + np.abs(first).max())))
