@@ -9,18 +9,22 @@ from ocmm_core.geometry import Float
 
 @dataclass(frozen=True, slots=True)
 class FormNoise:
-    """What the noise of the points does to a deviation of form.
+    """The deviations whose range a value is, and what the noise of the points does to them.
 
     Attributes
     ----------
+    deviations
+        (m,), mm: the value is the greatest less the smallest. Where the zone has a fixed middle
+        they are the distances from it and their opposites.
     by_coordinates
-        (n, 3 N + 1): how the deviations of the n points from the element answer to all ball
-        centres and the ball, what the least-squares element absorbs left out.
+        (m, 3 N + 1): how they answer to all ball centres and the ball; what the least-squares
+        element absorbs is left out.
     free
-        (n, k): how the same deviations answer to the k parameters over which the zone is made
-        smallest; k is zero where the zone is not.
+        (m, k): how they answer to the k parameters over which the zone is made smallest; k is zero
+        where the zone is not.
     """
 
+    deviations: Float
     by_coordinates: Float
     free: Float
 
@@ -49,8 +53,8 @@ class Evaluation:
         mm: what a modifier of material adds to the upper limit, and how it answers to the points;
         what is decided about is ``value - bonus`` against the limit. None without a bonus.
     noise
-        Of a deviation of form, which is never below what noise alone shows; else None
-        (`tolerances.floor.form_floor`).
+        Where the value is the range of the deviations of many points, which is never below what
+        noise alone shows (`tolerances.floor.noise_floor`); else None.
     note
         What to know about the value; may be empty.
     """

@@ -1,0 +1,185 @@
+"""The smallest zone: the greatest of many deviations made as small as free motions allow.
+
+Two problems of one kind. Deviations of surface points are numbers, those of axes are vectors whose
+length counts. Both are solved by linear programs about the present place (sequential linear
+programming, as in D. Zhang, X. Jiang et al., Precision Eng., and NIST's minimum-zone references);
+lengths are bounded by their components along directions that are added where they are needed. The
+multipliers of the last program say which points hold the zone, and with what share: by the envelope
+theorem they are the derivative of the smallest zone by the deviations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ocmm_core.errors import FitError
+from ocmm_core.geometry import Float, Int
+
+_STEPS = 60
+_CONVERGED = 1e-12
+"""mm: gain of a step below which the zone is the smallest."""
+_NULL = 1e-7
+"""Motions that change deviations by less than this part of the greatest do nothing."""
+_FIRST_TRUST_MM = 1.0
+_LEAST_TRUST_MM = 1e-11
+_HALF_FANS = 8
+"""Directions to each half turn that bound a length from the start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Smallest:
+    """The place where the greatest deviation is smallest.
+
+    Attributes
+    ----------
+    motion
+        (k,): the free parameters there.
+    value
+        mm: the greatest deviation.
+    shares
+        (m,): of the deviations in their order, or of the ends of axes; they add up to one, and
+        those of deviations carry their sign.
+    """
+
+    motion: Float
+    value: float
+    shares: Float
+
+
+Deviations = Callable[[Float], tuple[Float, Float]]
+"""From parameters (k,) to deviations and their derivatives by a further small step.
+
+Numbers: (m,) and (m, k); vectors: (m, d) and (m, d, k).
+"""
+
+
+def smallest_zone(deviations: Deviations, size: int) -> Smallest:
+    """Return where the greatest absolute deviation is smallest, from zero motion on.
+
+    Parameters
+    ----------
+    deviations
+        Numbers (m,); what moves them should do so by some mm for one unit.
+    size
+        k; may be zero.
+
+    Raises
+    ------
+    FitError
+        The search does not come to rest.
+    """
+
+    def as_vectors(motion: Float) -> tuple[Float, Float]:
+        values, slopes = deviations(motion)
+        return values[:, None], slopes[:, None, :]
+
+    found = smallest_length(as_vectors, size)
+    signs = np.where(deviations(found.motion)[0] < 0.0, -1.0, 1.0)
+    return Smallest(found.motion, found.value, signs * found.shares)
+
+
+def smallest_length(deviations: Deviations, size: int) -> Smallest:
+    """Return where the greatest length of a vector deviation is smallest; see `smallest_zone`."""
+    motion = np.zeros(size)
+    vectors, slopes = deviations(motion)
+    lengths = np.linalg.norm(vectors, axis=1)
+    value = float(lengths.max())
+    shares = _one_hot(lengths)
+    if size == 0:
+        return Smallest(motion, value, shares)
+    cuts = _first_cuts(vectors.shape[1], len(vectors))
+    trust = _FIRST_TRUST_MM
+    for _ in range(_STEPS):
+        cuts = _with_present(cuts, vectors)
+        step, bound, duals = _program(cuts, vectors, slopes, trust)
+        moved = motion + step
+        new_vectors, new_slopes = deviations(moved)
+        new_value = float(np.linalg.norm(new_vectors, axis=1).max())
+        gain, hoped = value - new_value, value - bound
+        shares = duals
+        if hoped <= _CONVERGED * (1.0 + value):
+            return Smallest(motion, value, shares)
+        if gain > 0.0:
+            motion, vectors, slopes, value = moved, new_vectors, new_slopes, new_value
+        else:
+            # The tangents of the lengths at the place that was tried keep it from coming again.
+            cuts = _with_present(cuts, vectors + slopes @ step)
+        trust = 2.0 * trust if gain > 0.5 * hoped else 0.25 * trust if gain < 0.1 * hoped else trust
+        if trust < _LEAST_TRUST_MM:
+            return Smallest(motion, value, shares)
+    raise FitError(
+        "characteristic.zone",
+        "The smallest zone was not found: the search did not come to rest.",
+        "Check that the points belong to the feature, and name datums that hold it.",
+    )
+
+
+def _one_hot(lengths: Float) -> Float:
+    shares = np.zeros(len(lengths))
+    shares[int(np.argmax(lengths))] = 1.0
+    return shares
+
+
+@dataclass(frozen=True, slots=True)
+class _Cuts:
+    """Directions (c, d), unit, along which the vectors of rows (c,) are bounded."""
+
+    rows: Int
+    directions: Float
+
+
+def _first_cuts(dimension: int, count: int) -> _Cuts:
+    if dimension == 2:
+        turn = np.arange(2 * _HALF_FANS) * np.pi / _HALF_FANS
+        fan = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    else:
+        fan = np.vstack([np.eye(dimension), -np.eye(dimension)])
+    return _Cuts(np.repeat(np.arange(count), len(fan)), np.tile(fan, (count, 1)))
+
+
+def _with_present(cuts: _Cuts, vectors: Float) -> _Cuts:
+    """Return the cuts and those along the present vectors; numbers have only two directions."""
+    if vectors.shape[1] == 1:
+        return cuts
+    lengths = np.linalg.norm(vectors, axis=1)
+    rows = np.flatnonzero(lengths > 1e-12)
+    return _Cuts(
+        np.concatenate([cuts.rows, rows]),
+        np.vstack([cuts.directions, vectors[rows] / lengths[rows, None]]),
+    )
+
+
+def _program(
+    cuts: _Cuts, vectors: Float, slopes: Float, trust: float
+) -> tuple[Float, float, Float]:
+    """Return the best step (k,) within ``trust``, the bound it hopes for, and the shares (m,)."""
+    rows = cuts.rows
+    now = np.sum(cuts.directions * vectors[rows], axis=1)
+    by_step = np.einsum("cd,cdk->ck", cuts.directions, slopes[rows])
+    # Motions that move nothing are left out: a program could run along them for ever.
+    _, strengths, ways = np.linalg.svd(by_step, full_matrices=False)
+    kept = ways[strengths > _NULL * max(float(strengths[0]), 1e-12)]
+    size = len(kept)
+    # The solver keeps constraints to 1e-7: in units of the zone that is nothing.
+    scale = max(float(now.max()), _LEAST_TRUST_MM)
+    answer = linprog(
+        np.append(np.zeros(size), 1.0),
+        A_ub=np.column_stack([by_step @ kept.T, -np.ones(len(now))]),
+        b_ub=-now / scale,
+        bounds=[(-trust / scale, trust / scale)] * size + [(None, None)],
+        method="highs",
+    )
+    if answer.x is None:
+        raise FitError(
+            "characteristic.zone",
+            "The smallest zone was not found: its linear program has no solution.",
+            "Check that the points belong to the feature.",
+        )
+    duals = -np.asarray(answer.ineqlin.marginals, dtype=np.float64)
+    shares = np.bincount(rows, weights=duals, minlength=len(vectors)).astype(np.float64)
+    step = scale * np.asarray(answer.x[:-1], dtype=np.float64) @ kept
+    return step, scale * float(answer.x[-1]), shares

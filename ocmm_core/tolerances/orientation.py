@@ -1,0 +1,110 @@
+"""Parallelism, perpendicularity and angularity of faces and axes (ISO 1101, 17.9 to 17.11)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.nominal import nominal_geometry
+from ocmm_core.features.shapes import DIRECTION, Shape, element
+from ocmm_core.geometry import Float, perpendicular_pair, unit
+from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.derived import derived_points
+from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.surface import surface_points
+from ocmm_core.tolerances.zone_frame import frame_of_datums
+from ocmm_core.tolerances.zones import Surface, derived_zone, surface_zone
+
+_MEANT = np.sin(np.deg2rad(0.5))
+"""Nominal directions further off parallel or square than this are not meant to be."""
+
+_AXES = "xyz"
+
+
+def orientation(
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature]
+) -> Evaluation:
+    """Return the width of the zone of a face, or the width or diameter of that of an axis.
+
+    The true direction is that of the plan in the frame of the datums, made exactly parallel or
+    square to the primary datum where the kind says so. A face has all its points between two
+    planes; of an axis both ends of its toleranced length count.
+
+    Raises
+    ------
+    FitError
+        The plan's directions are not what the kind says, a feature has no points of its own, or
+        the datums do not hold.
+    """
+    name = characteristic.features[0]
+    feature, datum = actual[name], actual[characteristic.datums[0]]
+    direction = true_direction(characteristic, feature, datum)
+    frame = frame_of_datums(characteristic.datums, [name], actual).with_shifts()
+    if feature.fit.shape is Shape.PLANE:
+        plane = element(np.zeros(3), direction)
+        return surface_zone([Surface(surface_points(feature), Shape.PLANE, plane)], frame)
+    rows = _rows(characteristic, datum, direction)
+    ends = derived_points(feature, characteristic.length or feature.nominal.length)
+    return derived_zone(ends, np.zeros(3), rows, frame)
+
+
+def true_direction(
+    characteristic: Characteristic, feature: ActualFeature, datum: ActualFeature
+) -> Float:
+    """Return the direction (3,), unit, frame of the plan, that a feature should have."""
+    own = nominal_geometry(feature.nominal)[DIRECTION]
+    base = nominal_geometry(datum.nominal)[DIRECTION]
+    if characteristic.kind == "angularity":
+        return own
+    along = float(own @ base)
+    alike = (feature.fit.shape is Shape.PLANE) == (datum.fit.shape is Shape.PLANE)
+    if alike == (characteristic.kind == "parallelism"):
+        if np.linalg.norm(own - along * base) > _MEANT:
+            raise _not_meant(characteristic, feature, datum)
+        return base if along > 0.0 else -base
+    if abs(along) > _MEANT:
+        raise _not_meant(characteristic, feature, datum)
+    return unit(own - along * base)
+
+
+def zone_of_axis(characteristic: Characteristic, datum: Shape) -> str:
+    """Return the zone of an axis: as the characteristic says, else what is usual."""
+    if characteristic.zone:
+        return characteristic.zone
+    if characteristic.kind == "parallelism":
+        return "planes" if datum is Shape.PLANE else "cylinder"
+    if characteristic.kind == "perpendicularity":
+        return "cylinder" if datum is Shape.PLANE else "planes"
+    return "planes"
+
+
+def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float) -> Float:
+    """Return the directions (d, 3), frame, in which the ends of an axis are off."""
+    if zone_of_axis(characteristic, datum.fit.shape) == "cylinder":
+        return np.stack(perpendicular_pair(direction))
+    across = nominal_geometry(datum.nominal)[DIRECTION]
+    if characteristic.axis:
+        across = np.eye(3)[_AXES.index(characteristic.axis)]
+    across = across - (across @ direction) * direction
+    if float(np.linalg.norm(across)) < _MEANT:
+        raise FitError(
+            "characteristic.no_zone",
+            f"{characteristic.name} does not say where its two planes stand.",
+            "Give it the 'axis' across the planes, or the zone 'cylinder'.",
+        )
+    return unit(across)[None]
+
+
+def _not_meant(
+    characteristic: Characteristic, feature: ActualFeature, datum: ActualFeature
+) -> FitError:
+    word = "parallel" if characteristic.kind == "parallelism" else "square"
+    return FitError(
+        "characteristic.direction",
+        f"{characteristic.name}: the directions of {feature.nominal.name} and "
+        f"{datum.nominal.name} in the plan are not {word}.",
+        "Correct the directions, or use angularity.",
+    )
