@@ -34,6 +34,11 @@ class Document(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     schema: str
     unit: str
 
+    @classmethod
+    def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Return ``data`` with what older documents of this kind leave unsaid."""
+        return data
+
 
 def load_document(path: Path | str, kind: type[T], schema: str) -> T:
     """Read, check and return the document at ``path``.
@@ -84,7 +89,7 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         )
     _refuse_non_finite(path, data, "")
     try:
-        return msgspec.convert(data, kind)
+        return msgspec.convert(kind.completed(data), kind)
     except msgspec.ValidationError as error:
         raise InputError(
             "document.field",

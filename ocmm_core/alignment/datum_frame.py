@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.alignment.freedom import Freedom, Held, move_to, turn_to
+from ocmm_core.alignment.misfit import LEVER_MM, WITH_SENSE, misfit_of_all
 from ocmm_core.errors import FitError
+from ocmm_core.features.construct_geometry import gauge_point
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
-    HALF_ANGLE,
     POINT,
     RADIUS,
     Shape,
@@ -30,12 +31,6 @@ MOST_DATUMS = 3
 _AXES = (Shape.LINE, Shape.CYLINDER)
 _POINTS = (Shape.POINT, Shape.SPHERE)
 _ACROSS = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-_WITH_SENSE = (Shape.PLANE, Shape.CONE)
-"""Shapes whose direction says more than a line: away from the material, to the growing radius."""
-
-_LEVER_MM = 100.0
-"""A direction that is wrong counts as much as a place wrong by it, where senses are chosen."""
-
 _CLEARLY = 1e-6
 """Part by which, and mm^2 by that at least, a choice of senses must be better than another."""
 
@@ -159,20 +154,13 @@ def _element(
     return _Element(name, shape, measured, nominal)
 
 
-def gauge_point(cone: Float, radius: float) -> Float:
-    """Return the point (3,), mm, on the axis of a cone where it has a radius, mm."""
-    along = (radius - cone[RADIUS]) / np.tan(cone[HALF_ANGLE])
-    point: Float = cone[POINT] + along * cone[DIRECTION]
-    return point
-
-
 def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
     """Yield how the part may lie for either sense of every direction that has none."""
     if not elements:
         yield held
         return
     element = elements[0]
-    both = (1.0,) if element.shape in _WITH_SENSE else (1.0, -1.0)
+    both = (1.0,) if element.shape in WITH_SENSE else (1.0, -1.0)
     for turned in _turns(held, element, DIRECTION, () if element.shape in _POINTS else both):
         measured, nominal = element.measured[POINT], element.nominal[POINT]
         placed = move_to(turned, measured, nominal, _rows(element), element.name)
@@ -210,15 +198,18 @@ def _likeliest(
 ) -> DatumFrame:
     """Return the frame in which the datums, and if they do not tell all features, lie best."""
     squares = [
-        sum(item.offset**2 + (_LEVER_MM * item.angle) ** 2 for item in frame.misfits)
+        sum(item.offset**2 + (LEVER_MM * item.angle) ** 2 for item in frame.misfits)
         for frame in frames
     ]
     limit = min(squares) + _CLEARLY * (1.0 + min(squares))
     level = [frame for frame, square in zip(frames, squares, strict=True) if square <= limit]
     best = level[0]
     for frame in level[1:]:
-        least = _misfit_of_all(best, geometries, shapes, nominals)
-        if _misfit_of_all(frame, geometries, shapes, nominals) < least - _CLEARLY * (1.0 + least):
+        least, here = (
+            misfit_of_all(item.T_frame_from_world, item.free, geometries, shapes, nominals)
+            for item in (best, frame)
+        )
+        if here < least - _CLEARLY * (1.0 + least):
             best = frame
     return best
 
@@ -244,51 +235,6 @@ def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfi
 
 def _angle(direction: Float, nominal: Float, shape: Shape) -> float:
     cosine = float(direction @ nominal)
-    if shape not in _WITH_SENSE:
+    if shape not in WITH_SENSE:
         cosine = abs(cosine)
     return float(np.arctan2(np.linalg.norm(np.cross(direction, nominal)), cosine))
-
-
-def _misfit_of_all(
-    frame: DatumFrame,
-    geometries: Mapping[str, Float],
-    shapes: Mapping[str, Shape],
-    nominals: Mapping[str, Float],
-) -> float:
-    """Return the squared misfit, mm^2, of all features, as far as it does not rest on chance.
-
-    What is open in the frame is left out: places are compared by what turning about the open axis
-    and shifting along open directions does not change.
-    """
-    free, T = frame.free, frame.T_frame_from_world
-    if len(free.turn) == 3:
-        return 0.0
-    names = [name for name in nominals if name in geometries]
-    places = [name for name in names if shapes[name] is not Shape.PLANE]
-    total = 0.0
-    if places:
-        measured = T.apply(np.array([geometries[name][POINT] for name in places]))
-        wanted = np.array([nominals[name][POINT] for name in places])
-        off = measured - wanted
-        if len(free.turn):
-            axis = free.turn[0]
-            off = (off @ axis)[:, None] * axis
-            if len(free.slide) < 2:
-                rounds = [_from_axis(items, free.centre, axis) for items in (measured, wanted)]
-                total += float(np.sum((rounds[0] - rounds[1]) ** 2))
-        off = off - off.mean(axis=0) @ free.slide.T @ free.slide
-        total += float(np.sum(off**2))
-    for name in names:
-        if shapes[name] not in _WITH_SENSE:
-            continue
-        off = T.rotation @ geometries[name][DIRECTION] - unit(nominals[name][DIRECTION])
-        if len(free.turn):
-            off = free.turn[0] * (free.turn[0] @ off)
-        total += _LEVER_MM**2 * float(off @ off)
-    return total
-
-
-def _from_axis(points: Float, centre: Float, axis: Float) -> Float:
-    """Return the distances (n,), mm, of points from an axis."""
-    distances: Float = np.linalg.norm(np.cross(points - centre, axis), axis=1)
-    return distances

@@ -1,83 +1,92 @@
-"""The part frame from measured datum features (3-2-1)."""
+"""The frame of the part by any rule of alignment, from the geometry of measured features."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-import msgspec
 import numpy as np
 
+from ocmm_core.alignment.datum_frame import DatumFrame, datum_frame
+from ocmm_core.alignment.rules import (
+    Alignment,
+    AnyAlignment,
+    BoundAlignment,
+    DatumAlignment,
+    DatumReferenceFrame,
+    PlaneAxisPoint,
+    SavedFrame,
+)
+from ocmm_core.alignment.three_two_one import three_two_one
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform
 
-_SHORTEST_MM = 1.0
+__all__ = ["DatumAlignment", "datums_of", "frame_of", "part_frame"]
 
 
-class DatumAlignment(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The part frame from measured features (3-2-1).
-
-    Attributes
-    ----------
-    primary
-        Plane whose normal is the z axis of the part frame.
-    secondary
-        Two features with centres: x points from the first to the second, along the plane.
-    origin
-        Feature whose centre, dropped on the primary plane, is the origin.
-    """
-
-    primary: str
-    secondary: tuple[str, str]
-    origin: str
-
-    @property
-    def features(self) -> tuple[str, ...]:
-        """Return the names of the datum features, each once."""
-        return tuple(dict.fromkeys((self.primary, *self.secondary, self.origin)))
-
-
-def part_frame(rule: DatumAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
+def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
     """Return the motion from the world to the part frame; see `frame_of`."""
     return frame_of(rule, {name: feature.fit.geometry for name, feature in features.items()})
 
 
-def frame_of(rule: DatumAlignment, geometries: Mapping[str, Float]) -> RigidTransform:
+def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransform:
     """Return the motion from the world to the part frame, ``T_part_from_world``.
+
+    It rests on the features that the rule names and on no others, but for the choice of which way
+    an axis runs.
 
     Parameters
     ----------
     rule
-        Which features are the datums.
+        Which features say where the part is; bound to nominals where its kind needs them.
     geometries
         Geometry vectors (12,) of the features, mm, world frame (`features.shapes.Fit`).
 
     Raises
     ------
     FitError
-        A datum is not measured, or the two secondary features lie above each other.
+        A feature is not measured or has no nominal, the features do not say where the part is, or
+        it lies otherwise than they should.
     """
-    for name in rule.features:
+    bound = rule if isinstance(rule, BoundAlignment) else None
+    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
+    for name in kind.features:
         if name not in geometries:
             raise FitError(
                 "alignment.datum",
                 f"The part frame needs {name}, which is not measured.",
                 f"Measure {name}.",
             )
-    primary = geometries[rule.primary]
-    z = primary[3:6] / np.linalg.norm(primary[3:6])
-    along = geometries[rule.secondary[1]][0:3] - geometries[rule.secondary[0]][0:3]
-    along = along - (along @ z) * z
-    length = float(np.linalg.norm(along))
-    if length < _SHORTEST_MM:
+    return _frame(kind, geometries, bound)
+
+
+def _frame(
+    rule: Alignment, geometries: Mapping[str, Float], bound: BoundAlignment | None
+) -> RigidTransform:
+    match rule:
+        case DatumAlignment():
+            return three_two_one(rule, geometries, bound)
+        case SavedFrame():
+            return RigidTransform(np.array(rule.rotation), np.array(rule.translation))
+        case PlaneAxisPoint() | DatumReferenceFrame():
+            return datums_of(rule, geometries, _needed(rule, bound)).T_frame_from_world
+    raise NotImplementedError
+
+
+def datums_of(
+    rule: PlaneAxisPoint | DatumReferenceFrame,
+    geometries: Mapping[str, Float],
+    bound: BoundAlignment,
+) -> DatumFrame:
+    """Return the datum frame of a rule, with what it leaves open."""
+    return datum_frame(rule.features, geometries, bound.shapes, bound.nominals)
+
+
+def _needed(rule: Alignment, bound: BoundAlignment | None) -> BoundAlignment:
+    if bound is None:
         raise FitError(
-            "alignment.degenerate",
-            f"{rule.secondary[0]} and {rule.secondary[1]} give no direction along the plane "
-            f"{rule.primary}.",
-            "Choose two features that lie side by side on the plane.",
+            "alignment.no_nominal",
+            f"The part frame of {', '.join(rule.features)} needs nominal geometry.",
+            "Give the features their nominals.",
         )
-    x = along / length
-    rotation = np.stack([x, np.cross(z, x), z])
-    centre = geometries[rule.origin][0:3]
-    origin = centre - ((centre - primary[0:3]) @ z) * z
-    return RigidTransform(rotation, -rotation @ origin)
+    return bound

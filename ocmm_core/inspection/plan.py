@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
-from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment.checks import alignment_fault
+from ocmm_core.alignment.rules import OLDEST, Alignment, BoundAlignment
 from ocmm_core.documents import Document, load_document
 from ocmm_core.errors import InputError
+from ocmm_core.features.construct import Construction, probed_features
+from ocmm_core.features.construct_checks import construction_fault, shapes_with
+from ocmm_core.features.constructed import nominal_geometries
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.tolerances.characteristic import Characteristic
@@ -42,10 +46,13 @@ class Plan(Document, frozen=True, kw_only=True):
         In the order of probing.
     characteristics
         In the order of the report.
+    constructions
+        Features made from others, in any order.
     alignment
         Needed as soon as a characteristic is a coordinate.
     rule
-        Decision rule: ISO 14253-1 with a guard band (default), or simple acceptance.
+        Decision rule: ISO 14253-1 (default), ILAC-G8 with the guard band w = U, or simple
+        acceptance (`tolerances.decision`).
     material
         Needed where results are to be reported at 20 °C.
     """
@@ -54,9 +61,35 @@ class Plan(Document, frozen=True, kw_only=True):
     part: str
     features: list[NominalFeature]
     characteristics: list[Characteristic]
-    alignment: DatumAlignment | None = None
-    rule: Literal["iso14253-1", "simple"] = "iso14253-1"
+    constructions: list[Construction] = msgspec.field(default_factory=list)
+    alignment: Alignment | None = None
+    rule: Literal["iso14253-1", "ilac-g8", "simple"] = "iso14253-1"
     material: Material | None = None
+
+    @classmethod
+    def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Return ``data`` with the kind of alignment that the first plans did not name."""
+        alignment = data.get("alignment")
+        if isinstance(alignment, dict):
+            data = {**data, "alignment": {"type": OLDEST, **alignment}}
+        return data
+
+    @property
+    def shapes(self) -> dict[str, Shape]:
+        """Return the shapes of all features, probed and constructed, by name."""
+        return shapes_with({item.name: item.shape for item in self.features}, self.constructions)
+
+    @property
+    def bound_alignment(self) -> BoundAlignment | None:
+        """Return the alignment with the nominals it may need; None without one."""
+        if self.alignment is None:
+            return None
+        nominals = nominal_geometries(self.features, self.constructions)
+        return BoundAlignment(self.alignment, self.shapes, nominals)
+
+    def probed(self, name: str) -> tuple[str, ...]:
+        """Return the probed features that a feature, probed or constructed, rests on."""
+        return probed_features(name, self.constructions)
 
     def feature(self, name: str) -> NominalFeature:
         """Return the feature called ``name``; KeyError if there is none."""
@@ -86,6 +119,7 @@ def check_plan(path: Path, plan: Plan) -> None:
         raise _error(path, "features", "is empty: there is nothing to measure")
     names = [("name", plan.name), ("part", plan.part)]
     names += [(f"features[{i}].name", item.name) for i, item in enumerate(plan.features)]
+    names += [(f"constructions[{i}].name", item.name) for i, item in enumerate(plan.constructions)]
     names += [(f"characteristics[{i}].name", c.name) for i, c in enumerate(plan.characteristics)]
     for field, name in names:
         if not NAME_PATTERN.fullmatch(name):
@@ -103,10 +137,13 @@ def check_plan(path: Path, plan: Plan) -> None:
             seen.add(item.name)
     for index, feature in enumerate(plan.features):
         _check_feature(path, plan, index, feature)
+    probed = {item.name: item.shape for item in plan.features}
+    if fault := construction_fault(probed, plan.constructions):
+        raise _error(path, *fault)
     for index, characteristic in enumerate(plan.characteristics):
         _check_characteristic(path, plan, index, characteristic)
-    if plan.alignment is not None:
-        _check_alignment(path, plan, plan.alignment)
+    if plan.alignment is not None and (fault := alignment_fault(plan.alignment, plan.shapes)):
+        raise _error(path, *fault)
     if plan.material is not None:
         _check_material(path, plan.material)
 
@@ -167,14 +204,6 @@ def _check_characteristic(
         raise _error(path, "alignment", "is missing, but a coordinate needs a part frame")
 
 
-def _check_alignment(path: Path, plan: Plan, alignment: DatumAlignment) -> None:
-    _need(path, plan, "alignment.primary", alignment.primary, (Shape.PLANE,))
-    for name in (*alignment.secondary, alignment.origin):
-        _need(path, plan, "alignment", name, _CENTRED)
-    if alignment.secondary[0] == alignment.secondary[1]:
-        raise _error(path, "alignment.secondary", "names one feature twice")
-
-
 def _check_material(path: Path, material: Material) -> None:
     if abs(material.expansion_ppm) > MAX_EXPANSION_PPM:
         raise _error(
@@ -185,11 +214,10 @@ def _check_material(path: Path, material: Material) -> None:
 
 
 def _need(path: Path, plan: Plan, field: str, name: str, shapes: tuple[Shape, ...]) -> None:
-    try:
-        feature = plan.feature(name)
-    except KeyError:
-        raise _error(path, field, f"names {name!r}, which is not a feature of the plan") from None
-    if feature.shape not in shapes:
+    shape = plan.shapes.get(name)
+    if shape is None:
+        raise _error(path, field, f"names {name!r}, which is not a feature of the plan")
+    if shape not in shapes:
         words = ", ".join(shape.value.lower() for shape in shapes)
         raise _error(path, field, f"names {name!r}, but needs one of: {words}")
 

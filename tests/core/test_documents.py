@@ -357,10 +357,10 @@ def test_a_number_that_is_not_finite_is_named_down_to_its_place(tmp_path: Path) 
         ('side = "inner"', 'side = "left"', "features[1].side"),
         ('primary = "TOP"', 'primary = "A"', "alignment.primary"),
         ('primary = "TOP"', 'primary = "LOW"', "'alignment.primary' names 'LOW'"),
-        ('secondary = ["A", "B"]', 'secondary = ["A", "TOP"]', "'alignment' names 'TOP'"),
+        ('secondary = ["A", "B"]', 'secondary = ["A", "TOP"]', "'alignment.secondary' names 'TOP'"),
         ('secondary = ["A", "B"]', 'secondary = ["A", "A"]', "names one feature twice"),
         ('secondary = ["A", "B"]', 'secondary = ["A"]', "alignment.secondary"),
-        ('origin = "A"', 'origin = "C"', "'alignment' names 'C'"),
+        ('origin = "A"', 'origin = "C"', "'alignment.origin' names 'C'"),
     ],
 )
 def test_a_plan_that_cannot_be_measured(tmp_path: Path, old: str, new: str, words: str) -> None:

@@ -1,0 +1,206 @@
+"""Features that are constructed from others: every kind, as a plan holds it.
+
+``docs/alignment.md`` has a table of what each kind makes of which features.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, TypeAlias
+
+import msgspec
+
+from ocmm_core.errors import InputError
+from ocmm_core.features.shapes import Shape
+
+
+class _Construction(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"
+):
+    """What all kinds share.
+
+    Attributes
+    ----------
+    name
+        Unique among all features of the plan, probed and constructed.
+    features
+        Names of the features it is made from, probed or constructed, in any order of the plan.
+    """
+
+    name: str
+    features: tuple[str, ...]
+
+
+class Intersection(_Construction, frozen=True, kw_only=True, tag="intersection"):
+    """Where two or three features meet.
+
+    Two planes: a line. A plane and a line or axis: a point. Three planes: a point. Two lines or
+    axes: the point nearest to both.
+    """
+
+
+class Projection(_Construction, frozen=True, kw_only=True, tag="projection"):
+    """The first feature, dropped square on the second, a plane, line or axis."""
+
+
+class Midpoint(_Construction, frozen=True, kw_only=True, tag="midpoint"):
+    """The middle of two points or centres."""
+
+
+class Bisector(_Construction, frozen=True, kw_only=True, tag="bisector"):
+    """The plane or line halfway between two planes or two lines or axes.
+
+    Attributes
+    ----------
+    which
+        Of planes: ``"between"`` halves the material between two faces, as those of a tongue or
+        the space between those of a groove; ``"across"`` is the one square to it, and the middle of
+        two faces that look the same way. Of lines: ``"between"`` halves the smaller angle.
+    """
+
+    which: Literal["between", "across"] = "between"
+
+
+class Symmetry(_Construction, frozen=True, kw_only=True, tag="symmetry"):
+    """The plane in which pairs of points or centres mirror each other best, or two faces do.
+
+    The features are named in pairs; the normal points from the first of a pair to the second.
+    """
+
+
+class Offset(_Construction, frozen=True, kw_only=True, tag="offset"):
+    """A feature moved by a distance.
+
+    A plane by itself along its normal; circle, sphere and cylinder by themselves grow by it in
+    radius; any feature together with a second one is moved along that one's direction.
+
+    Attributes
+    ----------
+    distance
+        mm; negative the other way.
+    towards
+        Where the second feature is a line or axis, which has no sense: a feature at the side that
+        counts as positive, seen from the first.
+    """
+
+    distance: float
+    towards: str = ""
+
+
+class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
+    """The least-squares element through the centres, or through all touched points, of features.
+
+    Attributes
+    ----------
+    shape
+        Of the element.
+    through
+        ``"centres"``: the points and centres of the features; ``"points"``: their touches, each
+        compensated along the normal of its own feature.
+    """
+
+    shape: Shape
+    through: Literal["centres", "points"] = "centres"
+
+
+class BoltCircle(_Construction, frozen=True, kw_only=True, tag="bolt circle"):
+    """The circle through the centres of at least three holes."""
+
+
+class ConeSection(_Construction, frozen=True, kw_only=True, tag="cone section"):
+    """The circle where a cone has a diameter, or its diameter at a distance from a plane.
+
+    Attributes
+    ----------
+    diameter
+        mm: of the gauge circle; then the cone is the only feature.
+    distance
+        mm: from the plane that is the second feature, along its normal.
+    """
+
+    diameter: float = 0.0
+    distance: float = 0.0
+
+
+class HiddenPoint(_Construction, frozen=True, kw_only=True, tag="hidden point"):
+    """The point on the line from a first centre through a second one, beyond it by a distance.
+
+    Attributes
+    ----------
+    distance
+        mm, from the second centre; as certified for the adapter with two balls.
+    """
+
+    distance: float
+
+
+class PartOf(_Construction, frozen=True, kw_only=True, tag="part of"):
+    """A feature under another name, or its axis or centre alone."""
+
+    part: Literal["all", "axis", "centre"] = "all"
+
+
+Construction: TypeAlias = (
+    Intersection
+    | Projection
+    | Midpoint
+    | Bisector
+    | Symmetry
+    | Offset
+    | FitThrough
+    | BoltCircle
+    | ConeSection
+    | HiddenPoint
+    | PartOf
+)
+"""All kinds; in a plan the field ``kind`` says which."""
+
+
+def needed_features(construction: Construction) -> tuple[str, ...]:
+    """Return the names of all features that a construction needs, each once."""
+    extra = (construction.towards,) if isinstance(construction, Offset) else ()
+    return tuple(dict.fromkeys(name for name in (*construction.features, *extra) if name))
+
+
+def in_order(constructions: Sequence[Construction]) -> list[Construction]:
+    """Return the constructions so that each comes after those it needs.
+
+    Raises
+    ------
+    InputError
+        Some need each other in a circle.
+    """
+    waiting = {item.name: item for item in constructions}
+    ordered: list[Construction] = []
+    while waiting:
+        ready = [
+            item
+            for item in waiting.values()
+            if not any(name in waiting for name in needed_features(item))
+        ]
+        if not ready:
+            raise InputError(
+                "construction.circle",
+                f"The constructions {', '.join(waiting)} need each other in a circle.",
+                "Construct one of them from probed features.",
+            )
+        ordered += ready
+        for item in ready:
+            del waiting[item.name]
+    return ordered
+
+
+def probed_features(name: str, constructions: Sequence[Construction]) -> tuple[str, ...]:
+    """Return the names of the probed features that a feature, probed or constructed, rests on."""
+    by_name = {item.name: item for item in constructions}
+    found: dict[str, None] = {}
+    waiting, seen = [name], {name}
+    while waiting:
+        item = by_name.get(current := waiting.pop())
+        if item is None:
+            found[current] = None
+            continue
+        new = [needed for needed in needed_features(item) if needed not in seen]
+        seen.update(new)
+        waiting += new
+    return tuple(found)
