@@ -305,6 +305,11 @@ class MeasuringStation:
         """Return the job as it stands."""
         return self._session.view
 
+    @property
+    def job_path(self) -> Path:
+        """Return where the job file is."""
+        return self._job.path
+
     def stored_points(self) -> list[MeasuredPoint]:
         """Return the durable points that count, in the order in which they were taken."""
         return self._job.points()
