@@ -19,26 +19,16 @@ from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tracking.sensitivity import TipSensitivity
 
 
-def contact_covariance(
+def contact_movement(
     points: Sequence[MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
     contact: ContactForce,
 ) -> Float:
-    """Return the covariance (3 N, 3 N), mm^2, of all ball centres; N at least one.
-
-    The common part has the standard deviation of half the largest force, for the mean is not
-    corrected; the own part that of the uniform distribution. Together they are its mean square.
-    """
-    per_n = np.stack(
+    """Return by how much each of N ball centres is computed wrong for one newton, (N, 3), mm/N."""
+    return np.stack(
         [
             item.by_geometry
             @ (contact.by_force @ (point.rotation_world_from_probe.T @ point.direction))
             for point, item in zip(points, sensitivities, strict=True)
         ]
     )
-    flat = per_n.ravel()
-    covariance = np.outer(flat, flat) * (0.5 * contact.largest_n) ** 2
-    for index, own in enumerate(per_n):
-        block = slice(3 * index, 3 * index + 3)
-        covariance[block, block] += np.outer(own, own) * contact.largest_n**2 / 12.0
-    return covariance

@@ -203,16 +203,14 @@ def reported_points(points: Sequence[MeasuredPoint], part: PartWarmth) -> list[M
     ]
 
 
-def scale_covariance(points: Sequence[MeasuredPoint], part: PartWarmth) -> Float:
-    """Return what the uncertain scale does to all points and the radius, (3 N + 1, 3 N + 1), mm^2.
+def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
+    """Return how all points and the radius answer to the scale of the part, (3 N + 1,), mm.
 
-    In the order of `measuring.uncertainty.joint_covariance`. It is one number for all points, so
-    it grows with lengths, and not with where the part stands.
+    In the order of `measuring.uncertainty.joint_covariance`. The scale is one number for all
+    points, so its uncertainty grows with lengths, and not with where the part stands.
     """
-    radius = points[0].tip_radius if points else 0.0
-    places = np.concatenate([*(point.tip_world for point in points), [radius]])
-    covariance: Float = part.scale_sigma**2 * np.outer(places, places)
-    return covariance
+    movement: Float = np.concatenate([*(p.tip_world for p in points), [points[0].tip_radius]])
+    return movement
 
 
 def _probe_words(probe: Warmth) -> str:

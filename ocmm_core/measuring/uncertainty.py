@@ -15,7 +15,7 @@ Propagated from their own records to all points of a job at once (GUM 5.2.2):
   on features and not on ball centres.
 
 What is common cancels or not depending on the characteristic; a covariance per point alone could
-not know.
+not know. The parts by name are in `measuring.contributions`.
 """
 
 from __future__ import annotations
@@ -27,9 +27,13 @@ import numpy as np
 from ocmm_core.calibration.probe_shape import ContactForce
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.contact import contact_covariance
+from ocmm_core.measuring.contributions import (
+    Contribution,
+    contributions,
+    systematic_contributions,
+)
 from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.temperature import PartWarmth, scale_covariance
+from ocmm_core.measuring.temperature import PartWarmth
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
 
@@ -64,19 +68,15 @@ def joint_covariance(
         (3 N + 1, 3 N + 1), mm^2: tip_world of the points in their order (x1 y1 z1 x2 ...), world
         frame, then the tip radius.
     """
-    size = 3 * len(points)
-    covariance = np.zeros((size + 1, size + 1))
-    covariance[size, size] = body.tip_radius_sigma**2
-    if not points:
-        return covariance
-    covariance[:size, :size] = systematic_covariance(sensitivities, rig, body)
-    for index, point in enumerate(points):
-        block = slice(3 * index, 3 * index + 3)
-        covariance[block, block] += point.random_covariance
-    if contact is not None:
-        covariance[:size, :size] += contact_covariance(points, sensitivities, contact)
-    if part is not None:
-        covariance += scale_covariance(points, part)
+    parts = contributions(points, sensitivities, rig, body, contact, part)
+    return sum_of(parts, len(points))
+
+
+def sum_of(parts: Sequence[Contribution], count: int) -> Float:
+    """Return the joint covariance of ``count`` points that the parts make together."""
+    covariance = np.zeros((3 * count + 1, 3 * count + 1))
+    for part in parts:
+        covariance += part.matrix(count)
     return covariance
 
 
@@ -84,44 +84,11 @@ def systematic_covariance(
     sensitivities: Sequence[TipSensitivity], rig: Rig, body: ProbeBody
 ) -> Float:
     """Return the covariance (3 N, 3 N), mm^2, of what averaging over frames does not remove."""
-    by_cameras = np.vstack([item.by_cameras for item in sensitivities])
-    by_geometry = np.vstack([item.by_geometry for item in sensitivities])
-    covariance: Float = by_cameras @ rig.parameter_covariance @ by_cameras.T
-    covariance += by_geometry @ body.geometry_covariance @ by_geometry.T
-    by_common = np.vstack([item.by_common for item in sensitivities])
-    covariance += by_common @ by_common.T
-    for camera in range(len(rig.cameras)):
-        covariance += _pattern_covariance(sensitivities, rig, camera)
-    return covariance
+    parts = systematic_contributions(sensitivities, rig, body)
+    return sum_of(parts, len(sensitivities))[:-1, :-1]
 
 
 def point_uncertainty(sensitivity: TipSensitivity, rig: Rig, body: ProbeBody) -> float:
     """Return U (k = 2), mm, of one point in its worst direction, without the window's scatter."""
     variances = np.linalg.eigvalsh(systematic_covariance([sensitivity], rig, body))
     return COVERAGE_FACTOR * float(np.sqrt(variances[-1]))
-
-
-def _pattern_covariance(sensitivities: Sequence[TipSensitivity], rig: Rig, camera: int) -> Float:
-    """Return what the field of one sensor does to all points, (3 N, 3 N), mm^2.
-
-    Each point answers to its own spots only, so the points are stacked with equal numbers of
-    spots: a spot that was not seen has no weight, and its place does not matter.
-    """
-    n = len(sensitivities)
-    counts = [int(np.count_nonzero(item.camera == camera)) for item in sensitivities]
-    most = max(counts)
-    uv, gain = np.zeros((n, most, 2)), np.zeros((n, 2, 3, most))
-    for index, (item, count) in enumerate(zip(sensitivities, counts, strict=True)):
-        uv[index, :count] = item.uv[item.camera == camera]
-        gain[index, :, :, :count] = item.by_spots[:, item.camera == camera].transpose(2, 0, 1)
-    spots = uv.reshape(-1, 2)
-    apart = np.sum((spots[:, None] - spots[None]) ** 2, axis=2)
-    noise = rig.noise
-    field = noise.pattern_px**2 * np.exp(-0.5 / noise.pattern_length_px**2 * apart)
-    by_point = field.reshape(n, most, n * most)
-    covariance = np.zeros((3 * n, 3 * n))
-    for axis in range(2):
-        left = (gain[:, axis] @ by_point).reshape(3 * n, n, most).transpose(1, 0, 2)
-        both = left @ gain[:, axis].transpose(0, 2, 1)
-        covariance += both.transpose(1, 0, 2).reshape(3 * n, 3 * n)
-    return covariance

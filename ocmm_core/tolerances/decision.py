@@ -1,63 +1,93 @@
 """From a value and its uncertainty to a verdict.
 
-The rule of ISO 14253-1 in its general form: a characteristic conforms where the probability that
-the true value lies inside the limits is at least 95 %, does not where the probability that it lies
-beyond one of them is, and is not proven otherwise. For an uncertainty that is small against the
-tolerance that is a guard band of 1.65 u at each limit. Conformity counts both tails, so that it
-stays right where the tolerance is hardly wider than the uncertainty; non-conformity counts one
-limit at a time, as else a value in the middle of a narrow tolerance would be proven outside it.
+Three rules, of which the plan names one:
+
+- ISO 14253-1 in its general form (default): a characteristic conforms where the probability that
+  the true value lies inside the limits is at least `PROBABILITY`, does not where the probability
+  that it lies beyond one of them is, and is not proven otherwise. For an uncertainty that is small
+  against the tolerance that is a guard band of U = 2 u at each limit. Conformity counts both
+  tails, so that it stays right where the tolerance is hardly wider than the uncertainty.
+- ILAC-G8 with the guard band w = U: what lies in a band is a conditional pass or fail, here NOT
+  PROVEN, leaning in or out.
+- Simple acceptance: the value alone, shared risk.
+
+Under no rule is there a verdict without an uncertainty, and nothing conforms whose tolerance is
+smaller than twice U.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
 from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.interval import Spread, expanded
+from ocmm_core.tolerances.result import LOWEST_TUR, CharacteristicResult, Verdict
+from ocmm_core.tolerances.spread import Spreads
 
-Rule = Literal["iso14253-1", "simple"]
+Rule = Literal["iso14253-1", "ilac-g8", "simple"]
 
-PROBABILITY = 0.95
-"""Default conformance probability limit of ISO 14253-1:2017."""
+PROBABILITY = 0.9772498680518208
+"""Conformance probability limit, that of two standard deviations to one side.
+
+The 2017 edition of ISO 14253-1 takes 95 % where nothing else is agreed; then 5 % of the parts that
+lie exactly at a limit are accepted. With this stricter limit it is 2.3 %, and the guard band is U.
+"""
 
 
-def conformance_probability(
-    value: float, standard_uncertainty: float, low: float, high: float
-) -> float:
-    """Return the probability that the true value lies between ``low`` and ``high``, mm."""
-    return normal_probability((high - value) / standard_uncertainty) - normal_probability(
-        (low - value) / standard_uncertainty
-    )
+@dataclass(frozen=True, slots=True)
+class RuleStatement:
+    """A decision rule as it is stored and printed: version of its making here, and words."""
+
+    version: int
+    words: str
+
+
+RULES: dict[Rule, RuleStatement] = {
+    "iso14253-1": RuleStatement(
+        2, "ISO 14253-1, conformance probability at least 97.7 % (guard band U at each limit)"
+    ),
+    "ilac-g8": RuleStatement(1, "ILAC-G8, guard band w = U at each limit"),
+    "simple": RuleStatement(2, "simple acceptance: the uncertainty is not taken into account"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The verdict, which way it leans where nothing is proven, and why it is not better."""
+
+    verdict: Verdict
+    leaning: Literal["", "in", "out"] = ""
+    why: str = ""
+
+
+def rule_id(rule: Rule) -> str:
+    """Return what a result keeps of the rule: its word and version, ``iso14253-1/2``."""
+    return f"{rule}/{RULES[rule].version}"
+
+
+def rule_words(identity: str) -> str:
+    """Return the words for what `rule_id` gave; the identity itself if it is unknown here."""
+    for rule, statement in RULES.items():
+        if identity == f"{rule}/{statement.version}":
+            return f"{statement.words} [{identity}]"
+    return identity
 
 
 def decide(
-    value: float,
-    standard_uncertainty: float,
-    nominal: float,
-    lower: float,
-    upper: float,
-    rule: Rule,
-    *,
-    one_sided: bool = False,
-) -> Verdict:
+    spread: Spread, value: float, nominal: float, lower: float, upper: float, rule: Rule
+) -> Decision:
     """Return the verdict on a value.
 
     Parameters
     ----------
-    value
-        mm.
-    standard_uncertainty
-        mm, greater than zero: under no rule is there a verdict without it.
-    nominal, lower, upper
-        Nominal value and the limits of the deviation from it, mm.
-    rule
-        ``"iso14253-1"``, or ``"simple"`` acceptance, which leaves the uncertainty out.
-    one_sided
-        The value cannot be below its lower limit (form): only the upper one counts.
+    spread
+        How the value scatters about the true one; its standard uncertainty is greater than zero.
+    value, nominal, lower, upper
+        Value, nominal value and the limits of the deviation from it, mm or degrees.
 
     Raises
     ------
@@ -65,59 +95,87 @@ def decide(
         The value or its uncertainty is not a finite number, or the uncertainty is not positive:
         there is nothing to decide about.
     """
-    if not (math.isfinite(value) and math.isfinite(standard_uncertainty)):
+    if not (math.isfinite(value) and math.isfinite(spread.sigma)):
         raise MeasuringError(
             "decision.not_finite",
             "The value or its uncertainty is not a finite number.",
             "Take the points of the feature again.",
         )
-    if standard_uncertainty <= 0.0:
+    if spread.sigma <= 0.0:
         raise MeasuringError(
             "decision.no_uncertainty",
             "The uncertainty is zero, which no measurement has.",
             "Take more points than the shape needs at least.",
         )
-    low = -math.inf if one_sided else nominal + lower
+    low = -math.inf if spread.one_sided else nominal + lower
     high = nominal + upper
-    if rule == "simple":
-        return Verdict.CONFORM if low <= value <= high else Verdict.NOT_CONFORM
-    if conformance_probability(value, standard_uncertainty, low, high) >= PROBABILITY:
-        return Verdict.CONFORM
-    below = normal_probability((low - value) / standard_uncertainty)
-    above = normal_probability((value - high) / standard_uncertainty)
-    if max(below, above) >= PROBABILITY:
-        return Verdict.NOT_CONFORM
-    return Verdict.NOT_PROVEN
+    within = low <= value <= high
+    verdict = _verdict(spread, value, low, high, rule)
+    why = ""
+    tur = tolerance_ratio(lower, upper, 2.0 * spread.sigma)
+    if verdict is Verdict.CONFORM and tur < LOWEST_TUR:
+        verdict = Verdict.NOT_PROVEN
+        why = "The tolerance is smaller than twice the uncertainty."
+    if verdict is not Verdict.NOT_PROVEN:
+        return Decision(verdict)
+    return Decision(verdict, "in" if within else "out", why)
+
+
+def _verdict(spread: Spread, value: float, low: float, high: float, rule: Rule) -> Verdict:
+    match rule:
+        case "simple":
+            return Verdict.CONFORM if low <= value <= high else Verdict.NOT_CONFORM
+        case "ilac-g8":
+            guard = 2.0 * spread.sigma
+            if low + guard <= value <= high - guard:
+                return Verdict.CONFORM
+            if value < low - guard or value > high + max(guard, expanded(spread, value)):
+                return Verdict.NOT_CONFORM
+            return Verdict.NOT_PROVEN
+        case "iso14253-1":
+            if spread.inside(low, high) >= PROBABILITY:
+                return Verdict.CONFORM
+            if spread.beyond(low, high) >= PROBABILITY:
+                return Verdict.NOT_CONFORM
+            return Verdict.NOT_PROVEN
+
+
+def tolerance_ratio(lower: float, upper: float, expanded_uncertainty: float) -> float:
+    """Return TUR: the tolerance divided by twice U."""
+    return (upper - lower) / (2.0 * expanded_uncertainty)
 
 
 def make_result(
-    characteristic: Characteristic,
-    value: float,
-    standard_uncertainty: float,
-    rule: Rule,
-    note: str = "",
+    characteristic: Characteristic, evaluation: Evaluation, spreads: Spreads, rule: Rule
 ) -> CharacteristicResult:
-    """Return the result of a characteristic that was measured, with U = 2 u and its verdict.
+    """Return the result of a characteristic that was measured, with U (k = 2) and its verdict.
 
     Raises
     ------
     MeasuringError
         As `decide`.
     """
+    value, bonus = evaluation.value, evaluation.bonus
+    lower, upper = characteristic.lower, characteristic.upper
+    decision = decide(
+        spreads.judged, value - bonus, characteristic.nominal, lower, upper, rule
+    )
+    uncertainty = expanded(spreads.of_value, value)
+    lowest = value - uncertainty
+    one_sided = spreads.of_value.one_sided
     return replace(
-        not_measured(characteristic, note),
+        not_measured(characteristic, f"{decision.why} {evaluation.note}".strip()),
         measured=value,
         deviation=value - characteristic.nominal,
-        uncertainty=COVERAGE_FACTOR * standard_uncertainty,
-        verdict=decide(
-            value,
-            standard_uncertainty,
-            characteristic.nominal,
-            characteristic.lower,
-            characteristic.upper,
-            rule,
-            one_sided=characteristic.kind == "form",
-        ),
+        uncertainty=uncertainty,
+        verdict=decision.verdict,
+        rule=rule_id(rule),
+        tur=tolerance_ratio(lower, upper + bonus, 2.0 * spreads.judged.sigma),
+        leaning=decision.leaning,
+        interval=(max(lowest, 0.0) if one_sided else lowest, value + uncertainty),
+        association=evaluation.association,
+        frame=evaluation.frame,
+        bonus=bonus,
     )
 
 
@@ -135,6 +193,7 @@ def not_measured(characteristic: Characteristic, note: str) -> CharacteristicRes
         uncertainty=None,
         verdict=Verdict.NOT_MEASURED,
         note=note,
+        unit=characteristic.unit,
     )
 
 
@@ -142,9 +201,6 @@ def not_proven(result: CharacteristicResult, why: str) -> CharacteristicResult:
     """Return a result whose value proves nothing, and why; one without a value stays as it is."""
     if result.verdict is Verdict.NOT_MEASURED:
         return result
-    return replace(result, verdict=Verdict.NOT_PROVEN, note=f"{why} {result.note}".strip())
-
-
-def normal_probability(x: float) -> float:
-    """Return the probability that a standard normal variable lies below ``x``."""
-    return 0.5 * (1.0 + math.erf(x / math.sqrt(2.0)))
+    return replace(
+        result, verdict=Verdict.NOT_PROVEN, leaning="", note=f"{why} {result.note}".strip()
+    )

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal
+
+LOW_TUR, LOWEST_TUR = 4.0, 1.0
+"""Tolerance against twice U below which a result is warned of, and below which none conforms."""
 
 
 class Verdict(Enum):
@@ -17,7 +21,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CharacteristicResult:
-    """One characteristic with its value, uncertainty and verdict; lengths in mm.
+    """One characteristic with its value, uncertainty and verdict; in ``unit``.
 
     Attributes
     ----------
@@ -28,11 +32,33 @@ class CharacteristicResult:
     measured, deviation
         None where there is no trustworthy value.
     uncertainty
-        Expanded uncertainty U (k = 2); None together with ``measured``.
+        Expanded uncertainty U (k = 2); None together with ``measured``. Where something is known
+        from few points only, or the value cannot be negative, it is widened so that value ± U
+        still holds the truth in 95 of 100 cases.
     verdict
         The decision.
     note
         Why there is no value, or what to know about it; may be empty.
+    rule
+        Decision rule with its version, as `decision.rule_id` gives it; empty where nothing was
+        decided.
+    tur
+        Tolerance divided by twice U; None without a value or a tolerance.
+    leaning
+        Which side of the limit the value of a result that is not proven lies on: ``"in"`` (a
+        conditional pass in the words of ILAC-G8), ``"out"`` (a conditional fail), or empty.
+    interval
+        95 % interval of the true value; None together with ``measured``.
+    association
+        How the elements were associated with their points.
+    frame
+        Name of the frame that the value is stated in; empty where it depends on none.
+    floor
+        The value that noise alone lets a perfect form show; None for what has none.
+    bonus
+        What a modifier of material has added to the tolerance.
+    unit
+        Of all numbers here.
     """
 
     name: str
@@ -46,3 +72,22 @@ class CharacteristicResult:
     uncertainty: float | None
     verdict: Verdict
     note: str = ""
+    rule: str = ""
+    tur: float | None = None
+    leaning: Literal["", "in", "out"] = ""
+    interval: tuple[float, float] | None = None
+    association: str = ""
+    frame: str = ""
+    floor: float | None = None
+    bonus: float = 0.0
+    unit: Literal["mm", "deg"] = "mm"
+
+    @property
+    def caution(self) -> str:
+        """Return what to know of the uncertainty beside the tolerance; empty where it is small."""
+        if self.tur is None or self.tur >= LOW_TUR:
+            return ""
+        return (
+            f"The tolerance is only {self.tur:.1f} times twice the uncertainty; "
+            f"{LOW_TUR:.0f} times is usual."
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,16 +12,13 @@ from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import (
-    Rule,
-    make_result,
-    normal_probability,
-    not_measured,
-)
+from ocmm_core.tolerances.characteristic import FORMS, Characteristic
+from ocmm_core.tolerances.decision import Rule, make_result, not_measured
 from ocmm_core.tolerances.evaluate import evaluate, involved_features
+from ocmm_core.tolerances.interval import normal_probability
 from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_core.tolerances.sampling import FormSample, form_samples
+from ocmm_core.tolerances.spread import spreads_of
 
 
 def evaluate_all(
@@ -42,8 +40,9 @@ def evaluate_all(
         (3 N + 1, 3 N + 1), mm^2: of all N ball centres and the tip radius, in the order of the
         jacobians. Without it nothing is stated: a value without uncertainty is no result.
     """
+    samples = () if covariance is None else form_samples(actual, covariance)
     return tuple(
-        _evaluated(characteristic, alignment, actual, covariance, rule)
+        _evaluated(characteristic, alignment, actual, covariance, samples, rule)
         for characteristic in characteristics
     )
 
@@ -53,6 +52,7 @@ def _evaluated(
     alignment: DatumAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
     covariance: Float | None,
+    samples: Sequence[FormSample],
     rule: Rule,
 ) -> CharacteristicResult:
     measured: dict[str, ActualFeature] = {}
@@ -68,28 +68,30 @@ def _evaluated(
         )
     try:
         evaluation = evaluate(characteristic, measured, alignment)
-        variance = float(evaluation.gradient @ covariance @ evaluation.gradient)
-        # A variance that is negative or not finite comes out as NaN, which `decide` refuses.
-        uncertainty = float(np.sqrt(variance)) if variance >= 0.0 else np.nan
-        note = _note(characteristic, measured, evaluation.value, uncertainty, covariance)
-        return make_result(characteristic, evaluation.value, uncertainty, rule, note)
+        spreads = spreads_of(characteristic, evaluation, measured, covariance, samples)
+        result = make_result(characteristic, evaluation, spreads, rule)
     except OcmmError as error:
         return not_measured(characteristic, error.what)
+    return _with_notes(result, characteristic, measured, covariance)
 
 
-def _note(
+def _with_notes(
+    result: CharacteristicResult,
     characteristic: Characteristic,
     measured: Mapping[str, ActualFeature],
-    value: float,
-    uncertainty: float,
     covariance: Float,
-) -> str:
-    if characteristic.kind == "form":
+) -> CharacteristicResult:
+    value, uncertainty = result.measured, result.uncertainty
+    if characteristic.kind in FORMS:
         floor = form_floor(measured[characteristic.features[0]], covariance)
-        return f"A perfect form would show {floor:.4f} mm from the noise of the points."
-    if characteristic.kind == "distance" and value < COVERAGE_FACTOR * uncertainty:
-        return "The distance is smaller than its uncertainty."
-    return ""
+        said = f"A perfect form would show {floor:.4f} mm from the noise of the points."
+        return replace(result, floor=floor, note=f"{result.note} {said}".strip())
+    if value is None or uncertainty is None:
+        return result
+    if characteristic.kind == "distance" and value < uncertainty:
+        said = "The distance is smaller than its uncertainty."
+        return replace(result, note=f"{result.note} {said}".strip())
+    return result
 
 
 def form_floor(feature: ActualFeature, covariance: Float) -> float:

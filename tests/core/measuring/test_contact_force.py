@@ -13,7 +13,7 @@ from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import Rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.measuring.contact import contact_covariance
+from ocmm_core.measuring.contributions import FORCE, contributions
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.uncertainty import joint_covariance
 from ocmm_core.tracking.body import ProbeBody
@@ -64,7 +64,9 @@ def test_the_stated_covariance_is_that_of_a_probe_that_bends(
         row.append(tip_sensitivity(spots, recommended, body).tip_world - tip)
     # Mean square of forces that are as likely from 0 to F: F^2 / 3.
     expected = np.concatenate(row) ** 2 / 3.0
-    stated = contact_covariance(points, found, stiff)
+    parts = contributions(points, found, recommended, body, stiff)
+    force = next(part for part in parts if part.source is FORCE)
+    stated = force.matrix(len(points))[:-1, :-1]
     assert np.diag(stated) == pytest.approx(expected, rel=0.02, abs=1e-9)
     # Both sides give way to the outside: a bore comes out too large, and that does not average.
     across = np.array([1.0, 0, 0, -1.0, 0, 0])

@@ -19,7 +19,7 @@ from ocmm_core.measuring.temperature import (
     climate_of_text,
     record_text,
     reported_points,
-    scale_covariance,
+    scale_movement,
 )
 
 ALUMINIUM = Expansion("aluminium", 23.1e-6, 1.0e-6)
@@ -57,11 +57,10 @@ def test_a_length_is_reported_as_it_is_at_20_degrees(place: float) -> None:
 @pytest.mark.parametrize("place", [0.0, 700.0])
 def test_the_uncertainty_of_the_scale_is_that_of_lengths(place: float) -> None:
     points = ends(400.0, place)
-    covariance = scale_covariance(points, WARM)
     by_points = np.zeros(7)
     # Length of the surface: difference of the ball centres less two radii.
     by_points[[0, 3, 6]] = -1.0, 1.0, -2.0
-    sigma = float(np.sqrt(by_points @ covariance @ by_points))
+    sigma = WARM.scale_sigma * abs(float(by_points @ scale_movement(points)))
     # u_th^2 = (L dT u_alpha)^2 + (L alpha u_T)^2
     assert sigma == pytest.approx(400.0 * np.hypot(5.0 * 1e-6, 23.1e-6 * 0.5), rel=1e-9)
 
@@ -70,7 +69,7 @@ def test_what_is_not_compensated_stays_as_it_was_measured() -> None:
     points = ends(400.0, 0.0)
     for part in (PartWarmth(), replace(WARM, compensated=False)):
         assert all(a is b for a, b in zip(reported_points(points, part), points, strict=True))
-        assert not scale_covariance(points, part).any()
+        assert part.scale_sigma == 0.0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,303 @@
+"""What can be said of a true value from a measured one: normal, a length, or a range.
+
+A diameter is measured as often too large as too small. A position (twice a distance) or a form (a
+range) is not: neither can be negative, and noise lets both look greater than they are. For them the
+statements here come from how the measured value would scatter about a supposed true one:
+
+- the part conforms where a value as small as the measured one would be improbable for a part at
+  the limit, counted so that noise never helps;
+- it does not where a value as great would be improbable for a part at the limit, the noise that
+  makes it look greater included.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from statistics import NormalDist
+from typing import Protocol
+
+import numpy as np
+from scipy.special import ndtr
+
+from ocmm_core.geometry import Float
+
+TWO_SIDED = 0.954499736103642
+"""Probability within two standard deviations: what U = 2 u stands for."""
+
+_WIDTH = 9.0
+"""Standard deviations that an integral over a normal density reaches to each side."""
+
+_HALVINGS = 14
+"""Bisections of a lower bound: to a ten-thousandth of the value."""
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+
+
+class Spread(Protocol):
+    """How a measured value scatters about the true one."""
+
+    @property
+    def sigma(self) -> float:
+        """Return the standard uncertainty."""
+        ...
+
+    @property
+    def one_sided(self) -> bool:
+        """Return whether the value has no lower limit, as it cannot be below zero."""
+        ...
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true value lies between the limits."""
+        ...
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return the probability that it lies beyond one of them, the more probable one."""
+        ...
+
+    def least(self, probability: float) -> float:
+        """Return what the true value is not below, with this probability."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """A value with a normal error.
+
+    Attributes
+    ----------
+    value, sigma
+        As measured, and its standard uncertainty.
+    one_sided
+        Only the upper limit counts.
+    """
+
+    value: float
+    sigma: float
+    one_sided: bool = False
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true value lies between the limits."""
+        return normal_probability((high - self.value) / self.sigma) - normal_probability(
+            (low - self.value) / self.sigma
+        )
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return the probability that it lies beyond one of them, the more probable one.
+
+        One limit at a time: else a value in the middle of a narrow tolerance would be proven
+        outside it.
+        """
+        return max(
+            normal_probability((low - self.value) / self.sigma),
+            normal_probability((self.value - high) / self.sigma),
+        )
+
+    def least(self, probability: float) -> float:
+        """Return what the true value is not below, with this probability."""
+        return self.value - self.sigma * normal_quantile(probability)
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """The length of a vector with a normal error: position, coaxiality.
+
+    Attributes
+    ----------
+    vector
+        (k,), k of 1 to 3, as measured.
+    covariance
+        (k, k) of its error.
+    """
+
+    vector: Float
+    covariance: Float
+
+    @property
+    def one_sided(self) -> bool:
+        """Return True: a length has an upper limit only."""
+        return True
+
+    @property
+    def value(self) -> float:
+        """Return the measured value."""
+        return float(np.linalg.norm(self.vector))
+
+    @property
+    def sigma(self) -> float:
+        """Return the standard uncertainty along the vector; near zero the greatest of any way."""
+        length = float(np.linalg.norm(self.vector))
+        greatest = math.sqrt(max(float(np.linalg.eigvalsh(self.covariance)[-1]), 0.0))
+        if length < 3.0 * greatest:
+            return greatest
+        along = self.vector / length
+        return math.sqrt(max(float(along @ self.covariance @ along), 0.0))
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true vector ends within the zone.
+
+        Every true vector is held for as likely beforehand: the probability of ISO 14253-1 in as
+        many dimensions as the zone has.
+        """
+        return within(high, self.vector, self.covariance)
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return how improbable so long a vector is for a part at the limit, less from one."""
+        return within(
+            float(np.linalg.norm(self.vector)), self._along() * high, self.covariance
+        )
+
+    def least(self, probability: float) -> float:
+        """Return what the true value is not below, with this probability."""
+        return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
+
+    def _along(self) -> Float:
+        length = float(np.linalg.norm(self.vector))
+        if length > 0.0:
+            return self.vector / length
+        along: Float = np.linalg.eigh(self.covariance)[1][:, -1]
+        return along
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """A range of deviations with normal errors: form, run-out, profile.
+
+    Attributes
+    ----------
+    value
+        The range.
+    sigma
+        Standard uncertainty of the difference of the deviations that make it.
+    deviations
+        (n,) as measured; their range is the value.
+    covariance
+        (n, n) of their errors.
+    seed
+        Of the noise that a supposed part is given.
+    """
+
+    value: float
+    sigma: float
+    deviations: Float
+    covariance: Float
+    seed: int = 1
+    _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
+
+    @property
+    def one_sided(self) -> bool:
+        """Return True: a range has an upper limit only."""
+        return True
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true range is below the limit, noise not helping.
+
+        The measured range is at least the true one plus the errors of the two truly extreme
+        deviations, so it is not further below it than those.
+        """
+        return normal_probability((high - self.value) / self.sigma)
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return the share of parts at the limit that would be measured with a smaller range.
+
+        The supposed part is the measured one with everything beyond the limit cut off on both
+        sides: no part at the limit that looks like the measured one has more places from which
+        noise can make the range greater.
+        """
+        middle = 0.5 * float(self.deviations.max() + self.deviations.min())
+        supposed = np.clip(self.deviations, middle - 0.5 * high, middle + 0.5 * high)
+        ranges = np.ptp(supposed + self._errors(), axis=1)
+        return float(np.mean(ranges <= self.value))
+
+    def least(self, probability: float) -> float:
+        """Return what the true value is not below, with this probability."""
+        return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
+
+    def _errors(self) -> Float:
+        """Return draws of the errors, (m, n): fewer where there are more deviations."""
+        if not self._noise:
+            n = len(self.deviations)
+            values, vectors = np.linalg.eigh(self.covariance)
+            factor = vectors * np.sqrt(np.maximum(values, 0.0))
+            draws = int(np.clip(100_000 // n, 500, 3000))
+            rng = np.random.default_rng(self.seed)
+            self._noise.append(rng.standard_normal((draws, n)) @ factor.T)
+        return self._noise[0]
+
+
+def within(radius: float, mean: Float, covariance: Float) -> float:
+    """Return the probability that a normal vector of k = 1 to 3 components is no longer.
+
+    Parameters
+    ----------
+    radius
+        mm.
+    mean
+        (k,).
+    covariance
+        (k, k), positive semi-definite.
+
+    Notes
+    -----
+    In the principal axes: the last component in closed form, Gauss-Legendre over the others.
+    """
+    if radius <= 0.0:
+        return 0.0
+    variances, axes = np.linalg.eigh(covariance)
+    greatest = max(float(variances[-1]), 0.0)
+    if greatest == 0.0:
+        return float(np.linalg.norm(mean) <= radius)
+    sigmas = np.sqrt(np.maximum(variances, 1e-12 * greatest))
+    centre = axes.T @ np.asarray(mean, dtype=np.float64)
+    square = np.array([radius**2])
+    weights = np.ones(1)
+    # The narrowest come last: closed form does not mind, quadrature would.
+    for k in range(len(centre) - 1, 0, -1):
+        half = np.sqrt(np.maximum(square, 0.0))
+        low = np.maximum(-half, centre[k] - _WIDTH * sigmas[k])
+        high = np.maximum(np.minimum(half, centre[k] + _WIDTH * sigmas[k]), low)
+        at = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * _NODES
+        density = np.exp(-0.5 * ((at - centre[k]) / sigmas[k]) ** 2)
+        density /= sigmas[k] * math.sqrt(2.0 * math.pi)
+        weights = (weights[:, None] * 0.5 * (high - low)[:, None] * _WEIGHTS * density).ravel()
+        square = (square[:, None] - at**2).ravel()
+    half = np.sqrt(np.maximum(square, 0.0))
+    shares = ndtr((half - centre[0]) / sigmas[0]) - ndtr((-half - centre[0]) / sigmas[0])
+    return min(max(float(weights @ shares), 0.0), 1.0)
+
+
+def expanded(spread: Spread, value: float) -> float:
+    """Return U: half the width of the interval about ``value`` that holds the truth.
+
+    Twice the standard uncertainty, and more where noise makes the value greater than it is: the
+    interval then has to reach down to what the true value is not below.
+    """
+    linear = 2.0 * spread.sigma
+    if isinstance(spread, Normal):
+        return linear
+    return max(linear, value - spread.least(TWO_SIDED))
+
+
+def bisect_least(value: float, beyond: Callable[[float], float], probability: float) -> float:
+    """Return the greatest supposed value at which ``beyond`` is still this probable, from zero."""
+    if beyond(0.0) < probability:
+        return 0.0
+    low, high = 0.0, value
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if beyond(middle) >= probability:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def normal_probability(x: float) -> float:
+    """Return the probability that a standard normal variable lies below ``x``."""
+    return 0.5 * (1.0 + math.erf(x / math.sqrt(2.0)))
+
+
+def normal_quantile(probability: float) -> float:
+    """Return what a standard normal variable lies below with this probability."""
+    return NormalDist().inv_cdf(probability)

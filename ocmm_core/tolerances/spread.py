@@ -1,0 +1,129 @@
+"""From the evaluation of a characteristic to how its value scatters about the true one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.characteristic import FORMS, PROFILES, RUNOUTS, ZONES, Characteristic
+from ocmm_core.tolerances.evaluation import Evaluation, FormNoise
+from ocmm_core.tolerances.interval import Extent, Length, Normal, Spread
+from ocmm_core.tolerances.sampling import FormSample, widened
+
+
+@dataclass(frozen=True, slots=True)
+class Spreads:
+    """Two statements about one value.
+
+    Attributes
+    ----------
+    of_value
+        About the value itself.
+    judged
+        About the value less the bonus of a modifier, which is held against the limit.
+    """
+
+    of_value: Spread
+    judged: Spread
+
+
+def spreads_of(
+    characteristic: Characteristic,
+    evaluation: Evaluation,
+    actual: Mapping[str, ActualFeature],
+    covariance: Float,
+    samples: Sequence[FormSample],
+) -> Spreads:
+    """Return how a value scatters.
+
+    Parameters
+    ----------
+    covariance
+        (3 N + 1, 3 N + 1), mm^2: of all but form.
+    samples
+        What the features show of their form (`sampling.form_samples`).
+    """
+    samples = that_count(characteristic, actual, samples)
+    of_value = _spread(characteristic, evaluation, covariance, samples, bonus=False)
+    if evaluation.bonus_gradient is None:
+        return Spreads(of_value, of_value)
+    judged = _spread(characteristic, evaluation, covariance, samples, bonus=True)
+    return Spreads(of_value, judged)
+
+
+def that_count(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    samples: Sequence[FormSample],
+) -> tuple[FormSample, ...]:
+    """Return the samples that make a value uncertain: those of which it is not the form itself."""
+    own = set()
+    for name in characteristic.features:
+        feature = actual.get(name)
+        flat = feature is not None and feature.fit.shape in (Shape.PLANE, Shape.LINE)
+        of_surface = characteristic.kind in FORMS | PROFILES | RUNOUTS
+        if of_surface or (characteristic.kind in ZONES and flat):
+            own.add(name)
+    return tuple(sample for sample in samples if sample.feature not in own)
+
+
+def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Float:
+    """Return how the components of a value answer to the points, (k, 3 N + 1); k is often one.
+
+    Parameters
+    ----------
+    bonus
+        Of the value less its bonus.
+    """
+    less = evaluation.bonus_gradient if bonus else None
+    components, gradients = evaluation.components, evaluation.component_gradients
+    if components is None or gradients is None:
+        row = evaluation.gradient if less is None else evaluation.gradient - less
+        return row[None]
+    if less is None:
+        return gradients
+    length = float(np.linalg.norm(components))
+    # A vector of no length is shortened in no direction; its bonus is certain then.
+    along = components / length if length > 0.0 else np.zeros_like(components)
+    return gradients - np.outer(along, less)
+
+
+def _spread(
+    characteristic: Characteristic,
+    evaluation: Evaluation,
+    covariance: Float,
+    samples: Sequence[FormSample],
+    *,
+    bonus: bool,
+) -> Spread:
+    found = widened(gradients_of(evaluation, bonus=bonus), covariance, samples).covariance
+    taken = evaluation.bonus if bonus else 0.0
+    if evaluation.components is not None:
+        vector, length = evaluation.components, float(np.linalg.norm(evaluation.components))
+        if length > 0.0:
+            vector = vector * (max(length - taken, 0.0) / length)
+        return Length(vector, found)
+    # A variance that is negative or not finite comes out as NaN, which `decide` refuses.
+    variance = float(found[0, 0])
+    sigma = float(np.sqrt(variance)) if variance >= 0.0 else np.nan
+    value = evaluation.value - taken
+    if evaluation.noise is not None and np.isfinite(sigma):
+        return _extent(value, sigma, evaluation.noise, covariance)
+    return Normal(value, sigma, one_sided=characteristic.one_sided)
+
+
+def _extent(value: float, sigma: float, noise: FormNoise, covariance: Float) -> Extent:
+    errors = noise.by_coordinates @ covariance @ noise.by_coordinates.T
+    if noise.deviations is not None:
+        return Extent(value, sigma, noise.deviations, errors)
+    # Every deviation at the limit of the zone, the most that noise could make greater; with their
+    # opposites, twice the greatest amount is a range.
+    ends = np.full(len(errors), 0.5 * value)
+    ends[1::2] *= -1.0
+    both = np.block([[errors, -errors], [-errors, errors]])
+    return Extent(value, sigma, np.concatenate([ends, -ends]), both)
