@@ -61,18 +61,18 @@ def _set_row(
     if code < n:
         row[:k] = slopes[code]
         row[k] = -1.0
-        return -distances[code]
+        return float(-distances[code])
     if code < 2 * n:
         row[:k] = -slopes[code - n]
         if lower:
             row[k + 1] = 1.0
-        return distances[code - n]
+        return float(distances[code - n])
     j = code - 2 * n
     if j < k:
         row[j] = 1.0
-        return box[j]
+        return float(box[j])
     row[j - k] = -1.0
-    return box[j - k]
+    return float(box[j - k])
 
 
 @compiled()

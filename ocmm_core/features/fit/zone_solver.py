@@ -25,7 +25,7 @@ from ocmm_core.features.fit.zone_surfaces import (
 )
 from ocmm_core.geometry import Float, Int
 
-MAX_STEPS = 80
+MAX_STEPS = 200
 SETTLED = 4e-16
 """Predicted gain of zone width, against the distances, that is rounding."""
 LARGEST_LEAN = 0.7
@@ -114,8 +114,7 @@ def settle(
         # From here on distances are counted from the middle: their differences stay exact.
         found = found - middle
         by_step = slopes[:, surface.free] @ steps
-        step, basis, multipliers, predicted = _linear_step(surface, found, by_step, radius)
-        gain = zone.width - predicted
+        step, basis, multipliers, gain = _linear_step(surface, found, by_step, radius)
         if gain <= SETTLED * scale:
             return Zone(placed, zone.upper, zone.lower, settled=True)
         contacts = basis[basis < 2 * len(points)]
@@ -144,7 +143,7 @@ def settle(
 def _linear_step(
     surface: Surface, found: Float, by_step: Float, radius: float
 ) -> tuple[Float, Int, Float, float]:
-    """Return the step of the linear problem, its basis, multipliers and the width it promises."""
+    """Return the step of the linear problem, its basis, multipliers and the width it gains."""
     k = by_step.shape[1]
     m = k + 2 if surface.lower else k + 1
     solution, basis, multipliers = np.zeros(m), np.zeros(m, dtype=np.int64), np.zeros(m)
@@ -154,9 +153,8 @@ def _linear_step(
     )  # fmt: skip
     step = solution[:k]
     linear = found + by_step @ step
-    width = float(np.ptp(linear) if surface.lower else linear.max())
-    # One-sided distances are counted from their greatest, which is the present width.
-    return step, basis, multipliers, width
+    gain = np.ptp(found) - np.ptp(linear) if surface.lower else found.max() - linear.max()
+    return step, basis, multipliers, float(gain)
 
 
 def _after(surface: Surface, placed: Placed, free_step: Float) -> Placed:

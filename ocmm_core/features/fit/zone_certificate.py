@@ -1,0 +1,182 @@
+"""Proof that a zone is a smallest one: forces at the points that touch it hold it in balance.
+
+Where a zone is smallest, the points that touch its bounds can push against it, none of them
+pulling, so that nothing moves (the multipliers of Karush, Kuhn and Tucker). As many contacts as
+unknowns pin it; fewer do where the distances curve the right way, which second derivatives tell.
+The proof is local. It is a proof for all where the problem is convex: smallest circumscribed
+circle and sphere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import null_space
+from scipy.optimize import nnls
+
+from ocmm_core.features.fit.zone_elements import BOUNDED, ZONES, Task, task_of
+from ocmm_core.features.fit.zone_solver import natural_steps
+from ocmm_core.features.fit.zone_surfaces import (
+    FLAT_LINE,
+    Placed,
+    distances,
+    second_derivatives,
+)
+from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.geometry import Float, Int, Points3
+
+IN_BALANCE = 1e-9
+"""Sum of forces, against each of the two sides pushing with one, that counts as none."""
+ACTIVE = 1e-4
+"""Gap to the bound, against the width of the zone, below which a point may touch."""
+LARGEST_GAP = 1e-9
+"""The same against the size of the points."""
+FLAT_CURVATURE = 1e-7
+"""Least curvature, against the greatest, that does not pin the element."""
+
+
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """The contacts of a zone and what they prove.
+
+    Attributes
+    ----------
+    contacts
+        (c,): rows of the points with a force.
+    signs
+        (c,): +1 at the upper bound, -1 at the lower.
+    forces
+        (c,): none negative.
+    unbalanced
+        Sum of forces that remains.
+    least_curvature
+        Least second derivative along which contacts leave the element free, against the
+        greatest; infinite where they leave none.
+    """
+
+    contacts: Int
+    signs: Float
+    forces: Float
+    unbalanced: float
+    least_curvature: float
+
+    @property
+    def holds(self) -> bool:
+        """Return whether the zone is a local minimum."""
+        return self.unbalanced < IN_BALANCE and self.least_curvature > -FLAT_CURVATURE
+
+    @property
+    def unique(self) -> bool:
+        """Return whether no other element nearby has as small a zone."""
+        return self.holds and self.least_curvature > FLAT_CURVATURE
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What is proven of a zone.
+
+    Attributes
+    ----------
+    certified
+        It is a smallest one, or the largest inscribed one.
+    sentence
+        "certified" and by what, or why not.
+    contacts
+        Rows of the points that hold it.
+    forces
+        With which they push, in the order of ``contacts``.
+    unbalanced
+        Sum of forces that remains.
+    unique
+        No element nearby is as good.
+    """
+
+    certified: bool
+    sentence: str
+    contacts: tuple[int, ...] = ()
+    forces: tuple[float, ...] = ()
+    unbalanced: float = np.inf
+    unique: bool = False
+
+
+def certificate(fit: Fit, points: Points3) -> Certificate:
+    """Return what the geometry of ``fit`` and ``points`` (n, 3), mm, prove, computed anew."""
+    if fit.criterion is Criterion.LEAST_SQUARES:
+        return Certificate(False, "Not certified: a least-squares element has no contacts.")
+    if fit.criterion is Criterion.MINIMUM_ZONE:
+        flat = fit.shape is Shape.LINE and fit.across.any()
+        surface = FLAT_LINE if flat else ZONES[fit.shape]
+    else:
+        surface = BOUNDED[fit.shape, fit.criterion]
+    task = task_of(fit, np.asarray(points, dtype=np.float64), surface)
+    found, _ = distances(surface, task.start.local(task.points), task.start.size)
+    noise = 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
+    width = float(np.ptp(found)) if surface.lower else float(found.max())
+    if np.ptp(found) <= noise or (fit.shape is Shape.LINE and abs(width) <= noise):
+        return Certificate(
+            True, "certified: every point lies on the element to rounding", unbalanced=0.0
+        )
+    balance = balance_of(task, task.start, noise)
+    count = len(balance.contacts)
+    if balance.unbalanced >= IN_BALANCE:
+        sentence = (
+            f"Not certified: the forces at {count} contacts do not balance "
+            f"({balance.unbalanced:.1e})."
+        )
+    elif not balance.holds:
+        sentence = f"Not certified: {count} contacts balance, but a move along them is better."
+    else:
+        sentence = f"certified: {count} contacts in balance ({balance.unbalanced:.1e})"
+        if not balance.unique:
+            sentence += ", others nearby are as good"
+    return Certificate(
+        balance.holds, sentence, tuple(int(i) for i in balance.contacts),
+        tuple(float(f) for f in balance.forces), balance.unbalanced, balance.unique,
+    )  # fmt: skip
+
+
+def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
+    """Return the forces that hold the zone of a task about an element.
+
+    Parameters
+    ----------
+    task
+        Points and family.
+    placed
+        The element.
+    noise
+        Rounding of the distances.
+    """
+    surface = task.surface
+    local = placed.local(task.points)
+    found, slopes = distances(surface, local, placed.size)
+    steps = natural_steps(surface, task.points, placed)
+    by_step = slopes[:, surface.free] @ steps
+    gap = max(min(ACTIVE * float(np.ptp(found)), LARGEST_GAP), noise)
+    above = np.flatnonzero(found >= found.max() - gap)
+    below = np.flatnonzero(found <= found.min() + gap) if surface.lower else above[:0]
+    rows = np.concatenate([above, below])
+    signs = np.concatenate([np.ones(len(above)), -np.ones(len(below))])
+    sides = [signs > 0.0, signs < 0.0] if surface.lower else [signs > 0.0]
+    touch = np.concatenate([by_step[rows].T * signs, np.array(sides, dtype=np.float64)])
+    right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
+    forces, unbalanced = nnls(touch, right)
+    holding = forces > 1e-12
+    rows, signs, forces = rows[holding], signs[holding], forces[holding]
+    free = list(surface.free)
+    curvature, _, _ = second_derivatives(surface, local[rows], placed.size, signs * forces)
+    hessian = steps.T @ curvature[np.ix_(free, free)] @ steps
+    # Directions in which every contact stays at its bound, the bounds moving along.
+    loose = null_space(touch[:, holding].T, rcond=1e-10)[: len(steps)]
+    least = _least_curvature(loose, hessian)
+    return Balance(rows.astype(np.int64), signs, forces, float(unbalanced), least)
+
+
+def _least_curvature(loose: Float, hessian: Float) -> float:
+    directions, strength, _ = np.linalg.svd(loose, full_matrices=False)
+    directions = directions[:, strength > 1e-9]
+    if not directions.shape[1]:
+        return np.inf
+    scale = max(float(np.abs(hessian).max()), 1e-300)
+    return float(np.linalg.eigvalsh(directions.T @ hessian @ directions)[0] / scale)
