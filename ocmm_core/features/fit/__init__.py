@@ -95,8 +95,9 @@ def fit_shape(
         case Shape.ELLIPSE:
             return fit_ellipse(points, direction_hint)
         case Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
-            both = radius_hint is not None and second_hint is not None
-            sizes = (radius_hint, second_hint) if both else None
+            sizes = None
+            if radius_hint is not None and second_hint is not None:
+                sizes = (radius_hint, second_hint)
             return fit_slot(shape, points, direction_hint, sizes)
         case Shape.CONE:
             return fit_cone(points, half_angle_hint)

@@ -125,9 +125,7 @@ def _starts(points: Float) -> Float:
     frames = np.stack(across_axes(axes), axis=1)
     x = np.einsum("mkx,nx->mnk", frames, sample)
     t = axes @ sample.T
-    columns = np.stack(
-        [2.0 * x[..., 0], 2.0 * x[..., 1], np.ones_like(t), t, t * t], axis=-1
-    )
+    columns = np.stack([2.0 * x[..., 0], 2.0 * x[..., 1], np.ones_like(t), t, t * t], axis=-1)
     normal = np.swapaxes(columns, 1, 2) @ columns
     normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(5)
     target = np.sum(x**2, axis=-1)
@@ -144,9 +142,7 @@ def _starts(points: Float) -> Float:
         angle = np.arctan(np.sum(about * rho, axis=1) / spread)
         radius = rho_mean - np.tan(angle) * t_mean
         feet = np.einsum("mk,mkx->mx", centres, frames)
-        found.append(
-            np.column_stack([feet, axes, angle, radius * np.cos(angle)])
-        )
+        found.append(np.column_stack([feet, axes, angle, radius * np.cos(angle)]))
     return np.concatenate(found)
 
 
@@ -174,4 +170,5 @@ def _by_points(p: Float, points: Float, inverse: Float) -> Float:
     by_points = by_shift[:, :, None] * normals
     by_points[0:3] += np.outer(axis, axis)[:, None, :] / n
     by_points[6] += sine / cosine * axis / n
-    return by_points.reshape(GEOMETRY_SIZE, 3 * n)
+    flat: Float = by_points.reshape(GEOMETRY_SIZE, 3 * n)
+    return flat

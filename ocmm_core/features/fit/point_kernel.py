@@ -32,7 +32,7 @@ def centre(points: Float, centroid: Float, about: Float) -> float:
     for row in range(n):
         for k in range(d):
             square += about[row, k] * about[row, k]
-    size = np.sqrt(square / n)
+    size: float = np.sqrt(square / n)
     if size > 0.0:
         for row in range(n):
             for k in range(d):
