@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -67,11 +68,15 @@ class DatumFrame:
         nothing.
     misfits
         Of every datum, in their order; zero for the first.
+    choice
+        Which of the senses of directions without a sense was taken; `datum_frame` takes the same
+        one again when it is given it.
     """
 
     T_frame_from_world: RigidTransform
     free: Freedom
     misfits: tuple[DatumMisfit, ...]
+    choice: int = 0
 
 
 def datum_frame(
@@ -79,6 +84,7 @@ def datum_frame(
     geometries: Mapping[str, Float],
     shapes: Mapping[str, Shape],
     nominals: Mapping[str, Float],
+    choice: int | None = None,
 ) -> DatumFrame:
     """Return the frame of one to three datums in the order of their precedence.
 
@@ -98,6 +104,9 @@ def datum_frame(
         Of the features, by name.
     nominals
         Geometry vectors (12,), mm, in the frame, by name.
+    choice
+        That of an earlier frame of the same datums, so that small changes of the geometries do not
+        turn an axis round; then only the datums are looked at.
 
     Raises
     ------
@@ -112,7 +121,10 @@ def datum_frame(
             "Name each datum once, the primary first.",
         )
     elements = [_element(name, geometries, shapes, nominals) for name in datums]
-    frames = [_frame_of(held, elements) for held in _ways(Held.free(), elements)]
+    ways = _ways(Held.free(), elements)
+    if choice is not None:
+        return _frame_of(next(islice(ways, choice, None)), elements, choice)
+    frames = [_frame_of(held, elements, place) for place, held in enumerate(ways)]
     return _likeliest(frames, geometries, shapes, nominals)
 
 
@@ -185,9 +197,9 @@ def _turns(
     yield held
 
 
-def _frame_of(held: Held, elements: Sequence[_Element]) -> DatumFrame:
+def _frame_of(held: Held, elements: Sequence[_Element], choice: int) -> DatumFrame:
     misfits = tuple(_misfit(element, held.T_frame_from_world) for element in elements)
-    return DatumFrame(held.T_frame_from_world, held.freedom, misfits)
+    return DatumFrame(held.T_frame_from_world, held.freedom, misfits, choice)
 
 
 def _likeliest(

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
+from ocmm_core.alignment.best_fit import best_fit, relocated
 from ocmm_core.alignment.datum_frame import DatumFrame, datum_frame
+from ocmm_core.alignment.reference_points import reference_points
 from ocmm_core.alignment.rules import (
     Alignment,
     AnyAlignment,
+    BestFit,
     BoundAlignment,
     DatumAlignment,
     DatumReferenceFrame,
     PlaneAxisPoint,
+    ReferencePoints,
+    Relocation,
     SavedFrame,
 )
 from ocmm_core.alignment.three_two_one import three_two_one
@@ -21,7 +27,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform
 
-__all__ = ["DatumAlignment", "datums_of", "frame_of", "part_frame"]
+__all__ = ["DatumAlignment", "datums_of", "frame_of", "part_frame", "settled"]
 
 
 def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
@@ -48,29 +54,21 @@ def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransf
         A feature is not measured or has no nominal, the features do not say where the part is, or
         it lies otherwise than they should.
     """
-    bound = rule if isinstance(rule, BoundAlignment) else None
-    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
-    for name in kind.features:
-        if name not in geometries:
-            raise FitError(
-                "alignment.datum",
-                f"The part frame needs {name}, which is not measured.",
-                f"Measure {name}.",
-            )
-    return _frame(kind, geometries, bound)
+    return _placed(*_parts(rule), geometries)[0]
 
 
-def _frame(
-    rule: Alignment, geometries: Mapping[str, Float], bound: BoundAlignment | None
-) -> RigidTransform:
-    match rule:
-        case DatumAlignment():
-            return three_two_one(rule, geometries, bound)
-        case SavedFrame():
-            return RigidTransform(np.array(rule.rotation), np.array(rule.translation))
-        case PlaneAxisPoint() | DatumReferenceFrame():
-            return datums_of(rule, geometries, _needed(rule, bound)).T_frame_from_world
-    raise NotImplementedError
+def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlignment:
+    """Return the alignment with it settled which way axes without a sense run.
+
+    It is settled once by all features of the job; results then need not each find the same.
+
+    Raises
+    ------
+    FitError
+        As `frame_of`.
+    """
+    _, choice = _placed(bound.rule, bound, geometries)
+    return replace(bound, choice=choice)
 
 
 def datums_of(
@@ -79,7 +77,42 @@ def datums_of(
     bound: BoundAlignment,
 ) -> DatumFrame:
     """Return the datum frame of a rule, with what it leaves open."""
-    return datum_frame(rule.features, geometries, bound.shapes, bound.nominals)
+    return datum_frame(rule.features, geometries, bound.shapes, bound.nominals, bound.choice)
+
+
+def _parts(rule: AnyAlignment) -> tuple[Alignment, BoundAlignment | None]:
+    return (rule.rule, rule) if isinstance(rule, BoundAlignment) else (rule, None)
+
+
+def _placed(
+    rule: Alignment, bound: BoundAlignment | None, geometries: Mapping[str, Float]
+) -> tuple[RigidTransform, int]:
+    """Return the motion to the part frame, and the choice of senses."""
+    for name in rule.features:
+        if name not in geometries:
+            raise FitError(
+                "alignment.datum",
+                f"The part frame needs {name}, which is not measured.",
+                f"Measure {name}.",
+            )
+    match rule:
+        case DatumAlignment():
+            return three_two_one(rule, geometries, bound)
+        case SavedFrame():
+            return RigidTransform(np.array(rule.rotation), np.array(rule.translation)), 0
+        case PlaneAxisPoint() | DatumReferenceFrame():
+            frame = datums_of(rule, geometries, _needed(rule, bound))
+            return frame.T_frame_from_world, frame.choice
+        case Relocation():
+            return relocated(rule, geometries), 0
+        case BestFit() | ReferencePoints():
+            needed = _needed(rule, bound)
+            start, choice = None, 0
+            if rule.start is not None:
+                start, choice = _placed(rule.start, bound, geometries)
+            if isinstance(rule, BestFit):
+                return best_fit(rule, geometries, needed.nominals, start), choice
+            return reference_points(rule, geometries, needed.nominals, start), choice
 
 
 def _needed(rule: Alignment, bound: BoundAlignment | None) -> BoundAlignment:

@@ -278,11 +278,14 @@ class BoundAlignment:
         Of the features, by name.
     nominals
         Geometry vectors (12,), mm, part frame, by name; those that are not known are missing.
+    choice
+        Which way axes without a sense run, once it is settled (`alignment.datums.settled`).
     """
 
     rule: Alignment
     shapes: Mapping[str, Shape]
     nominals: Mapping[str, Float]
+    choice: int | None = None
 
     @property
     def features(self) -> tuple[str, ...]:

@@ -28,8 +28,10 @@ def three_two_one(
     rule: DatumAlignment,
     geometries: Mapping[str, Float],
     bound: BoundAlignment | None = None,
-) -> RigidTransform:
+) -> tuple[RigidTransform, int]:
     """Return the motion from the world to the part frame, ``T_part_from_world``.
+
+    Also which way axes without a sense run, as `BoundAlignment.choice` keeps it.
 
     Parameters
     ----------
@@ -47,12 +49,11 @@ def three_two_one(
         The datums give no direction, or nothing says how it runs.
     """
     shapes = {} if bound is None else bound.shapes
-    frames = [
-        _frame(rule, geometries, shapes, up, sense)
-        for up, sense in product(_senses_up(rule, shapes), _senses_along(rule, shapes))
-    ]
-    if len(frames) == 1:
-        return frames[0]
+    senses = list(product(_senses_up(rule, shapes), _senses_along(rule, shapes)))
+    choice = 0 if len(senses) == 1 else None if bound is None else bound.choice
+    if choice is not None:
+        return _frame(rule, geometries, shapes, *senses[choice]), choice
+    frames = [_frame(rule, geometries, shapes, *both) for both in senses]
     misfits = np.array([_misfit(frame, geometries, bound) for frame in frames])
     best, second = np.sort(misfits)[:2]
     if not best < _PLAINLY * second:
@@ -62,7 +63,8 @@ def three_two_one(
             "Name a feature at the positive side of x as 'towards' in the alignment, or give the "
             "features nominals in the part frame.",
         )
-    return frames[int(np.argmin(misfits))]
+    choice = int(np.argmin(misfits))
+    return frames[choice], choice
 
 
 def _senses_up(rule: DatumAlignment, shapes: Mapping[str, Shape]) -> tuple[float, ...]:
