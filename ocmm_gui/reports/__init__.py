@@ -1,0 +1,1 @@
+"""The report on paper: PDF with symbols, plots and a picture, all drawn as paths."""

@@ -1,0 +1,40 @@
+"""Write the PDF report of jobs: ``python -m ocmm_gui.reports JOB... --out DIR``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.export.report_data import report_of_job
+from ocmm_core.inspection.reopen import reopen_job
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the reports; return 0, or 2 where one could not be made."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("jobs", nargs="+", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    options = parser.parse_args(arguments)
+    # A report needs no screen, and a screen may not be there.
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    from PySide6.QtGui import QGuiApplication
+
+    from ocmm_gui.reports.pdf import write_pdf
+
+    application = QGuiApplication.instance() or QGuiApplication([])
+    try:
+        for job in options.jobs:
+            sys.stdout.write(f"{write_pdf(report_of_job(reopen_job(job)), options.out, {})}\n")
+    except OcmmError as error:
+        sys.stderr.write(f"{error.what} {error.remedy}\n")
+        return 2
+    finally:
+        del application
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

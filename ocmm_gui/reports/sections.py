@@ -1,0 +1,308 @@
+"""The parts of the report: who and what, verdicts, features, uncertainty, records and hashes."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from ocmm_core.export.report_data import Element, ReportData, ReportedResult
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.tolerances.result import Verdict
+from ocmm_gui.reports.canvas import (
+    BODY,
+    INK,
+    LEFT,
+    SMALL,
+    STRONG,
+    TITLE,
+    Canvas,
+    Column,
+    Field,
+    Style,
+    paint_text,
+)
+from ocmm_gui.reports.symbols import has_symbol, paint_symbol
+from ocmm_gui.theme import verdict_colour
+
+_MARKS = {
+    Verdict.CONFORM: "✓",
+    Verdict.NOT_CONFORM: "✗",
+    Verdict.NOT_PROVEN: "?",
+    Verdict.NOT_MEASURED: "–",
+}
+
+_FORMS: dict[Shape | None, str] = {
+    Shape.LINE: "straightness",
+    Shape.PLANE: "flatness",
+    Shape.CIRCLE: "roundness",
+    Shape.CYLINDER: "cylindricity",
+    Shape.POINT: "position",
+    Shape.ELLIPSE: "line profile",
+    Shape.ROUND_SLOT: "line profile",
+    Shape.SQUARE_SLOT: "line profile",
+    Shape.RECTANGLE: "line profile",
+}
+
+_RESULT_COLUMNS = (
+    Column("", 70.0),
+    Column("Characteristic", 370.0),
+    Column("Datums", 150.0),
+    Column("Nominal", 175.0, right=True),
+    Column("Limits", 190.0, right=True),
+    Column("Measured", 185.0, right=True),
+    Column("Deviation", 175.0, right=True),
+    Column("U (k=2)", 145.0, right=True),
+    Column("Verdict", 340.0),
+)
+
+_FEATURE_COLUMNS = (
+    Column("Feature", 330.0),
+    Column("Shape", 210.0),
+    Column("Association", 240.0),
+    Column("Points", 110.0, right=True),
+    Column("Form", 140.0, right=True),
+    Column("Actual element", 770.0),
+)
+
+_BASIS_COLUMNS = (
+    Column("Characteristic", 400.0),
+    Column("Frame", 220.0),
+    Column("Association", 300.0),
+    Column("95 % interval", 340.0, right=True),
+    Column("T / 2U", 140.0, right=True),
+    Column("Form by noise", 180.0, right=True),
+    Column("Bonus", 220.0, right=True),
+)
+
+
+def overall(data: ReportData) -> Verdict:
+    """Return the verdict on the part: the worst of its characteristics."""
+    found = {result.verdict for result in data.results}
+    for verdict in (Verdict.NOT_CONFORM, Verdict.NOT_PROVEN, Verdict.NOT_MEASURED):
+        if verdict in found:
+            return verdict
+    return Verdict.CONFORM if found else Verdict.NOT_MEASURED
+
+
+def title(canvas: Canvas, data: ReportData) -> None:
+    """Write who measured what, and the verdict on the part."""
+    verdict = overall(data)
+    canvas.draw(150.0, partial(_paint_title, data=data, verdict=verdict))
+    canvas.skip(20.0)
+    head = data.head
+    facts = (
+        ("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator),
+        ("Begun", f"{head.created_utc[:19].replace('T', ' ')} UTC"),
+        ("Plan", data.plan.name), ("Job", f"{data.job} ({head.job_uuid})"),
+    )  # fmt: skip
+    for name, value in facts:
+        _fact(canvas, name, value)
+    canvas.skip(10.0)
+    _fact(canvas, "Calibration", data.calibration.label)
+    _fact(canvas, "Probe", data.probe.label)
+    if data.reference.label:
+        _fact(canvas, "Reference body", data.reference.label)
+    _fact(canvas, "Temperature", data.view.temperature or data.climate.words)
+    _fact(canvas, "Decision rule", data.rule_words)
+    _fact(
+        canvas,
+        "Uncertainty",
+        "U is the expanded uncertainty, k = 2 (about 95 %). Lengths in mm, angles in degrees, "
+        f"{'part' if data.system == 'Part' else 'world'} frame.",
+    )
+    for note in (data.view.unproven, *data.notes):
+        if note:
+            canvas.skip(6.0)
+            canvas.text(f"! {note}", Style(32.0, bold=True, colour=INK.bad))
+
+
+def verdicts(canvas: Canvas, data: ReportData) -> None:
+    """Write the table of all characteristics."""
+    canvas.heading("Results", 200.0)
+    rows = []
+    remarks: list[str] = []
+    for item in data.reported:
+        mark = ""
+        if item.result.note:
+            remarks.append(f"{len(remarks) + 1}) {item.result.name}: {item.result.note}")
+            mark = f" {len(remarks)})"
+        rows.append(_result_row(item, mark, symbol_of(item, data)))
+    canvas.table(_RESULT_COLUMNS, rows)
+    canvas.skip(12.0)
+    for remark in remarks:
+        canvas.text(remark, SMALL)
+
+
+def features(canvas: Canvas, data: ReportData) -> None:
+    """Write what was found of every feature."""
+    canvas.heading("Features", 200.0)
+    rows = []
+    for feature in data.features:
+        seen = feature.seen
+        fit = seen.fit
+        shows_form = fit is not None and len(seen.points) > MINIMUM_POINTS[feature.shape]
+        element = feature.actual_element
+        rows.append(
+            [
+                Field(feature.name, STRONG),
+                Field(feature.shape.value),
+                Field("" if fit is None else fit.criterion.name.lower().replace("_", " ")),
+                Field(str(len(seen.points))),
+                Field(f"{fit.form:.4f}" if fit is not None and shows_form else "–"),
+                Field(seen.note if element is None else element_words(element)),
+            ]
+        )
+    canvas.table(_FEATURE_COLUMNS, rows)
+    if data.annulled:
+        canvas.skip(10.0)
+        numbers = ", ".join(str(number) for number in data.annulled)
+        canvas.text(f"Points taken back, and kept in the job file: {numbers}.", SMALL)
+
+
+def basis(canvas: Canvas, data: ReportData) -> None:
+    """Write what the results rest on: frame, association, interval, what noise alone would show."""
+    canvas.heading("What the results rest on", 200.0)
+    rows = []
+    for item in data.reported:
+        result = item.result
+        rows.append(
+            [
+                Field(result.name, STRONG),
+                Field(result.frame or data.system),
+                Field(result.association or item.association or "least squares"),
+                Field(
+                    "–" if result.interval is None
+                    else f"{result.interval[0]:.4f} … {result.interval[1]:.4f}"
+                ),
+                Field("–" if result.tur is None else f"{result.tur:.1f}"),
+                Field("–" if result.floor is None else f"{result.floor:.4f}"),
+                Field(f"{result.bonus:.4f}" if result.bonus else "–"),
+            ]
+        )  # fmt: skip
+    canvas.table(_BASIS_COLUMNS, rows)
+
+
+def records(canvas: Canvas, data: ReportData) -> None:
+    """Write the complete hashes, and where to sign."""
+    canvas.heading("Records", 240.0)
+    head = data.head
+    hashes = (
+        ("Cameras", data.calibration.note or data.calibration.label),
+        ("Probe and tip", data.probe.note or data.probe.label),
+        ("Reference body", data.reference.note),
+        ("Plan, SHA-256", head.plan_identity),
+        ("Cameras, SHA-256", head.rig_identity),
+        ("Probe, SHA-256", head.probe_identity),
+        ("Measured with", f"OCMM {head.software_version}"),
+        ("Reported with", f"OCMM {data.written_by}"),
+    )
+    for name, value in hashes:
+        if value:
+            _fact(canvas, name, value, SMALL)
+    canvas.skip(90.0)
+    canvas.draw(70.0, _paint_signatures)
+
+
+def element_words(element: Element) -> str:
+    """Return an element in up to three lines: where it is, where it points to, how large it is."""
+    parts = ["x {:.4f}  y {:.4f}  z {:.4f}".format(*element.point)]
+    if element.direction is not None:
+        parts.append("i {:.5f}  j {:.5f}  k {:.5f}".format(*element.direction))
+    named = (("Ø", element.diameter), ("length", element.length), ("width", element.width))
+    sizes = [f"{name} {value:.4f}" for name, value in named if value is not None]
+    if element.angle_deg is not None:
+        sizes.append(f"angle {element.angle_deg:.4f}°")
+    return "\n".join([*parts, *(["   ".join(sizes)] if sizes else [])])
+
+
+def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
+    y, pages = canvas.y, len(canvas.pages)
+    canvas.text(value, style, left=LEFT + 360.0)
+    if len(canvas.pages) > pages:
+        y = canvas.y - 46.0
+    box = QRectF(LEFT, y, 350.0, 60.0)
+    muted = Style(style.size, colour=INK.muted)
+    canvas.pages[-1].append(lambda painter: paint_text(painter, box, name, muted))
+
+
+def symbol_of(item: ReportedResult, data: ReportData) -> str:
+    """Return the kind whose symbol stands for a result: form is that of its feature's shape."""
+    if item.result.kind != "form":
+        return item.result.kind
+    shapes = {feature.name: feature.shape for feature in data.features}
+    return _FORMS.get(shapes.get(item.result.features[0]), "surface profile")
+
+
+def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
+    result = item.result
+    places = 4
+    limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
+    if item.one_sided:
+        limits = f"≤ {result.upper:.{places}f}"
+    colour = verdict_colour(INK, result.verdict)
+    symbol = None
+    if has_symbol(kind):
+        symbol = partial(_paint_symbol, kind=kind)
+    numbers = ("–", "–", "–")
+    if None not in (result.measured, result.deviation, result.uncertainty):
+        numbers = (
+            f"{result.measured:.{places}f}",
+            f"{result.deviation:+.{places}f}",
+            f"{result.uncertainty:.{places}f}",
+        )
+    word = f"{_MARKS[result.verdict]} {result.verdict.value}"
+    if result.leaning:
+        word += f", leaning {result.leaning}"
+    return [
+        Field(draw=symbol),
+        Field(f"{result.name}{mark}\n{_measurand(item)}"),
+        Field(" | ".join(item.datums)),
+        Field("–" if item.one_sided else f"{result.nominal:.{places}f}"),
+        Field(limits),
+        Field(numbers[0], STRONG),
+        Field(numbers[1]),
+        Field(numbers[2]),
+        Field(word, Style(28.0, bold=True, colour=colour)),
+    ]
+
+
+def _measurand(item: ReportedResult) -> str:
+    axis = f" {item.asked.axis}" if item.asked is not None and item.asked.axis else ""
+    return f"{item.result.kind}{axis} of {', '.join(item.result.features)}"
+
+
+def _paint_symbol(painter: QPainter, box: QRectF, *, kind: str) -> None:
+    side = 36.0
+    paint_symbol(
+        painter, kind, QRectF(box.left(), box.center().y() - 0.5 * side, side, side),
+        Qt.GlobalColor.black,
+    )  # fmt: skip
+
+
+def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData, verdict: Verdict) -> None:
+    paint_text(painter, box, "Measurement report", TITLE)
+    paint_text(
+        painter, box.adjusted(0.0, 84.0, 0.0, 0.0), f"{data.head.part}   no. {data.head.serial}",
+        Style(38.0),
+    )  # fmt: skip
+    colour = verdict_colour(INK, verdict)
+    frame = QRectF(box.right() - 720.0, box.top(), 720.0, 130.0)
+    painter.setPen(QPen(QColor(colour), 6.0))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRoundedRect(frame, 14.0, 14.0)
+    paint_text(
+        painter, frame, f"{_MARKS[verdict]} {verdict.value}",
+        Style(66.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
+    )  # fmt: skip
+
+
+def _paint_signatures(painter: QPainter, box: QRectF) -> None:
+    painter.setPen(QPen(QColor(INK.text), 2.0))
+    for index, words in enumerate(("Measured by, date", "Approved by, date")):
+        left = box.left() + index * 0.52 * box.width()
+        painter.drawLine(int(left), int(box.top()), int(left + 0.48 * box.width()), int(box.top()))
+        place = QRectF(left, box.top() + 8.0, 0.48 * box.width(), 50.0)
+        paint_text(painter, place, words, SMALL)
+        painter.setPen(QPen(QColor(INK.text), 2.0))

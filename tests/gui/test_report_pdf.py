@@ -1,0 +1,149 @@
+"""The report on paper: what it says, and that the file is whole."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSizeF, Qt
+from PySide6.QtGui import QImage, QPainter
+from PySide6.QtSvg import QSvgGenerator
+
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.errors import StorageError
+from ocmm_core.export.report_data import ReportData, report_of_job
+from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.tolerances.characteristic import ZONES
+from ocmm_core.tolerances.result import Verdict
+from ocmm_gui.reports import pdf
+from ocmm_gui.reports.canvas import PAGE, Canvas
+from ocmm_gui.reports.sections import overall
+from ocmm_gui.reports.symbols import has_symbol, paint_symbol
+
+RAW = b'{"schema": "of a test"}'
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> ReportData:
+    """Return the quick plan measured on the virtual rig."""
+    folder = tmp_path_factory.mktemp("job")
+    request = StationRequest(plan=resource("plans", "quick.toml"), out=folder, frame_rate_hz=500)
+    built = build_station(request)
+    try:
+        built.station.start()
+        assert built.station.wait_finished(30.0)
+    finally:
+        built.station.close()
+    return report_of_job(reopen_job(built.job_path))
+
+
+def texts(canvas: Canvas) -> str:
+    """Return every word that is drawn, page by page; lines as they are broken."""
+    found = []
+    for page in canvas.pages:
+        content = QByteArray()
+        buffer = QBuffer(content)
+        buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+        generator = QSvgGenerator()
+        generator.setOutputDevice(buffer)
+        generator.setSize(QSizeF(*PAGE).toSize())
+        painter = QPainter(generator)
+        for draw in page:
+            draw(painter)
+        painter.end()
+        found += re.findall(r"<text[^>]*>([^<]*)</text>", bytes(content.data()).decode())
+    return " ".join(found)
+
+
+@pytest.mark.usefixtures("qapp")
+def test_every_number_of_every_characteristic_is_on_the_pages(data: ReportData) -> None:
+    said = texts(pdf.lay_out(data))
+    assert data.results
+    for result in data.results:
+        assert result.name in said
+        assert result.verdict.value in said
+        assert result.measured is not None
+        assert result.uncertainty is not None
+        for number in (f"{result.measured:.4f}", f"{result.uncertainty:.4f}"):
+            assert number in said
+    for word in (data.head.part, data.head.operator, data.head.job_uuid, data.head.plan_identity):
+        assert word in said
+
+
+@pytest.mark.usefixtures("qapp")
+def test_what_is_not_proven_is_said_large_and_first(data: ReportData) -> None:
+    doubtful = tuple(replace(item, verdict=Verdict.NOT_PROVEN) for item in data.results[:1])
+    view = replace(
+        data.view, unproven="Measured without a calibration.",
+        characteristics=(*doubtful, *data.results[1:]),
+    )  # fmt: skip
+    spoiled = replace(data, view=view, notes=("The observation 3 was changed.",))
+    assert overall(spoiled) is Verdict.NOT_PROVEN
+    first = Canvas(pages=pdf.lay_out(spoiled).pages[:1])
+    said = texts(first)
+    assert said.index("NOT PROVEN") < said.index("Part")
+    assert "Measured without a calibration." in said
+    assert "The observation 3 was changed." in said
+
+
+def test_a_part_without_results_is_not_measured(data: ReportData) -> None:
+    assert overall(replace(data, view=replace(data.view, characteristics=()))) is (
+        Verdict.NOT_MEASURED
+    )
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_file_is_whole_and_holds_the_numbers_for_programs(
+    data: ReportData, tmp_path: Path
+) -> None:
+    path = pdf.write_pdf(data, tmp_path, {"job.json": RAW})
+    made = path.read_bytes()
+    assert path.name == f"{data.stem}_report.pdf"
+    assert made.startswith(b"%PDF-")
+    assert RAW in pdf.streams(made)
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_file_without_what_was_put_in_is_not_kept(
+    data: ReportData, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pdf, "streams", lambda made: [])
+    with pytest.raises(StorageError) as caught:
+        pdf.write_pdf(data, tmp_path, {"job.json": RAW})
+    assert caught.value.code == "export.pdf"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("qapp")
+def test_long_tables_go_on_over_pages_and_nothing_leaves_the_paper(data: ReportData) -> None:
+    many = tuple(
+        replace(data.results[0], name=f"A characteristic with a long name {i}") for i in range(200)
+    )
+    canvas = pdf.lay_out(replace(data, view=replace(data.view, characteristics=many)))
+    assert len(canvas.pages) > 5
+    said = texts(canvas)
+    assert said.count("Deviation") >= 5
+    for index in range(len(canvas.pages)):
+        picture = pdf.page_picture(canvas, index, data, 420)
+        # The margins stay white; the foot of the page lies in the lowest tenth.
+        edge = {picture.pixel(x, y) for x in (4, 415) for y in range(picture.height())}
+        assert edge == {0xFFFFFFFF}
+
+
+@pytest.mark.usefixtures("qapp")
+@pytest.mark.parametrize("kind", sorted(ZONES - {"form"}))
+def test_every_zone_has_a_symbol_that_stays_in_its_box(kind: str) -> None:
+    assert has_symbol(kind)
+    image = QImage(80, 80, QImage.Format.Format_RGB32)
+    image.fill(Qt.GlobalColor.white)
+    painter = QPainter(image)
+    paint_symbol(painter, kind, QRectF(20.0, 20.0, 40.0, 40.0), Qt.GlobalColor.black)
+    painter.end()
+    dark = [
+        (x, y) for x in range(80) for y in range(80) if image.pixelColor(x, y).lightness() < 128
+    ]
+    assert len(dark) > 30
+    assert all(17 <= x <= 62 and 17 <= y <= 62 for x, y in dark)
