@@ -42,11 +42,16 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         Direction of the length of ellipse, slot, rectangle and plane, part frame.
     criterion
         How the element is associated with its points, in the words of `CRITERIA`.
+    free
+        Circle only, least squares: fitted in space as one problem instead of plane first.
     text, picture
         What the inspector reads, and the file of the picture beside the plan that he sees.
+    compensation
+        How the side of the material is found (`measuring.compensation.METHODS`); empty: as the
+        plan says.
     projection
-        Circle only: the plane feature along whose normal the points are projected before the
-        circle is fitted in it.
+        Circle, ellipse, slot and rectangle: the plane feature along whose normal the points are
+        projected before the outline is fitted in it.
     """
 
     name: str
@@ -66,6 +71,8 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = "least squares"
     text: str = ""
     picture: str = ""
+    free: bool = False
+    compensation: Literal["", "approach", "pulled", "shank", "nominal"] = ""
 
 
 CRITERIA = {

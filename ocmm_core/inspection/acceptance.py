@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.reference_use import ReferenceUse
+from ocmm_core.measuring.compensation import Side, side_of
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import StablePoint, average
 from ocmm_core.measuring.trigger import Touch, approach_direction
@@ -26,41 +28,67 @@ class Accepted:
     ----------
     stable
         The ball at rest.
-    direction
-        (3,), unit: from the ball to the surface, by the approach.
+    feature
+        What it belongs to.
+    side
+        Where the probe stood, and how that is known.
     sensitivity
         How the tip follows what it was computed from.
     """
 
     stable: StablePoint
-    direction: Float
+    feature: str
+    side: Side
     sensitivity: TipSensitivity
 
-    def point(self, number: int, feature: str, tip_radius: float) -> MeasuredPoint:
+    def point(self, number: int, tip_radius: float) -> MeasuredPoint:
         """Return the measured point."""
         stable = self.stable
         return MeasuredPoint(
             number=number,
-            feature=feature,
+            feature=self.feature,
             time_s=stable.time_s,
             first_frame=stable.first_frame,
             last_frame=stable.last_frame,
             n_frames=stable.n_frames,
             tip_world=stable.tip_world,
             random_covariance=stable.random_covariance,
-            direction=self.direction,
+            direction=self.side.direction,
             tip_radius=tip_radius,
             rotation_world_from_probe=stable.rotation_world_from_probe,
             spots=stable.spots,
             chi2_per_dof=stable.chi2_per_dof,
-            approach="trail",
+            approach=self.side.word,
             reference_spots=stable.reference_spots,
         )
 
 
+@dataclass(frozen=True, slots=True)
+class Meant:
+    """What a touch is meant for.
+
+    Attributes
+    ----------
+    feature
+        Its name; empty where every feature is done.
+    method
+        How its side is found (`measuring.compensation.METHODS`).
+    nominal_normal
+        (3,), unit, world: of the nominal surface at the ball; None while it is not known.
+    """
+
+    feature: str
+    method: str
+    nominal_normal: Float | None = None
+
+
+Choose = Callable[[StablePoint, Float | None], Meant | Refusal]
+"""Says what a touch is meant for, by the ball at rest and the way it came."""
+
+
 def judge_touch(
     touch: Touch,
-    feature: str,
+    choose: Choose,
     rig: Rig,
     body: ProbeBody,
     options: SessionOptions,
@@ -70,8 +98,8 @@ def judge_touch(
 
     Parameters
     ----------
-    feature
-        What it is meant for; empty where every feature is done.
+    choose
+        Asked once the ball is known to have rested.
     """
     if touch.interrupted:
         return Refusal(
@@ -83,24 +111,32 @@ def judge_touch(
     stable = average(touch.window, touch.expected, rig, options.point)
     if isinstance(stable, Refusal):
         return stable
-    if not feature:
+    approach_mm = options.point.approach_mm
+    meant = choose(stable, approach_direction(touch.trail_world, stable.tip_world, approach_mm))
+    if isinstance(meant, Refusal):
+        return meant
+    if not meant.feature:
         return Refusal(
             RefusalCode.NO_FEATURE,
             "Every feature of the plan is done.",
             "Select a feature to measure it again, or export the report.",
             stable.time_s,
         )
-    direction = approach_direction(touch.trail_world, stable.tip_world, options.point.approach_mm)
-    if direction is None:
-        return Refusal(
-            RefusalCode.NO_APPROACH,
-            "It is not known from which side the ball came to the surface.",
-            f"Move it away by {options.point.approach_mm:g} mm or more and touch again.",
-            stable.time_s,
-        )
+    side = side_of(
+        meant.method,
+        touch,
+        stable.tip_world,
+        stable.rotation_world_from_probe,
+        body,
+        approach_mm,
+        meant.nominal_normal,
+        stable.time_s,
+    )
+    if isinstance(side, Refusal):
+        return side
     sensitivity = reference.sensitivity(stable.spots, stable.reference_spots)
     refusal = _doubt(stable, sensitivity, rig, body, options.point.max_uncertainty)
-    return refusal or Accepted(stable, direction, sensitivity)
+    return refusal or Accepted(stable, meant.feature, side, sensitivity)
 
 
 def _doubt(

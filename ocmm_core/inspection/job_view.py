@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ocmm_core.camera.rig import Rig
@@ -41,6 +41,8 @@ class JobState:
         Name of the job file, and whom and what it is about.
     progress
         How far it has come.
+    methods
+        How the side of each feature is found.
     sensitivities
         Of the points that count, in their order.
     refusal
@@ -56,6 +58,7 @@ class JobState:
     job: str
     header: JobHeader
     progress: Progress
+    methods: Mapping[str, str]
     sensitivities: tuple[TipSensitivity, ...]
     refusal: Refusal | None
     paused: bool
@@ -86,7 +89,10 @@ def view_of(
     results = found.judged(plan, standing)
     place = whereabouts(plan, found.actual)
     features = tuple(
-        _seen(nominal, found, results, standing, points, progress, place)
+        replace(
+            _seen(nominal, found, results, standing, points, progress, place),
+            compensation=state.methods[nominal.name],
+        )
         for nominal in plan.features
     )
     last = points.counting[-1].tip_world if points.counting else None

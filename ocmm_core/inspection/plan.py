@@ -16,7 +16,9 @@ from ocmm_core.features.construct import Construction, probed_features
 from ocmm_core.features.construct_checks import construction_fault, shapes_with
 from ocmm_core.features.constructed import nominal_geometries
 from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.nominal_checks import shape_fault
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.inspection.step_checks import step_fault
 from ocmm_core.tolerances.characteristic import Characteristic
 
 SCHEMA = "ocmm.plan/1"
@@ -55,6 +57,9 @@ class Plan(Document, frozen=True, kw_only=True):
         acceptance (`tolerances.decision`).
     material
         Needed where results are to be reported at 20 °C.
+    compensation
+        How the side of the material is found where a feature does not say it
+        (`measuring.compensation.METHODS`).
     """
 
     name: str
@@ -65,6 +70,7 @@ class Plan(Document, frozen=True, kw_only=True):
     alignment: Alignment | None = None
     rule: Literal["iso14253-1", "ilac-g8", "simple"] = "iso14253-1"
     material: Material | None = None
+    compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -163,16 +169,13 @@ def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) 
         )
     if sum(value * value for value in feature.direction) < 1e-12:
         raise _error(path, f"{at}.direction", "is a zero vector")
-    if (feature.shape in _ROUND) != (feature.diameter > 0.0):
-        raise _error(
-            path,
-            f"{at}.diameter",
-            f"is {feature.diameter}; circle, sphere and cylinder have a diameter greater than "
-            "zero, other shapes have none",
-        )
+    wrong = shape_fault(feature)
+    if wrong is not None:
+        raise _error(path, f"{at}.{wrong[0]}", wrong[1])
+    fault = step_fault(feature, plan.compensation)
+    if fault is not None:
+        raise _error(path, f"{at}.{fault[0]}", fault[1])
     if feature.projection:
-        if feature.shape is not Shape.CIRCLE:
-            raise _error(path, f"{at}.projection", "is only for circles")
         _need(path, plan, f"{at}.projection", feature.projection, (Shape.PLANE,))
 
 

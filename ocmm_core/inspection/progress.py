@@ -8,7 +8,7 @@ goes on where it was when it is opened again.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import msgspec
@@ -16,6 +16,7 @@ import msgspec
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.view import Probing
+from ocmm_core.measuring.compensation import METHODS
 from ocmm_core.storage.rows import JobEvent
 
 EVENT = "standing"
@@ -30,6 +31,7 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     skipped: list[str]
     active: str
     probing: Literal["plan", "any"]
+    methods: dict[str, str] = msgspec.field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,9 @@ class Progress:
         Features that have what they need, and those that were left out.
     probing
         In the order of the plan, or in any.
+    methods
+        Compensation (`measuring.compensation.METHODS`) of features where the inspector has chosen
+        another one than the plan.
     """
 
     names: tuple[str, ...]
@@ -53,6 +58,7 @@ class Progress:
     done: frozenset[str] = frozenset()
     skipped: frozenset[str] = frozenset()
     probing: Probing = "plan"
+    methods: Mapping[str, str] = field(default_factory=dict)
 
     def advanced(self) -> Progress:
         """Return it with the next feature active: the first one after the active that is open."""
@@ -88,7 +94,13 @@ class Progress:
     def text(self) -> str:
         """Return the text of the event."""
         return msgspec.json.encode(
-            _Written(sorted(self.done), sorted(self.skipped), self.active, self.probing)
+            _Written(
+                sorted(self.done),
+                sorted(self.skipped),
+                self.active,
+                self.probing,
+                dict(self.methods),
+            )
         ).decode()
 
 
@@ -113,6 +125,7 @@ def progress_of(
                 frozenset(written.done) & set(names),
                 frozenset(written.skipped) & set(names),
                 written.probing,
+                {name: m for name, m in written.methods.items() if m in METHODS},
             )
             break
     done = {

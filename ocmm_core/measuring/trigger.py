@@ -6,7 +6,7 @@ Works on exposure counters, so that a point does not depend on how the stream is
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -25,6 +25,8 @@ _TRAIL_STEP_MM = 0.5
 rests on the part, the way it came is still there."""
 _TRAIL_LENGTH = 200
 _APPROACH_REACH = 4.0
+_PULL_WAIT_S = 1.5
+"""A ball that is not pulled away within this time after its window was not pulled."""
 _NEAR_MM = 1.0
 """Nearer than this the trail says more about the noise of one frame than about the way."""
 _STRAIGHT_MM = 0.4
@@ -47,6 +49,9 @@ class Touch:
         (m, 3), mm: where the ball was before the trigger, oldest first.
     interrupted
         The stream of frames was interrupted before the window was full.
+    pull_world
+        (k, 3), mm: where the ball went after the window, oldest first; empty unless that was
+        waited for.
     """
 
     first_frame: int
@@ -54,6 +59,7 @@ class Touch:
     expected: int
     trail_world: Float
     interrupted: bool = False
+    pull_world: Float = field(default_factory=lambda: np.empty((0, 3)))
 
 
 class TouchCollector:
@@ -69,9 +75,20 @@ class TouchCollector:
         Time between two exposures, s.
     options
         Length of the window.
+
+    Attributes
+    ----------
+    pulled
+        Follow the ball after the window until it is pulled away: the touch is complete only then,
+        or after a second and a half. Counts for the windows that end from now on.
     """
 
     def __init__(self, frame_period_s: float, options: PointOptions) -> None:
+        self.pulled = False
+        self._pull_mm = _APPROACH_REACH * options.approach_mm
+        self._pull_frames = round(_PULL_WAIT_S / frame_period_s)
+        self._held: Touch | None = None
+        self._pull: list[Float] = []
         self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
         self._stride = max(round(_TRAIL_EVERY_S / frame_period_s), 1)
         self._trail: deque[Float] = deque(maxlen=_TRAIL_LENGTH)
@@ -83,8 +100,8 @@ class TouchCollector:
 
     @property
     def collecting(self) -> bool:
-        """Return whether a window is open."""
-        return self._end >= 0
+        """Return whether a window is open, or a pull is waited for."""
+        return self._end >= 0 or self._held is not None
 
     def arm(self) -> None:
         """Ask for a point with the next frame; ignored while a window is open."""
@@ -105,7 +122,10 @@ class TouchCollector:
         touches: list[Touch] = []
         start = 0
         while start < len(block):
-            if not self.collecting:
+            if self._held is not None:
+                start, touch = self._follow_pull(block, start, self._held)
+                touches += [touch] if touch is not None else []
+            elif self._end < 0:
                 start = self._watch(block, start)
             else:
                 stop = int(np.searchsorted(block.counter, self._end))
@@ -114,16 +134,45 @@ class TouchCollector:
                     self._button = bool(block.flags[stop - 1] & FrameFlag.BUTTON)
                 if stop == len(block):
                     return touches
-                touches.append(self._complete(block, stop))
+                touch = self._complete(block, stop)
+                if self.pulled and len(touch.window):
+                    self._held = touch
+                else:
+                    touches.append(touch)
                 start = stop
         return touches
 
+    def _follow_pull(
+        self, block: TrackBlock, start: int, held: Touch
+    ) -> tuple[int, Touch | None]:
+        """Follow the ball from ``start`` on; return how far, and the touch when it is complete."""
+        latest = int(held.window.counter[-1]) + self._pull_frames
+        contact = held.window.tip_world[held.window.status == FrameStatus.OK]
+        for index in range(start, len(block)):
+            over = int(block.counter[index]) > latest or not len(contact)
+            if block.status[index] == FrameStatus.OK and not over:
+                away = float(np.linalg.norm(block.tip_world[index] - contact[-1]))
+                last = self._pull[-1] if self._pull else contact[-1]
+                if float(np.linalg.norm(block.tip_world[index] - last)) >= _TRAIL_STEP_MM:
+                    self._pull.append(block.tip_world[index])
+                over = away >= self._pull_mm
+            if over:
+                return index + 1, self._end_pull(held)
+        return len(block), None
+
+    def _end_pull(self, held: Touch) -> Touch:
+        pull = np.array(self._pull).reshape(-1, 3)
+        self._held, self._pull = None, []
+        # The button may be down still; and the way back is the way to the next place.
+        self._trail.extend(pull)
+        return replace(held, pull_world=pull)
+
     def _interrupt(self, block: TrackBlock, first: int) -> list[Touch]:
         """Forget what was before frame ``first``; a trigger that waits gets its answer."""
+        touches = [self._end_pull(self._held)] if self._held is not None else []
         if self._armed:
             self._end = int(block.counter[first]) + self._expected
-        touches = []
-        if self.collecting:
+        if self._end >= 0:
             touch = self._complete(block, first)
             touches.append(replace(touch, interrupted=len(touch.window) < touch.expected))
         self._armed = False

@@ -503,6 +503,7 @@ class MeasuringStation:
         if self._take.is_set():
             self._take.clear()
             collector.arm()
+        collector.pulled = self._session.awaits_pull
         touches = collector.feed(track)
         self._live.feed(block, track, pipeline, collecting=collector.collecting)
         self._watch_probe(block)

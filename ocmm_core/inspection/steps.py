@@ -1,0 +1,388 @@
+"""What an inspector decides while a job is measured: every step durable, and to be taken back.
+
+A step changes which points count and where the job stands. Both go into the job file together, so
+that whatever happens between, a reopened job is as it was before the step or after it.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import msgspec
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.inspection.deeds import Deed, Deeds
+from ocmm_core.inspection.job_points import FLIPPED, Change, JobPoints
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.progress import EVENT, PAUSED, RESUMED, Progress, progress_of
+from ocmm_core.inspection.step_checks import step_fault
+from ocmm_core.inspection.view import JobView, Probing
+from ocmm_core.measuring.compensation import METHODS
+from ocmm_core.measuring.point import Refusal
+from ocmm_core.storage.job_file import JobFile
+
+_UNDONE = "undone by the operator"
+_LONGEST_REASON = 200
+
+
+class JobSteps:
+    """Keep the points and the progress of a job, and every step that changed them.
+
+    Parameters
+    ----------
+    plan
+        What is measured.
+    job
+        Holds what was done before.
+    """
+
+    def __init__(self, plan: Plan, job: JobFile) -> None:
+        self._plan = plan
+        self._job = job
+        self._lock = threading.RLock()
+        events = job.events()
+        self._points = JobPoints(job)
+        self._progress = progress_of(plan, self._points.counts(), events)
+        pauses = [event.kind for event in events if event.kind in (PAUSED, RESUMED)]
+        self._paused = pauses[-1:] == [PAUSED]
+        self._deeds = Deeds()
+        self._refusal: Refusal | None = None
+        self._view: JobView | None = None
+
+    def undo(self) -> None:
+        """Take back the last step: a point, a deletion, a skip; nothing leaves the job file.
+
+        Raises
+        ------
+        MeasuringError
+            There is nothing to take back.
+        """
+        with self._lock:
+            deed = self._deeds.last or self._last_point()
+            if deed is None:
+                raise MeasuringError(
+                    "session.no_point", "No point was taken yet.", "Take one first."
+                )
+            self._deeds.undid(self._reverse(deed, "undone"))
+
+    def redo(self) -> None:
+        """Do again what was undone last.
+
+        Raises
+        ------
+        MeasuringError
+            Nothing was undone since the last step.
+        """
+        with self._lock:
+            deed = self._deeds.last_undone
+            if deed is None:
+                raise MeasuringError(
+                    "session.no_redo", "Nothing was undone.", "Undo something first."
+                )
+            self._deeds.redid(self._reverse(deed, "done again"))
+
+    def flip(self, number: int | None = None) -> None:
+        """Turn the compensation of a point, or of the last one, to the other side.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such point.
+        """
+        with self._lock:
+            if not self._points.counting:
+                raise MeasuringError(
+                    "session.no_point", "No point was taken yet.", "Take one first."
+                )
+            old = self._points.counting[-1] if number is None else self._points.point(number)
+            new = replace(
+                old,
+                number=self._points.next_number(),
+                direction=-old.direction,
+                approach="flipped",
+            )
+            change = self._points.replace(old, new, FLIPPED)
+            self._remember(f"flip of point {old.number}", change, self._progress)
+
+    def delete_point(self, number: int, reason: str) -> None:
+        """Take a point out, and say why; its observation stays in the job file.
+
+        The feature is fitted without it. It takes points again where it has fewer than the plan
+        wants; `finish` accepts it with fewer.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such point, or no reason is given.
+        """
+        with self._lock:
+            feature = self._points.point(number).feature
+            self._did(
+                f"deletion of point {number}",
+                self._settled(feature, -1),
+                annul={number: _checked_reason(reason)},
+            )
+
+    def restore_point(self, number: int) -> None:
+        """Put a deleted point back, with a new number.
+
+        Raises
+        ------
+        MeasuringError
+            The point was not deleted, or is back already.
+        """
+        with self._lock:
+            feature = self._points.taken_out(number).feature
+            self._did(
+                f"restoring of point {number}", self._settled(feature, 1), restore=[number]
+            )
+
+    def skip(self, name: str = "") -> None:
+        """Leave a feature, or the active one, out; what rests on it is not measured.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such feature, or none is active.
+        """
+        with self._lock:
+            name = self._known(name or self._require_active())
+            self._did(
+                f"skipping of {name}", self._progress.left_out(name), events=[("skipped", name)]
+            )
+
+    def repeat(self, name: str = "") -> None:
+        """Measure a feature, or the active one, anew: all its points are taken out.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such feature, or none is active.
+        """
+        with self._lock:
+            name = self._known(name or self._require_active())
+            numbers = [point.number for point in self._points.of(name)]
+            self._did(
+                f"repeating of {name}",
+                self._progress.opened(name),
+                annul=dict.fromkeys(numbers, f"{name} is measured anew"),
+                events=[("repeated", name)],
+            )
+
+    def finish(self) -> None:
+        """Accept the active feature with the points it has and go to the next one.
+
+        Raises
+        ------
+        MeasuringError
+            No feature is active, or it has fewer points than its shape needs.
+        """
+        with self._lock:
+            feature = self._plan.feature(self._require_active())
+            minimum, count = MINIMUM_POINTS[feature.shape], self._points.count(feature.name)
+            if count < minimum:
+                raise MeasuringError(
+                    "session.too_few",
+                    f"{feature.name} has {count} of the {minimum} points that a "
+                    f"{feature.shape.value.lower()} needs.",
+                    f"Take {minimum - count} more.",
+                )
+            self._did(
+                f"finishing of {feature.name}",
+                self._progress.finished(feature.name),
+                events=[("finished", f"{feature.name} with {count} points")],
+            )
+
+    def select(self, name: str) -> None:
+        """Make a feature the one that takes the next point.
+
+        Raises
+        ------
+        MeasuringError
+            The plan has no feature of that name.
+        """
+        with self._lock:
+            self._stand(self._progress.opened(self._known(name)))
+
+    def set_order(self, probing: Probing) -> None:
+        """Probe in the order of the plan, or in any: the feature that is touched is then found.
+
+        Before the part frame is known, which says where the features are, the order of the plan
+        holds in any case.
+        """
+        with self._lock:
+            self._stand(replace(self._progress, probing=probing))
+
+    def _stand(self, after: Progress) -> None:
+        self._change(after, {}, (), ())
+        self._progress, self._view = after, None
+
+    def pause(self) -> None:
+        """Take no points until `resume`, whatever is touched; also when the job is opened anew."""
+        with self._lock:
+            if not self._paused:
+                self._job.append_event(PAUSED, "by the operator")
+                self._paused, self._view = True, None
+
+    def resume(self) -> None:
+        """Take points again."""
+        with self._lock:
+            if self._paused:
+                self._job.append_event(RESUMED, "by the operator")
+                self._paused, self._view = False, None
+
+    def missing(self) -> list[tuple[str, int]]:
+        """Return the features that are not done and how many points each still needs."""
+        with self._lock:
+            settled = self._progress.done | self._progress.skipped
+            return [
+                (feature.name, max(feature.points - self._points.count(feature.name), 0))
+                for feature in self._plan.features
+                if feature.name not in settled
+            ]
+
+    def set_compensation(self, method: str, name: str = "") -> None:
+        """Find the side of a feature, or of all that allow it, in another way from now on.
+
+        Parameters
+        ----------
+        method
+            One of `measuring.compensation.METHODS`.
+        name
+            Of the feature; empty for all.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such feature or way, or the way says nothing about its shape.
+        """
+        with self._lock:
+            if method not in METHODS:
+                raise MeasuringError(
+                    "session.method",
+                    f"{method!r} is no way to find the side of the material.",
+                    f"Choose one of: {', '.join(METHODS)}.",
+                )
+            chosen = dict(self._progress.methods)
+            for feature in self._plan.features:
+                if name and feature.name != self._known(name):
+                    continue
+                changed = msgspec.structs.replace(feature, compensation=method)
+                fault = step_fault(changed, method)
+                if fault is None:
+                    chosen[feature.name] = method
+                elif name:
+                    raise MeasuringError(
+                        "session.method",
+                        f"The compensation of {name} {fault[1]}.",
+                        "Choose another way for it.",
+                    )
+            self._stand(replace(self._progress, methods=chosen))
+
+    def compensation_of(self, name: str) -> str:
+        """Return how the side of a feature is found now; MeasuringError if there is none."""
+        feature = self._plan.feature(self._known(name))
+        chosen = self._progress.methods.get(name)
+        return chosen or feature.compensation or self._plan.compensation
+
+    @property
+    def awaits_pull(self) -> bool:
+        """Return whether the ball is followed while it is pulled away after a touch."""
+        with self._lock:
+            progress = self._progress
+            names: Sequence[str] = [progress.active] if progress.active else []
+            if progress.probing == "any":
+                names = [n for n in progress.names if n not in progress.done | progress.skipped]
+            return any(self.compensation_of(name) == "pulled" for name in names)
+
+    def _did(
+        self,
+        words: str,
+        after: Progress,
+        annul: Mapping[int, str] = MappingProxyType({}),
+        restore: Sequence[int] = (),
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Make a step of the inspector durable, all or nothing, and remember it."""
+        self._remember(words, self._change(after, annul, restore, events), after)
+
+    def _remember(
+        self, words: str, change: Change, after: Progress, before: Progress | None = None
+    ) -> None:
+        self._deeds.did(Deed(words, change, before or self._progress, after))
+        self._progress, self._refusal, self._view = after, None, None
+
+    def _change(
+        self,
+        after: Progress,
+        annul: Mapping[int, str],
+        restore: Sequence[int],
+        events: Sequence[tuple[str, str]],
+    ) -> Change:
+        stands = [(EVENT, after.text)] if after != self._progress else []
+        return self._points.change(annul, restore, [*events, *stands])
+
+    def _reverse(self, deed: Deed, word: str) -> Deed:
+        """Take a step back, and return the one that this was."""
+        # A point in the place of another has the same observation: it is not to come back twice.
+        reason = FLIPPED if deed.change.added and deed.change.removed else _UNDONE
+        change = self._change(
+            deed.before,
+            {self._points.latest(number): reason for number in deed.change.added},
+            [self._points.latest(number) for number in deed.change.removed],
+            [(word, deed.words)],
+        )
+        self._progress, self._refusal, self._view = deed.before, None, None
+        return deed.undone_by(change)
+
+    def _last_point(self) -> Deed | None:
+        """Return the taking of the last point of an earlier run as a step."""
+        if not self._points.counting:
+            return None
+        last = self._points.counting[-1]
+        return Deed(
+            f"point {last.number} of {last.feature}",
+            Change((last.number,), ()),
+            self._progress.opened(last.feature),
+            self._progress,
+        )
+
+    def _settled(self, name: str, more: int) -> Progress:
+        """Return the progress after ``more`` points of a feature."""
+        if self._points.count(name) + more >= self._plan.feature(name).points:
+            return self._progress.finished(name)
+        return self._progress.reopened(name)
+
+    def _require_active(self) -> str:
+        if not self._progress.active:
+            raise MeasuringError(
+                "session.complete",
+                "Every feature of the plan is measured.",
+                "Export the report, or select a feature to measure it again.",
+            )
+        return self._progress.active
+
+    def _known(self, name: str) -> str:
+        if name not in self._progress.names:
+            raise MeasuringError(
+                "session.feature",
+                f"The plan has no feature called {name!r}.",
+                "Select one of the features in the list.",
+            )
+        return name
+
+
+def _checked_reason(reason: str) -> str:
+    """Return the reason of a deletion on one line; MeasuringError where there is none."""
+    line = " ".join(reason.split())[:_LONGEST_REASON]
+    if not line or not line.isprintable():
+        raise MeasuringError(
+            "session.no_reason",
+            "A point is only deleted with a reason.",
+            "Say in some words why it does not belong to the feature.",
+        )
+    return line
