@@ -6,14 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export.aqdef import AQDEF
 from ocmm_core.export.exporter import Exporter
 from ocmm_core.export.files import write_together
+from ocmm_core.export.json_file import JSON
 from ocmm_core.export.polyworks import POLYWORKS
 from ocmm_core.export.profile import Profile, polyworks_profile
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.export.tables import Cell, Number, Table
+from ocmm_core.export.xlsx import XLSX
 
-EXPORTERS: dict[str, Exporter] = {item.name: item for item in (POLYWORKS,)}
+EXPORTERS: dict[str, Exporter] = {item.name: item for item in (POLYWORKS, AQDEF, XLSX, JSON)}
 """By the name on the command line."""
 
 _MOST_TOLD = 3

@@ -12,8 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from ocmm_core.errors import StorageError
 from ocmm_core.export.names import check_name, clean_text
 from ocmm_core.export.report_data import Element, ReportData, ReportedFeature, ReportedResult
@@ -94,16 +92,17 @@ class Units:
     angle_decimals: int = 4
     vector_decimals: int = 6
 
+    def scaled(self, mm: float) -> float:
+        """Return a length in the unit of the file."""
+        return mm / MM_PER_INCH if self.lengths == "inch" else mm
+
     def length(self, name: str, mm: float | None) -> Number | None:
         """Return a length of what is called ``name``."""
-        if mm is None:
-            return None
-        value = mm / MM_PER_INCH if self.lengths == "inch" else mm
-        return _finite(name, value, self.length_decimals)
+        return None if mm is None else self.finite(name, self.scaled(mm), self.length_decimals)
 
     def angle(self, name: str, degrees: float | None) -> Number | None:
         """Return an angle of what is called ``name``."""
-        return None if degrees is None else _finite(name, degrees, self.angle_decimals)
+        return None if degrees is None else self.finite(name, degrees, self.angle_decimals)
 
     def place(self, name: str, mm: Float) -> list[Cell]:
         """Return three coordinates."""
@@ -113,7 +112,18 @@ class Units:
         """Return three components of a unit vector; empty cells for None."""
         if direction is None:
             return [None, None, None]
-        return [_finite(name, float(value), self.vector_decimals) for value in direction]
+        return [self.finite(name, float(value), self.vector_decimals) for value in direction]
+
+    @staticmethod
+    def finite(name: str, value: float, decimals: int) -> Number:
+        """Return a number; StorageError where it is none that can be reported."""
+        if not math.isfinite(value):
+            raise StorageError(
+                "export.not_finite",
+                f"A value of {name!r} is {value}, which is not a number that can be reported.",
+                "Measure that feature again.",
+            )
+        return Number(float(value), decimals)
 
 
 def points_table(data: ReportData, units: Units, *, centres: bool = False) -> Table:
@@ -255,12 +265,3 @@ def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tup
         reported.association, data.system, data.plan.rule, clean_text(result.note),
     )  # fmt: skip
 
-
-def _finite(name: str, value: float, decimals: int) -> Number:
-    if not math.isfinite(value):
-        raise StorageError(
-            "export.not_finite",
-            f"A value of {name!r} is {value}, which is not a number that can be reported.",
-            "Measure that feature again.",
-        )
-    return Number(float(np.float64(value)), decimals)

@@ -1,0 +1,393 @@
+"""The whole job as JSON with its raw observations, every number exactly as it is inside.
+
+Numbers are written in the shortest form that is read back as the same number; a spot that was not
+seen is null. The schema has a version: a later one never changes what a field means.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import msgspec
+import numpy as np
+
+from ocmm_core.errors import InputError
+from ocmm_core.export.exporter import Exporter
+from ocmm_core.export.names import check_file_stem, check_name, clean_text
+from ocmm_core.export.profile import Profile
+from ocmm_core.export.report_data import Element, ReportData, ReportedFeature, ReportedResult
+from ocmm_core.export.tables import (
+    Table,
+    Units,
+    features_table,
+    head_table,
+    points_table,
+    report_table,
+)
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.point import MeasuredPoint
+
+SCHEMA = "ocmm.report/1"
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+Spots = tuple[tuple[tuple[float | None, float | None], ...], ...]
+
+
+class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Part of the file."""
+
+
+class JobPart(_Part, frozen=True, kw_only=True):
+    """What the job says about itself."""
+
+    name: str
+    uuid: str
+    part: str
+    serial: str
+    operator: str
+    created_utc: str
+    plan: str
+    plan_sha256: str
+    rig_sha256: str
+    probe_sha256: str
+    measured_with: str
+    written_with: str
+    complete: bool
+    unproven: str
+    points_held_back: tuple[int, ...]
+    points_taken_back: tuple[int, ...]
+    doubts: tuple[str, ...]
+
+
+class InstrumentPart(_Part, frozen=True, kw_only=True):
+    """State and hashes of cameras, probe or reference body."""
+
+    label: str
+    note: str
+
+
+class FramePart(_Part, frozen=True, kw_only=True):
+    """The frame in which everything measured is given; world to frame is ``R x + t``."""
+
+    name: str
+    rotation_from_world: Matrix
+    translation_from_world: Vector
+
+
+class ElementPart(_Part, frozen=True, kw_only=True):
+    """A nominal or actual element, mm and degrees; null for what it has not."""
+
+    point: Vector
+    direction: Vector | None
+    across: Vector | None
+    diameter: float | None
+    length: float | None
+    width: float | None
+    angle_deg: float | None
+
+
+class FeaturePart(_Part, frozen=True, kw_only=True):
+    """One feature; nominal in the part frame, actual in `FramePart`."""
+
+    name: str
+    shape: str
+    points: tuple[int, ...]
+    nominal: ElementPart | None
+    actual: ElementPart | None
+    form: float | None
+    rms: float | None
+    criterion: str
+    note: str
+
+
+class ResultPart(_Part, frozen=True, kw_only=True):
+    """One characteristic; uncertainty is U, k = 2."""
+
+    name: str
+    kind: str
+    features: tuple[str, ...]
+    datums: tuple[str, ...]
+    association: str
+    unit: str
+    nominal: float
+    lower: float
+    upper: float
+    measured: float | None
+    deviation: float | None
+    uncertainty: float | None
+    verdict: str
+    note: str
+
+
+class ObservationPart(_Part, frozen=True, kw_only=True):
+    """One point as it was stored: ball centre in the world of the job, and its raw spots, px."""
+
+    number: int
+    feature: str
+    taken_utc: str
+    time_s: float
+    first_frame: int
+    last_frame: int
+    n_frames: int
+    tip_world: Vector
+    random_covariance: Matrix
+    direction_world: Vector
+    tip_radius: float
+    rotation_world_from_probe: Matrix
+    spots: Spots
+    reference_spots: Spots | None
+    chi2_per_dof: float
+    approach: str
+
+
+class ReportFile(_Part, frozen=True, kw_only=True):
+    """The whole file."""
+
+    schema: str
+    unit: str
+    job: JobPart
+    decision_rule: str
+    temperature: str
+    reported_at_20_c: bool
+    cameras: InstrumentPart
+    probe: InstrumentPart
+    reference: InstrumentPart
+    frame: FramePart
+    features: tuple[FeaturePart, ...]
+    results: tuple[ResultPart, ...]
+    observations: tuple[ObservationPart, ...]
+
+
+def read_report(content: bytes) -> ReportFile:
+    """Return what a file holds.
+
+    Raises
+    ------
+    InputError
+        It is no report, or of another version.
+    """
+    try:
+        report = msgspec.json.decode(content, type=ReportFile)
+    except (msgspec.MsgspecError, RecursionError) as error:
+        raise InputError(
+            "report.json", f"This is no report of a job: {error}.", "Give a file of ocmm report."
+        ) from error
+    if report.schema != SCHEMA or report.unit != "mm":
+        raise InputError(
+            "report.schema",
+            f"The report is {report.schema!r} in {report.unit!r}, but {SCHEMA!r} in 'mm' is known.",
+            "Read it with the program that wrote it.",
+        )
+    return report
+
+
+def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+    (data,) = jobs
+    content = msgspec.json.encode(_file(data))
+    return {_name(data): msgspec.json.format(content, indent=1) + b"\n"}
+
+
+def _differences(
+    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+) -> list[str]:
+    (data,) = jobs
+    name = _name(data)
+    try:
+        found = read_report(files[name])
+    except InputError as error:
+        return [f"{name}: {error.what}"]
+    different = []
+    if len(found.observations) != len(data.observations):
+        different.append(f"{name}: there are {len(found.observations)} observations.")
+    for told, point in zip(found.observations, data.observations, strict=False):
+        if not _is_same(told, point):
+            different.append(f"{name}: point {point.number} is not the one that was measured.")
+    for told_result, reported in zip(found.results, data.reported, strict=False):
+        result = reported.result
+        numbers = (told_result.measured, told_result.deviation, told_result.uncertainty)
+        if numbers != (result.measured, result.deviation, result.uncertainty) or (
+            told_result.name,
+            told_result.verdict,
+        ) != (result.name, result.verdict.value):
+            different.append(f"{name}: {result.name} is not the result of the job.")
+    if found != _file(data):
+        different.append(f"{name}: it is not what was to be written.")
+    return different
+
+
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+    (data,) = jobs
+    units = Units(length_decimals=6, angle_decimals=6)
+    return (
+        head_table(data),
+        report_table(data, units),
+        features_table(data, units),
+        points_table(data, units),
+    )
+
+
+def _name(data: ReportData) -> str:
+    return f"{check_file_stem(data.stem)}.json"
+
+
+def _file(data: ReportData) -> ReportFile:
+    view, head = data.view, data.head
+    return ReportFile(
+        schema=SCHEMA,
+        unit="mm",
+        job=JobPart(
+            name=data.job,
+            uuid=head.job_uuid,
+            part=clean_text(view.part),
+            serial=clean_text(head.serial),
+            operator=clean_text(head.operator),
+            created_utc=head.created_utc,
+            plan=data.plan.name,
+            plan_sha256=head.plan_identity,
+            rig_sha256=head.rig_identity,
+            probe_sha256=head.probe_identity,
+            measured_with=head.software_version,
+            written_with=data.written_by,
+            complete=view.complete,
+            unproven=view.unproven,
+            points_held_back=tuple(view.held),
+            points_taken_back=tuple(data.annulled),
+            doubts=data.notes,
+        ),
+        decision_rule=data.plan.rule,
+        temperature=view.temperature,
+        reported_at_20_c=view.at_20_c,
+        cameras=InstrumentPart(label=data.calibration.label, note=data.calibration.note),
+        probe=InstrumentPart(label=data.probe.label, note=data.probe.note),
+        reference=InstrumentPart(label=data.reference.label, note=data.reference.note),
+        frame=FramePart(
+            name=data.system,
+            rotation_from_world=_matrix(data.frame.rotation),
+            translation_from_world=_vector(data.frame.translation),
+        ),
+        features=tuple(_feature(item) for item in data.features),
+        results=tuple(_result(item) for item in data.reported),
+        observations=tuple(
+            _observation(point, data.taken_utc.get(point.number, ""))
+            for point in data.observations
+        ),
+    )
+
+
+def _feature(feature: ReportedFeature) -> FeaturePart:
+    fit = feature.seen.fit
+    return FeaturePart(
+        name=check_name("feature", feature.name),
+        shape=feature.shape.value,
+        points=tuple(point.number for point in feature.seen.points),
+        nominal=_element(feature.nominal_element),
+        actual=_element(feature.actual_element),
+        form=None if fit is None else _finite(feature.name, fit.form),
+        rms=None if fit is None else _finite(feature.name, fit.rms),
+        criterion="" if fit is None else fit.criterion.name.lower().replace("_", " "),
+        note=feature.seen.note,
+    )
+
+
+def _result(reported: ReportedResult) -> ResultPart:
+    result = reported.result
+    name = check_name("characteristic", result.name)
+    return ResultPart(
+        name=name,
+        kind=result.kind,
+        features=result.features,
+        datums=reported.datums,
+        association=reported.association,
+        unit=reported.unit,
+        nominal=result.nominal,
+        lower=result.lower,
+        upper=result.upper,
+        measured=_finite(name, result.measured),
+        deviation=_finite(name, result.deviation),
+        uncertainty=_finite(name, result.uncertainty),
+        verdict=result.verdict.value,
+        note=result.note,
+    )
+
+
+def _finite(name: str, value: float | None) -> float | None:
+    """Return a number that JSON can hold; StorageError as every table raises it."""
+    if value is not None:
+        Units().length(name, value)
+    return value
+
+
+def _element(element: Element | None) -> ElementPart | None:
+    if element is None:
+        return None
+    return ElementPart(
+        point=_vector(element.point),
+        direction=None if element.direction is None else _vector(element.direction),
+        across=None if element.across is None else _vector(element.across),
+        diameter=element.diameter,
+        length=element.length,
+        width=element.width,
+        angle_deg=element.angle_deg,
+    )
+
+
+def _observation(point: MeasuredPoint, taken_utc: str) -> ObservationPart:
+    reference = point.reference_spots
+    return ObservationPart(
+        number=point.number,
+        feature=point.feature,
+        taken_utc=taken_utc,
+        time_s=point.time_s,
+        first_frame=point.first_frame,
+        last_frame=point.last_frame,
+        n_frames=point.n_frames,
+        tip_world=_vector(point.tip_world),
+        random_covariance=_matrix(point.random_covariance),
+        direction_world=_vector(point.direction),
+        tip_radius=point.tip_radius,
+        rotation_world_from_probe=_matrix(point.rotation_world_from_probe),
+        spots=_spots(point.spots),
+        reference_spots=None if reference is None else _spots(reference),
+        chi2_per_dof=point.chi2_per_dof,
+        approach=point.approach,
+    )
+
+
+def _is_same(told: ObservationPart, point: MeasuredPoint) -> bool:
+    """Return whether every number of a point was read back bit for bit."""
+    pairs = [
+        (np.array(told.tip_world), point.tip_world),
+        (np.array(told.random_covariance), point.random_covariance),
+        (np.array(told.direction_world), point.direction),
+        (np.array(told.rotation_world_from_probe), point.rotation_world_from_probe),
+        (np.array(told.spots, dtype=np.float64), point.spots),
+    ]
+    if point.reference_spots is not None:
+        pairs.append((np.array(told.reference_spots, dtype=np.float64), point.reference_spots))
+    return told.number == point.number and all(
+        np.array_equal(found, wanted, equal_nan=True) for found, wanted in pairs
+    )
+
+
+def _vector(array: Float) -> Vector:
+    x, y, z = (float(value) for value in array)
+    return (x, y, z)
+
+
+def _matrix(array: Float) -> Matrix:
+    a, b, c = (_vector(row) for row in array)
+    return (a, b, c)
+
+
+def _spots(spots: Float) -> Spots:
+    return tuple(
+        tuple((_seen(u), _seen(v)) for u, v in camera) for camera in spots.tolist()
+    )
+
+
+def _seen(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+JSON = Exporter("json", "JSON with raw observations", _contents, _differences, _preview)
