@@ -22,12 +22,13 @@ from ocmm_core.alignment.rules import (
     Relocation,
     SavedFrame,
 )
+from ocmm_core.alignment.three_two_one import nominal_frame as three_two_one_of_nominals
 from ocmm_core.alignment.three_two_one import three_two_one
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform
 
-__all__ = ["DatumAlignment", "datums_of", "frame_of", "part_frame", "settled"]
+__all__ = ["DatumAlignment", "datums_of", "frame_of", "nominal_frame", "part_frame", "settled"]
 
 
 def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
@@ -71,6 +72,29 @@ def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlig
     return replace(bound, choice=choice)
 
 
+def nominal_frame(bound: BoundAlignment) -> RigidTransform:
+    """Return the motion from the frame in which nominals are written to the part frame.
+
+    For a 3-2-1 alignment it is the alignment of the nominals themselves, which need not be written
+    in the frame that it makes; every other kind brings the part to its nominals.
+
+    Raises
+    ------
+    FitError
+        The nominals do not determine the frame.
+    """
+    if not isinstance(bound.rule, DatumAlignment):
+        return RigidTransform.identity()
+    for name in bound.features:
+        if name not in bound.nominals:
+            raise FitError(
+                "alignment.no_nominal",
+                f"The nominal geometry of {name} is not known.",
+                f"Give {name} a nominal point and direction.",
+            )
+    return three_two_one_of_nominals(bound.rule, bound)
+
+
 def datums_of(
     rule: PlaneAxisPoint | DatumReferenceFrame,
     geometries: Mapping[str, Float],
@@ -110,6 +134,8 @@ def _placed(
             start, choice = None, 0
             if rule.start is not None:
                 start, choice = _placed(rule.start, bound, geometries)
+                back = nominal_frame(replace(needed, rule=rule.start)).inverse()
+                start = back.compose(start)
             if isinstance(rule, BestFit):
                 return best_fit(rule, geometries, needed.nominals, start), choice
             return reference_points(rule, geometries, needed.nominals, start), choice

@@ -54,7 +54,7 @@ def three_two_one(
     if choice is not None:
         return _frame(rule, geometries, shapes, *senses[choice]), choice
     frames = [_frame(rule, geometries, shapes, *both) for both in senses]
-    misfits = np.array([_misfit(frame, geometries, bound) for frame in frames])
+    misfits = np.array([_misfit(rule, frame, geometries, bound) for frame in frames])
     best, second = np.sort(misfits)[:2]
     if not best < _PLAINLY * second:
         raise FitError(
@@ -132,14 +132,26 @@ def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) 
     return rows
 
 
+def nominal_frame(rule: DatumAlignment, bound: BoundAlignment) -> RigidTransform:
+    """Return the motion from the frame in which nominals are written to the part frame.
+
+    It is the alignment of the nominals themselves; their axes run as they are written.
+    """
+    return _frame(rule, bound.nominals, bound.shapes, 1.0, 1.0)
+
+
 def _misfit(
+    rule: DatumAlignment,
     T_part_from_world: RigidTransform,
     geometries: Mapping[str, Float],
     bound: BoundAlignment | None,
 ) -> float:
-    if bound is None:
+    if bound is None or any(name not in bound.nominals for name in rule.features):
         return 0.0
-    return misfit_of_all(T_part_from_world, _HELD, geometries, bound.shapes, bound.nominals)
+    # The nominals may stand in another frame than the one that this alignment makes.
+    T_part_from_nominal = nominal_frame(rule, bound)
+    T_nominal_from_world = T_part_from_nominal.inverse().compose(T_part_from_world)
+    return misfit_of_all(T_nominal_from_world, _HELD, geometries, bound.shapes, bound.nominals)
 
 
 def _no_direction(rule: DatumAlignment) -> FitError:

@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.alignment.datums import part_frame
+from ocmm_core.alignment.datums import part_frame, settled
+from ocmm_core.alignment.rules import BoundAlignment
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.geometry import RigidTransform
+from ocmm_core.features.constructed import constructed_features, nominal_geometries
+from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.quarantine import with_doubt
@@ -104,9 +106,8 @@ def evaluate_job(
     covariance = joint_covariance(
         reported, sensitivities, rig, body, options.contact, options.climate.part
     )
-    results = evaluate_all(
-        plan.characteristics, plan.alignment, actual, covariance, plan.rule
-    )
+    alignment = alignment_of(plan, actual)
+    results = evaluate_all(plan.characteristics, alignment, actual, covariance, plan.rule)
     judged: list[CharacteristicResult] = []
     provisional: set[str] = set()
     for item, result in zip(plan.characteristics, results, strict=True):
@@ -121,7 +122,8 @@ def evaluate_job(
 
 def features_of(plan: Plan, item: Characteristic) -> list[str]:
     """Return all features that a characteristic rests on, also those projected onto."""
-    names = list(involved_features(item, plan.alignment))
+    involved = involved_features(item, plan.alignment)
+    names = [probed for name in involved for probed in plan.probed(name)]
     names += [plane for name in names if (plane := plan.feature(name).projection)]
     return list(dict.fromkeys(names))
 
@@ -143,9 +145,9 @@ def _without_verdict(
 def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
-    """Return every feature of a plan as the points show it, or why they do not."""
+    """Return every feature of a plan, probed or constructed, as the points show it, or why not."""
     actual = actual_features(plan.features, points)
-    T_part_from_world = frame_of(plan, actual)
+    T_part_from_world = frame_of(plan, actual | _constructed(plan, actual))
     if T_part_from_world is not None:
         actual |= compensate_by_plan(plan.features, points, T_part_from_world)
     for name, feature in actual.items():
@@ -156,20 +158,54 @@ def checked_features(
         plane = actual.get(nominal.projection)
         if isinstance(plane, FitError):
             actual[nominal.name] = plane
-    return actual
+    return actual | _constructed(plan, actual)
+
+
+def _constructed(
+    plan: Plan, actual: Mapping[str, ActualFeature | FitError]
+) -> dict[str, ActualFeature | FitError]:
+    if not plan.constructions:
+        return {}
+    nominals = nominal_geometries(plan.features, plan.constructions)
+    return constructed_features(plan.constructions, actual, nominals)
+
+
+def alignment_of(
+    plan: Plan, actual: Mapping[str, ActualFeature | FitError]
+) -> BoundAlignment | None:
+    """Return the alignment as results are computed with it: bound to nominals, senses settled.
+
+    While its features are not measured the senses are left open.
+    """
+    bound = plan.bound_alignment
+    if bound is None:
+        return None
+    try:
+        return settled(bound, _measured(actual))
+    except OcmmError:
+        return bound
 
 
 def frame_of(
     plan: Plan, actual: Mapping[str, ActualFeature | FitError]
 ) -> RigidTransform | None:
     """Return the part frame, or None while its datums are not measured."""
-    if plan.alignment is None:
+    bound = plan.bound_alignment
+    if bound is None:
         return None
     measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
     try:
-        return part_frame(plan.alignment, measured)
+        return part_frame(bound, measured)
     except OcmmError:
         return None
+
+
+def _measured(actual: Mapping[str, ActualFeature | FitError]) -> dict[str, Float]:
+    return {
+        name: feature.fit.geometry
+        for name, feature in actual.items()
+        if isinstance(feature, ActualFeature)
+    }
 
 
 def _scattered(feature: ActualFeature) -> FitError:

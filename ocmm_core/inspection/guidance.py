@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.alignment.datums import frame_of as frame_of_geometries
+from ocmm_core.alignment.datums import nominal_frame
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.nominal import nominal_geometry
@@ -106,11 +106,11 @@ def aligned_nominals(
     of the nominals themselves is the way between the two.
     """
     T_part_from_world = frame_of(plan, actual)
-    if T_part_from_world is None or plan.alignment is None:
+    bound = plan.bound_alignment
+    if T_part_from_world is None or bound is None:
         return None
-    nominals = {item.name: nominal_geometry(item) for item in plan.features}
     try:
-        T_part_from_nominal = frame_of_geometries(plan.alignment, nominals)
+        T_part_from_nominal = nominal_frame(bound)
     except OcmmError:
         return None
     return T_part_from_nominal.inverse().compose(T_part_from_world)

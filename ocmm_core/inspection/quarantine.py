@@ -97,7 +97,8 @@ def with_doubt(
     if not held:
         return result
     item = next(item for item in plan.characteristics if item.name == result.name)
-    features = list(involved_features(item, plan.alignment))
+    involved = involved_features(item, plan.alignment)
+    features = [probed for name in involved for probed in plan.probed(name)]
     # What is projected onto a plane rests on it, too.
     features += [plane for name in features if (plane := plan.feature(name).projection)]
     notes = [note for name in features if (note := feature_note(name, points, held))]

@@ -3,74 +3,63 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.alignment.datums import DatumAlignment, frame_of
+from ocmm_core.alignment.datums import frame_of
+from ocmm_core.alignment.rules import AnyAlignment, BoundAlignment, frame_name
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.shapes import GEOMETRY_SIZE, MINIMUM_POINTS
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.characteristic import (
+    COAXIAL,
+    FORMS,
+    ORIENTATIONS,
+    PROFILES,
+    RUNOUTS,
+    SIZES,
+    ZONES,
+    Characteristic,
+)
 from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.form import form
+from ocmm_core.tolerances.location import coaxiality, position
+from ocmm_core.tolerances.measure import geometry_value
+from ocmm_core.tolerances.orientation import orientation
+from ocmm_core.tolerances.points import points_note
+from ocmm_core.tolerances.profile import profile
+from ocmm_core.tolerances.runout import runout
+from ocmm_core.tolerances.size import associated_size, own_association, size_words
+from ocmm_core.tolerances.symmetry import symmetry
+from ocmm_core.tolerances.zone_frame import ZoneFrame, frame_of_part, moved_geometry
 
-_AXES = "xyz"
 _STEP = 1e-5
 """Step of the central differences over geometry: mm, and for directions a fraction of one."""
 
 _SHORTEST_MM = 1e-3
 """A distance below it is bent within the step: differences would make it look certain."""
+_FLATTEST_DEG = 0.01
+"""The same for an angle near zero, straight or at the fold of an acute one."""
 
 _NOTHING = 1e-6
 """Gradients below it are rounding: no point moves the value."""
 
 
-def characteristic_value(
-    characteristic: Characteristic,
-    geometries: Mapping[str, Float],
-    alignment: DatumAlignment | None,
-) -> float:
-    """Return the value, mm, of a diameter, distance or coordinate.
-
-    Parameters
-    ----------
-    geometries
-        Geometry vectors (12,) by name (`features.shapes.Fit`), in one frame.
-    alignment
-        Rule of the part frame; only coordinates need it.
-
-    Raises
-    ------
-    FitError
-        There is no part frame.
-    KeyError
-        A feature of the characteristic is not among the geometries.
-    """
-    first = geometries[characteristic.features[0]]
-    if characteristic.kind == "diameter":
-        return 2.0 * float(first[6])
-    if characteristic.kind == "distance":
-        return _distance(first, geometries[characteristic.features[1]])
-    if alignment is None:
-        raise FitError(
-            "characteristic.no_frame",
-            f"{characteristic.name} needs a part frame, and the plan has no alignment.",
-            "Add an alignment to the plan.",
-        )
-    T_part_from_world = frame_of(alignment, geometries)
-    return float(T_part_from_world.apply(first[0:3])[_AXES.index(characteristic.axis)])
-
-
 def evaluate(
     characteristic: Characteristic,
     actual: Mapping[str, ActualFeature],
-    alignment: DatumAlignment | None,
+    alignment: AnyAlignment | None,
 ) -> Evaluation:
     """Return value and gradient of a characteristic.
 
-    Geometry is differentiated by central differences, and chained with the jacobians of the
-    features. Form is the range of the residuals; its gradient is that of the two extreme points
-    and says how certain that range is, not how much of it noise has made.
+    Parameters
+    ----------
+    actual
+        Features as measured, by name; at least those of `involved_features`.
+    alignment
+        Rule of the part frame, bound to nominals where its kind needs them.
 
     Raises
     ------
@@ -79,17 +68,141 @@ def evaluate(
         two in one place no distance, as few points as the shape needs no form, the origin of the
         part frame no coordinate.
     """
-    for name in involved_features(characteristic, alignment):
+    names = involved_features(characteristic, alignment)
+    for name in names:
         if name not in actual:
             raise FitError(
                 "characteristic.not_measured",
                 f"{characteristic.name} needs {name}, which is not measured.",
                 f"Measure {name}.",
             )
-    if characteristic.kind == "form":
-        return _form(actual[characteristic.features[0]])
+    involved = {name: actual[name] for name in names}
+    found = _evaluated(characteristic, involved, alignment)
+    moving = found.gradient if found.component_gradients is None else found.component_gradients
+    if float(np.abs(moving).max()) < _NOTHING:
+        raise FitError(
+            "characteristic.by_definition",
+            f"{characteristic.name} is fixed by the part frame itself, whatever the part is like.",
+            "Leave it out, or align to other features.",
+        )
+    note = points_note(characteristic, [actual[name] for name in characteristic.features])
+    return replace(found, note=f"{found.note} {note}".strip())
+
+
+def involved_features(
+    characteristic: Characteristic, alignment: AnyAlignment | None
+) -> tuple[str, ...]:
+    """Return the names of all features that the value rests on, each once."""
+    names = dict.fromkeys((*characteristic.features, *characteristic.datums))
+    if needs_part_frame(characteristic) and alignment is not None:
+        names |= dict.fromkeys(alignment.features)
+    return tuple(names)
+
+
+def needs_part_frame(characteristic: Characteristic) -> bool:
+    """Return whether the value refers to the part frame of the plan's alignment."""
+    match characteristic.kind:
+        case "coordinate":
+            return True
+        case "distance":
+            return characteristic.axis != ""
+        case "position":
+            return not characteristic.datums
+    return False
+
+
+def _evaluated(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+) -> Evaluation:
+    first = actual[characteristic.features[0]]
+    kind = characteristic.kind
+    own = own_association(first)
+    if kind in SIZES and characteristic.association not in ("", own):
+        return associated_size(characteristic, first)
+    if kind not in ZONES:
+        found = _from_geometry(characteristic, actual, alignment)
+        return replace(found, association=size_words(own) if kind in SIZES else own)
+    if kind in FORMS:
+        return form(characteristic, first)
+    if kind in ORIENTATIONS:
+        found = orientation(characteristic, actual)
+    elif kind == "position":
+        found = position(characteristic, actual, lambda: _part(characteristic, actual, alignment))
+    elif kind in COAXIAL:
+        found = coaxiality(characteristic, actual)
+    elif kind == "symmetry":
+        found = symmetry(characteristic, actual)
+    elif kind in PROFILES:
+        found = profile(characteristic, actual)
+    else:
+        found = runout(characteristic, actual)
+    points = kind in PROFILES | RUNOUTS or (
+        first.fit.shape is Shape.PLANE and first.touches is not None
+    )
+    return replace(found, association="all points" if points else own)
+
+
+def _part(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+) -> ZoneFrame:
+    if alignment is None:
+        raise FitError(
+            "characteristic.no_frame",
+            f"{characteristic.name} needs datums or a part frame, and the plan has neither.",
+            "Name its datums, or add an alignment to the plan.",
+        )
+    return frame_of_part(
+        lambda geometries: frame_of(alignment, geometries),
+        alignment.features,
+        actual,
+        _frame_words(alignment),
+    )
+
+
+def _frame_words(alignment: AnyAlignment) -> str:
+    if isinstance(alignment, BoundAlignment):
+        return alignment.frame
+    return frame_name(alignment)
+
+
+def _from_geometry(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+) -> Evaluation:
+    """Return a size, distance, coordinate or angle, by central differences over the geometry."""
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
-    value = characteristic_value(characteristic, geometries, alignment)
+    shapes = {name: feature.fit.shape for name, feature in actual.items()}
+
+    def value_of(moved: Mapping[str, Float]) -> float:
+        return geometry_value(characteristic, moved, shapes, alignment)
+
+    value = value_of(geometries)
+    _refuse_folded(characteristic, value, shapes)
+    gradient = np.zeros(next(iter(actual.values())).jacobian.shape[1])
+    for name, feature in actual.items():
+        slope = np.zeros(GEOMETRY_SIZE)
+        for k in range(GEOMETRY_SIZE):
+            if np.any(feature.jacobian[k]):
+                ahead, behind = (
+                    value_of(moved_geometry(geometries, name, k, step))
+                    for step in (_STEP, -_STEP)
+                )
+                slope[k] = (ahead - behind) / (2.0 * _STEP)
+        gradient += slope @ feature.jacobian
+    in_part = needs_part_frame(characteristic) and alignment is not None
+    words = _frame_words(alignment) if in_part and alignment is not None else ""
+    return Evaluation(value, gradient, frame=words)
+
+
+def _refuse_folded(
+    characteristic: Characteristic, value: float, shapes: Mapping[str, Shape]
+) -> None:
+    """Raise FitError where a value is at a fold, so that differences would make it look certain."""
     if characteristic.kind == "distance" and value < _SHORTEST_MM:
         raise FitError(
             "characteristic.no_distance",
@@ -97,78 +210,15 @@ def evaluate(
             "uncertainty that could be stated.",
             "Tolerance the coordinates of the features instead.",
         )
-    gradient = np.zeros(next(iter(actual.values())).jacobian.shape[1])
-    for name in involved_features(characteristic, alignment):
-        slope = _slope(characteristic, geometries, alignment, name)
-        gradient += slope @ actual[name].jacobian
-    if float(np.abs(gradient).max()) < _NOTHING:
+    if characteristic.kind != "angle" or len(characteristic.features) == 1:
+        return
+    folds = [0.0, 180.0]
+    if not all(shapes[name] is Shape.PLANE for name in characteristic.features):
+        folds.append(90.0)
+    if min(abs(value - fold) for fold in folds) < _FLATTEST_DEG:
         raise FitError(
-            "characteristic.by_definition",
-            f"{characteristic.name} is fixed by the part frame itself, whatever the part is like.",
-            "Leave it out, or align to other features.",
+            "characteristic.no_angle",
+            f"The angle of {characteristic.name} has no sense at {value:.3f} degrees, and so no "
+            "uncertainty that could be stated.",
+            "Tolerance parallelism, perpendicularity or angularity instead.",
         )
-    return Evaluation(value, gradient)
-
-
-def _form(feature: ActualFeature) -> Evaluation:
-    residuals = feature.fit.residuals
-    minimum = MINIMUM_POINTS[feature.fit.shape]
-    if len(residuals) <= minimum:
-        # The element passes through all of them; zero would look like a perfect part.
-        raise FitError(
-            "characteristic.no_form",
-            f"{feature.nominal.name} has {len(residuals)} points; a "
-            f"{feature.fit.shape.value.lower()} shows a form from {minimum + 1} points on.",
-            "Take more points.",
-        )
-    high, low = int(np.argmax(residuals)), int(np.argmin(residuals))
-    by_residual = feature.residual_jacobian
-    return Evaluation(feature.fit.form, by_residual[high] - by_residual[low])
-
-
-def involved_features(
-    characteristic: Characteristic, alignment: DatumAlignment | None
-) -> tuple[str, ...]:
-    """Return the names of all features that the value rests on, each once."""
-    names = dict.fromkeys(characteristic.features)
-    if characteristic.kind == "coordinate" and alignment is not None:
-        names |= dict.fromkeys(alignment.features)
-    return tuple(names)
-
-
-def _distance(first: Float, second: Float) -> float:
-    """Return the distance of two elements, never negative.
-
-    Where one of them is a plane, along its normal to the point of the other; between two planes
-    along the second one's normal at the first one's centroid; else between the centres.
-    """
-    if _is_plane(second):
-        return abs(float((first[0:3] - second[0:3]) @ second[3:6]))
-    if _is_plane(first):
-        return abs(float((second[0:3] - first[0:3]) @ first[3:6]))
-    return float(np.linalg.norm(first[0:3] - second[0:3]))
-
-
-def _is_plane(geometry: Float) -> bool:
-    """Return whether an element that a distance may name is a plane: a direction, no radius."""
-    return bool(np.any(geometry[3:6]) and geometry[6] == 0.0)
-
-
-def _slope(
-    characteristic: Characteristic,
-    geometries: dict[str, Float],
-    alignment: DatumAlignment | None,
-    name: str,
-) -> Float:
-    """Return d(value) / d(geometry of one feature), (12,)."""
-    slope = np.zeros(GEOMETRY_SIZE)
-    for k in range(GEOMETRY_SIZE):
-        values = []
-        for sign in (1.0, -1.0):
-            moved = geometries[name].copy()
-            moved[k] += sign * _STEP
-            values.append(
-                characteristic_value(characteristic, {**geometries, name: moved}, alignment)
-            )
-        slope[k] = (values[0] - values[1]) / (2.0 * _STEP)
-    return slope

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment.rules import AnyAlignment
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float
@@ -23,7 +23,7 @@ from ocmm_core.tolerances.spread import spreads_of
 
 def evaluate_all(
     characteristics: Sequence[Characteristic],
-    alignment: DatumAlignment | None,
+    alignment: AnyAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
     covariance: Float | None,
     rule: Rule,
@@ -49,7 +49,7 @@ def evaluate_all(
 
 def _evaluated(
     characteristic: Characteristic,
-    alignment: DatumAlignment | None,
+    alignment: AnyAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
     covariance: Float | None,
     samples: Sequence[FormSample],
