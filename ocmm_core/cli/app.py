@@ -54,6 +54,12 @@ from ocmm_core.cli.options import (
 from ocmm_core.cli.probe import probe_app
 from ocmm_core.cli.probe_status import mount_tip, probe_history, probe_status
 from ocmm_core.cli.rig import rig_app
+from ocmm_core.cli.stream_options import (
+    StreamHostOption,
+    StreamOption,
+    StreamTokenOption,
+    stream_options,
+)
 from ocmm_core.cli.study import study_app
 from ocmm_core.cli.truth import true_values
 from ocmm_core.cli.write_cameras import write_cameras
@@ -179,6 +185,9 @@ def measure(
     compensate_part: CompensatePartOption = False,
     temperature_sigma: TemperatureSigmaOption = 0.5,
     force: ForceOption = False,
+    stream: StreamOption = None,
+    stream_host: StreamHostOption = "127.0.0.1",
+    stream_token: StreamTokenOption = None,
 ) -> None:
     """Measure a part by a plan, and write the job file and the PolyWorks report.
 
@@ -195,6 +204,7 @@ def measure(
             compensate_probe, compensate_part,
         ),
         method="thesis" if thesis else "gauss-newton",
+        stream=stream_options(stream, stream_host, stream_token),
     )  # fmt: skip
     _measure(request, with_truth=False)
 

@@ -108,6 +108,7 @@ def build_station(request: StationRequest) -> BuiltStation:
                 live_source=feed.live,
                 intent=_intent(feed.virtual) if feed.virtual is not None else None,
                 pause=timedelta(hours=request.check_after_h),
+                stream=request.stream,
             ),
             recorder,
         )

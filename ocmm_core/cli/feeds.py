@@ -31,6 +31,7 @@ from ocmm_core.simulation.sensor import SensorOptions
 from ocmm_core.simulation.source import SimulatedSource
 from ocmm_core.simulation.virtual_bus import VirtualBus
 from ocmm_core.simulation.world import WorldOptions
+from ocmm_core.station.stream_server import StreamOptions
 from ocmm_core.tracking.pose import Method
 
 _AHEAD_S = 0.2
@@ -83,6 +84,8 @@ class StationRequest:
         Temperatures of probe and part, and what is to be compensated for them.
     reference
         Document of the reference body to which everything is given; None without one.
+    stream
+        How points and poses are given to other programs; None where they are not.
     """
 
     plan: Path
@@ -109,6 +112,7 @@ class StationRequest:
     check_after_h: float = 8.0
     climate: ClimateRequest = field(default_factory=ClimateRequest)
     reference: Path | None = None
+    stream: StreamOptions | None = None
 
 
 _STOP_S = 3.0

@@ -55,6 +55,9 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
         station.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
         station.failed.connect(lambda error: console.print(f"[red]{error.what}[/] {error.remedy}"))
         station.start()
+        if station.stream is not None:
+            host, port = station.stream.address
+            console.print(f"Stream  {host}:{port}", highlight=False)
         _print_probe(console, station.probe_view())
         _wait(built, console)
         view = station.job()

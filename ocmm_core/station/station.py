@@ -49,6 +49,7 @@ from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.change_watch import ChangeWatch
 from ocmm_core.station.live import LiveState
 from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
+from ocmm_core.station.stream_server import StreamOptions, StreamServer
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
 from ocmm_core.tracking.reference_body import ReferenceBody
@@ -90,6 +91,8 @@ class StationOptions:
         None where the active feature of the session takes every point.
     pause
         After so long without a point or a check the tip must be checked.
+    stream
+        How points and poses are given to other programs; None where they are not.
     """
 
     session: SessionOptions
@@ -97,6 +100,7 @@ class StationOptions:
     live_source: bool = False
     intent: Callable[[int], str | None] | None = None
     pause: timedelta = PAUSE
+    stream: StreamOptions | None = None
 
 
 class MeasuringStation:
@@ -163,9 +167,21 @@ class MeasuringStation:
         self._drained = threading.Event()
         self._thread: threading.Thread | None = None
         self._last_status: AcquisitionStatus | None = None
+        self.stream: StreamServer | None = None
+        """What other programs read points and poses from; None where they do not."""
+        if options.stream is not None:
+            self.stream = StreamServer(self, job.path.stem, options.stream)
 
     def start(self) -> None:
-        """Start acquisition and reconstruction."""
+        """Start acquisition and reconstruction, and the stream where one is wanted.
+
+        Raises
+        ------
+        MeasuringError
+            The address of the stream cannot be had; nothing runs then.
+        """
+        if self.stream is not None:
+            self.stream.start()
         self._probe.start()
         calibration, probe = self.calibration(), self.probe_view()
         unproven = calibration.unproven
@@ -201,6 +217,8 @@ class MeasuringStation:
         self.request_stop()
         if not self.join(_STOP_S):
             _log.error("The acquisition did not end within %s s.", _STOP_S)
+        if self.stream is not None and not self.stream.close():
+            _log.error("The stream did not end in time.")
         self._last_status = self.acquisition_status()
         if self._bus is not None:
             self._bus.close()

@@ -120,12 +120,7 @@ class StreamServer:
     """
 
     def __init__(self, source: StreamSource, job: str, options: StreamOptions) -> None:
-        if not _is_loopback(options.host) and len(options.token) < SHORTEST_TOKEN:
-            raise InputError(
-                "stream.token",
-                f"The stream would be open to everybody who can reach {options.host}.",
-                f"Give a token of {SHORTEST_TOKEN} characters or more, or listen on 127.0.0.1.",
-            )
+        check_stream(options)
         self._source = source
         self._job = job
         self._options = options
@@ -365,6 +360,16 @@ class StreamServer:
             return
         self._selector.unregister(client.connection)
         client.connection.close()
+
+
+def check_stream(options: StreamOptions) -> None:
+    """Raise InputError if the stream would be open to others without a token worth the name."""
+    if not _is_loopback(options.host) and len(options.token) < SHORTEST_TOKEN:
+        raise InputError(
+            "stream.token",
+            f"The stream would be open to everybody who can reach {options.host}.",
+            f"Give a token of {SHORTEST_TOKEN} characters or more, or listen on 127.0.0.1.",
+        )
 
 
 def _is_loopback(host: str) -> bool:
