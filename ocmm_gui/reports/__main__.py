@@ -27,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     application = QGuiApplication.instance() or QGuiApplication([])
     try:
         for job in options.jobs:
-            sys.stdout.write(f"{write_pdf(report_of_job(reopen_job(job)), options.out, {})}\n")
+            sys.stdout.write(f"{write_pdf(report_of_job(reopen_job(job)), options.out)}\n")
     except OcmmError as error:
         sys.stderr.write(f"{error.what} {error.remedy}\n")
         return 2

@@ -12,6 +12,8 @@ from PySide6.QtGui import QColor, QImage, QPageLayout, QPageSize, QPainter, QPdf
 
 from ocmm_core.errors import StorageError
 from ocmm_core.export.files import write_together
+from ocmm_core.export.profile import polyworks_profile
+from ocmm_core.export.registry import EXPORTERS
 from ocmm_core.export.report_data import ReportData
 from ocmm_gui.reports.canvas import BOTTOM, LEFT, PAGE, SMALL, WIDTH, Canvas, paint_text
 from ocmm_gui.reports.plots import deviations, picture
@@ -80,9 +82,16 @@ def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
     return made
 
 
-def write_pdf(data: ReportData, folder: Path, attachments: Mapping[str, bytes]) -> Path:
-    """Write ``<job>_report.pdf``, and return its path; errors as `pdf_bytes`, or not writable."""
+def write_pdf(data: ReportData, folder: Path) -> Path:
+    """Write ``<job>_report.pdf`` with the JSON report inside, and return its path.
+
+    Raises
+    ------
+    StorageError
+        As `pdf_bytes`, or the folder cannot be written.
+    """
     path = Path(folder) / f"{data.stem}_report.pdf"
+    attachments = EXPORTERS["json"].contents((data,), polyworks_profile())
     write_together({path: pdf_bytes(data, attachments)})
     return path
 

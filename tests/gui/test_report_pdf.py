@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -22,8 +23,6 @@ from ocmm_gui.reports import pdf
 from ocmm_gui.reports.canvas import PAGE, Canvas
 from ocmm_gui.reports.sections import overall
 from ocmm_gui.reports.symbols import has_symbol, paint_symbol
-
-RAW = b'{"schema": "of a test"}'
 
 
 @pytest.fixture(scope="module")
@@ -99,11 +98,12 @@ def test_a_part_without_results_is_not_measured(data: ReportData) -> None:
 def test_the_file_is_whole_and_holds_the_numbers_for_programs(
     data: ReportData, tmp_path: Path
 ) -> None:
-    path = pdf.write_pdf(data, tmp_path, {"job.json": RAW})
+    path = pdf.write_pdf(data, tmp_path)
     made = path.read_bytes()
     assert path.name == f"{data.stem}_report.pdf"
     assert made.startswith(b"%PDF-")
-    assert RAW in pdf.streams(made)
+    inside = [stream for stream in pdf.streams(made) if b"ocmm.report/" in stream]
+    assert json.loads(inside[0])["job"]["uuid"] == data.head.job_uuid
 
 
 @pytest.mark.usefixtures("qapp")
@@ -112,7 +112,7 @@ def test_a_file_without_what_was_put_in_is_not_kept(
 ) -> None:
     monkeypatch.setattr(pdf, "streams", lambda made: [])
     with pytest.raises(StorageError) as caught:
-        pdf.write_pdf(data, tmp_path, {"job.json": RAW})
+        pdf.write_pdf(data, tmp_path)
     assert caught.value.code == "export.pdf"
     assert list(tmp_path.iterdir()) == []
 
