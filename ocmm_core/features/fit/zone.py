@@ -20,7 +20,7 @@ from ocmm_core.features.fit.zone_elements import (
     task_of,
     unscaled,
 )
-from ocmm_core.features.fit.zone_solver import Zone, best_zone, zone_at
+from ocmm_core.features.fit.zone_solver import Zone, best_zone, polished, zone_at
 from ocmm_core.features.fit.zone_surfaces import (
     CONE,
     FLAT_LINE,
@@ -47,6 +47,8 @@ STARTS_BROAD = 40
 BROAD = 0.01
 """Width of the zone against the size of the points from which local minima lie far apart."""
 FEW_POINTS = 12
+POLISHES = 4
+WELL_BALANCED = 1e-12
 
 
 def fit_zone(start: Fit, points: Points3) -> Fit:
@@ -155,10 +157,27 @@ def search(task: Task) -> Zone:
     """Return the best zone from as many starts as the points call for."""
     first = zone_at(task.surface, task.points, task.start)
     found, _ = distances(task.surface, task.start.local(task.points), task.start.size)
-    if np.ptp(found) <= 8.0 * task.noise * max(1.0, float(np.abs(found).max())):
+    if np.ptp(found) <= _noise(task, found):
         return first
     few = len(task.points) <= FEW_POINTS or np.ptp(found) > BROAD
-    return best_zone(task.surface, task.points, task.start, STARTS_BROAD if few else STARTS)
+    zone = best_zone(task.surface, task.points, task.start, STARTS_BROAD if few else STARTS)
+    return balanced(task, zone)
+
+
+def balanced(task: Task, zone: Zone) -> Zone:
+    """Return the zone with its contacts in balance to rounding, as far as Newton steps reach."""
+    found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.size)
+    for _ in range(POLISHES):
+        balance = balance_of(task, zone.placed, _noise(task, found))
+        if balance.unbalanced < WELL_BALANCED:
+            break
+        coded = np.where(balance.signs > 0.0, 0, len(task.points)) + balance.contacts
+        zone = polished(task.surface, task.points, zone, coded, balance.forces)
+    return zone
+
+
+def _noise(task: Task, found: Float) -> float:
+    return 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
 
 
 def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit:
@@ -172,7 +191,7 @@ def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit
     surface, placed = task.surface, zone.placed
     found, _ = distances(surface, placed.local(task.points), placed.size)
     offset = _offset(surface, task.shape, zone)
-    noise = 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
+    noise = _noise(task, found)
     if max(abs(offset), float(np.abs(placed.origin).max()), placed.size) > LARGEST_RADIUS:
         raise degenerate(
             task.shape,
@@ -273,5 +292,6 @@ def zone_derivatives(
     n = len(task.points)
     by_all = np.tile(by_centroid[:, None, :] / n, (1, n, 1))
     world = by_contact.reshape(GEOMETRY_SIZE, c, 3) @ placed.frame.T
-    np.add.at(by_all, (slice(None), rows), world)
+    for i, row in enumerate(rows):
+        by_all[:, row] += world[:, i]
     return geometry, by_all.reshape(GEOMETRY_SIZE, 3 * n)

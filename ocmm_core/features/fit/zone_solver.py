@@ -11,7 +11,7 @@ squared over the radius. The starts lie where the least-squares residuals grow b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,8 +26,16 @@ from ocmm_core.features.fit.zone_surfaces import (
 from ocmm_core.geometry import Float, Int
 
 MAX_STEPS = 200
+FEWER_STEPS = 40
+"""From a further start; most settle within fifteen."""
+FARTHEST = 1e3
+"""Distance of an axis or centre from the points, against their size, where a start is given up."""
 SETTLED = 4e-16
 """Predicted gain of zone width, against the distances, that is rounding."""
+POLISHES = 3
+"""Newton steps after the width has settled."""
+CLOSE = 1e-5
+"""Longest of these, against the distances."""
 LARGEST_LEAN = 0.7
 """A step leans the axis and opens a cone by no more than this; lengths by twice the size."""
 NEARLY_FLAT = 1e-4
@@ -84,8 +92,9 @@ def natural_steps(surface: Surface, points: Float, placed: Placed) -> Float:
 
 
 def settle(
-    surface: Surface, points: Float, start: Placed, steps: Float, radius: float
-) -> Zone:
+    surface: Surface, points: Float, start: Placed, steps: Float, radius: float,
+    most: int = MAX_STEPS,
+) -> Zone:  # fmt: skip
     """Return the local optimum that is reached from ``start``.
 
     Parameters
@@ -100,29 +109,40 @@ def settle(
         (k, k): see `natural_steps`.
     radius
         First size of the trust region, in these.
+    most
+        Number of steps after which it is given up.
     """
     zone = zone_at(surface, points, start)
     limit = np.where(np.isin(surface.free, (3, 4, 5)), LARGEST_LEAN, 2.0)
     greatest = float(np.min(limit[:, None] / np.maximum(np.abs(steps), 1e-300)))
     radius = min(radius, greatest)
-    for _ in range(MAX_STEPS):
+    polishes = 0
+    for _ in range(most):
         placed = zone.placed
         local = placed.local(points)
         found, slopes = distances(surface, local, placed.size)
-        scale = float(np.abs(found).max())
+        scale = max(1.0, float(np.abs(found).max()))
         middle = 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
         # From here on distances are counted from the middle: their differences stay exact.
         found = found - middle
         by_step = slopes[:, surface.free] @ steps
         step, basis, multipliers, gain = _linear_step(surface, found, by_step, radius)
-        if gain <= SETTLED * scale:
-            return Zone(placed, zone.upper, zone.lower, settled=True)
-        contacts = basis[basis < 2 * len(points)]
+        held = basis < 2 * len(points)
         newton = _newton_step(
-            surface, local, placed.size, found, by_step, steps, contacts,
-            multipliers[basis < 2 * len(points)],
+            surface, local, placed.size, middle, found, by_step, steps, basis[held],
+            multipliers[held], greatest,
         )  # fmt: skip
-        if newton is not None and np.abs(newton).max() <= 4.0 * radius:
+        if gain <= SETTLED * scale:
+            settled = replace(zone, settled=True)
+            # Where curvature holds the element, its place is still rough when its width is not.
+            if newton is None or polishes == POLISHES or np.abs(newton).max() > CLOSE * scale:
+                return settled
+            moved = zone_at(surface, points, _after(surface, placed, steps @ newton))
+            if moved.width > zone.width + 4.0 * SETTLED * scale:
+                return settled
+            zone, polishes = moved, polishes + 1
+            continue
+        if newton is not None:
             moved = zone_at(surface, points, _after(surface, placed, steps @ newton))
             if zone.width - moved.width > 0.25 * gain:
                 zone, radius = moved, min(max(radius, 2.0 * np.abs(newton).max()), greatest)
@@ -136,6 +156,8 @@ def settle(
         if won > 0.0:
             zone = moved
         elif radius < 1e-17:
+            break
+        if np.abs(zone.placed.origin).max() > FARTHEST:
             break
     return zone
 
@@ -157,17 +179,25 @@ def _linear_step(
     return step, basis, multipliers, float(gain)
 
 
-def _after(surface: Surface, placed: Placed, free_step: Float) -> Placed:
+def _full(surface: Surface, free_step: Float) -> Float:
     step = np.zeros(STEP_SIZE)
     step[list(surface.free)] = free_step
-    return placed.moved(step)
+    return step
+
+
+def _after(surface: Surface, placed: Placed, free_step: Float) -> Placed:
+    return placed.moved(_full(surface, free_step))
 
 
 def _newton_step(
-    surface: Surface, local: Float, size: float, found: Float, by_step: Float, steps: Float,
-    contacts: Int, multipliers: Float,
+    surface: Surface, local: Float, size: float, middle: float, found: Float, by_step: Float,
+    steps: Float, contacts: Int, multipliers: Float, limit: float,
 ) -> Float | None:  # fmt: skip
-    """Return the step to where all ``contacts`` touch and their forces balance, or None."""
+    """Return the step to where all ``contacts`` touch and their forces balance.
+
+    None where there is no such step shorter than ``limit``. Distances ``found`` are counted from
+    ``middle``.
+    """
     n, k = by_step.shape
     rows = contacts % n
     signs = np.where(contacts < n, 1.0, -1.0)
@@ -191,11 +221,19 @@ def _newton_step(
     right[k] = -1.0
     if surface.lower:
         right[k + 1] = 1.0
-    try:
-        solution = np.linalg.solve(matrix, right)
-    except np.linalg.LinAlgError:
-        return None
-    return solution[:k] if np.isfinite(solution).all() else None
+    step: Float = np.zeros(k)
+    for _ in range(2):
+        # The second round counts with the distances after the first: contacts that curve away
+        # would else undo what a step along them gains (N. Maratos).
+        try:
+            step = np.asarray(np.linalg.solve(matrix, right)[:k], dtype=np.float64)
+        except np.linalg.LinAlgError:
+            return None
+        if not np.abs(step).max() < limit:
+            return None
+        there, _ = distances(surface, local[rows], size, _full(surface, steps @ step))
+        right[unknowns:] = -(there - middle - by_step[rows] @ step)
+    return step
 
 
 def start_pattern(k: int, count: int) -> Float:
@@ -242,7 +280,40 @@ def best_zone(
         free_step = steps @ direction
         lean = np.abs(free_step[np.isin(surface.free, (3, 4, 5))]).max(initial=0.0)
         free_step *= min(1.0, LARGEST_LEAN / max(lean, 1e-300))
-        there = settle(surface, points, _after(surface, start, free_step), steps, spread)
-        if there.width < best.width and there.settled:
+        begun = _after(surface, start, free_step)
+        there = settle(surface, points, begun, steps, spread, FEWER_STEPS)
+        if there.settled and (there.width < best.width or not best.settled):
             best = there
     return best
+
+
+def polished(
+    surface: Surface, points: Float, zone: Zone, contacts: Int, multipliers: Float
+) -> Zone:
+    """Return the zone after one Newton step on given contacts, or the same if that is wider.
+
+    Parameters
+    ----------
+    surface, points
+        As in `settle`.
+    zone
+        A settled one.
+    contacts
+        (c,): coded as in `zone_kernel`.
+    multipliers
+        (c,): their forces.
+    """
+    placed = zone.placed
+    steps = natural_steps(surface, points, placed)
+    local = placed.local(points)
+    found, slopes = distances(surface, local, placed.size)
+    middle = 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
+    step = _newton_step(
+        surface, local, placed.size, middle, found - middle, slopes[:, surface.free] @ steps,
+        steps, contacts, multipliers, CLOSE,
+    )  # fmt: skip
+    if step is None:
+        return zone
+    moved = zone_at(surface, points, _after(surface, placed, steps @ step))
+    rounding = 4.0 * SETTLED * max(1.0, float(np.abs(found).max()))
+    return replace(moved, settled=True) if moved.width <= zone.width + rounding else zone
