@@ -3,7 +3,9 @@
 Every touch leaves the ball's centre one radius away from the surface, along the surface's own
 normal there. The ball centres of a sphere, cylinder or bore therefore lie on an element with the
 same centre or axis whose radius differs by that of the ball, and those of a plane on one shifted by
-it. Compensating the element, not every point along its approach, keeps the error of a slanting
+it; a cone moves along its own normal, slots, rectangles and the tube of a torus grow on all sides.
+What lies one radius off an ellipse is no ellipse: its fit keeps the distance instead. Compensating
+the element, not every point along its approach, keeps the error of a slanting
 approach out of the result; the approach only says on which side the material is.
 """
 
@@ -15,14 +17,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import distance_derivatives, fit_circle_projected, fit_shape
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import GEOMETRY_SIZE, MINIMUM_POINTS, Fit, Shape, make_fit
+from ocmm_core.features.fit import (
+    distance_derivatives,
+    fit_circle_projected,
+    fit_ellipse,
+    fit_ellipse_projected,
+    fit_shape,
+    fit_slot_projected,
+)
+from ocmm_core.features.nominal import CRITERIA, NominalFeature
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    GEOMETRY_SIZE,
+    HALF_ANGLE,
+    MINIMUM_POINTS,
+    RADIUS,
+    SECOND,
+    Criterion,
+    Fit,
+    Shape,
+    make_fit,
+)
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.point import MeasuredPoint
 
 SAME_RADIUS = 1e-9
 """mm: tip radii that differ by more belong to different balls."""
+
+_SLOTS = (Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+_OUTLINES = (Shape.ELLIPSE, *_SLOTS)
+_SIZES = {
+    **dict.fromkeys((Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE), (RADIUS,)),
+    **dict.fromkeys((*_OUTLINES, Shape.TORUS), (RADIUS, SECOND)),
+}
+"""Places in the geometry vector that must be greater than zero."""
 
 ALONG = 0.1
 """Part of the approach square to a line below which it does not say where the material is."""
@@ -101,30 +129,79 @@ def _actual(
     touches = _touches(nominal, points)
     sign = 1.0 if nominal.side == "outer" else -1.0
     coordinates = 3 * len(points) + 1
+    offset = sign * touches.tip_radius
     if nominal.projection:
         plane = _projection_plane(nominal, found)
-        raw, by_normal = fit_circle_projected(touches.tips, plane.fit.direction)
+        raw, by_normal = _fit_projected(nominal, touches, plane.fit.direction, offset)
         by_all = _spread(raw.jacobian, touches.places, coordinates)
-        by_all += by_normal @ plane.jacobian[3:6]
+        by_all += by_normal @ plane.jacobian[DIRECTION]
     else:
-        raw = fit_shape(
-            nominal.shape,
-            touches.tips,
-            direction_hint=_sense(nominal, touches),
-            radius_hint=0.5 * nominal.diameter + sign * touches.tip_radius,
-        )
+        raw = _fit(nominal, touches, offset)
         by_all = _spread(raw.jacobian, touches.places, coordinates)
 
     by_geometry, normals = distance_derivatives(raw, touches.tips)
+    if nominal.shape is Shape.ELLIPSE:
+        # Its fit holds the ball already: a greater one is like points that lie further inside.
+        own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
+        by_all[:, -1] -= sign * np.einsum("kna,na->k", own, normals)
     by_residual = by_geometry @ by_all
+    if nominal.shape is Shape.ELLIPSE:
+        by_residual[:, -1] -= sign
     for row, place in enumerate(touches.places):
         by_residual[row, 3 * place : 3 * place + 3] += normals[row]
 
     change = _compensation(nominal, raw, touches, normals, sign)
     jacobian = change.by_raw @ by_all
     jacobian[:, -1] += change.by_radius
-    fit = make_fit(nominal.shape, change.geometry, change.by_raw @ raw.jacobian, raw.residuals)
+    fit = make_fit(
+        nominal.shape,
+        change.geometry,
+        change.by_raw @ raw.jacobian,
+        raw.residuals,
+        criterion=raw.criterion,
+        contacts=raw.contacts,
+    )
     return ActualFeature(nominal, fit, touches.numbers, jacobian, by_residual, raw, touches)
+
+
+def _fit(nominal: NominalFeature, touches: Touches, offset: float) -> Fit:
+    """Return the fit of the ball centres, of an ellipse that of the surface itself."""
+    criterion = CRITERIA[nominal.criterion]
+    sense = _sense(nominal, touches)
+    if nominal.shape is Shape.ELLIPSE and criterion is Criterion.LEAST_SQUARES:
+        return fit_ellipse(touches.tips, sense, offset)
+    half_length = 0.5 * (nominal.length if nominal.shape in _OUTLINES else nominal.diameter)
+    return fit_shape(
+        nominal.shape,
+        touches.tips,
+        direction_hint=sense,
+        radius_hint=half_length + offset,
+        second_hint=0.5 * nominal.width + offset,
+        half_angle_hint=np.radians(0.5 * nominal.angle_deg) if nominal.angle_deg else None,
+        criterion=criterion,
+        free=nominal.free,
+    )
+
+
+def _fit_projected(
+    nominal: NominalFeature, touches: Touches, plane_normal: Float, offset: float
+) -> tuple[Fit, Float]:
+    """Return the fit in the plane of another feature, and its derivatives (12, 3) by the normal."""
+    if nominal.criterion != "least squares":
+        raise FitError(
+            "feature.projected_criterion",
+            f"{nominal.name} is projected onto {nominal.projection} and asks for the criterion "
+            f"{nominal.criterion!r}, which goes with unprojected points only.",
+            "Choose least squares, or leave out the projection.",
+        )
+    match nominal.shape:
+        case Shape.CIRCLE:
+            return fit_circle_projected(touches.tips, plane_normal)
+        case Shape.ELLIPSE:
+            return fit_ellipse_projected(touches.tips, plane_normal, offset)
+        case _:
+            sizes = (0.5 * nominal.length + offset, 0.5 * nominal.width + offset)
+            return fit_slot_projected(nominal.shape, touches.tips, plane_normal, sizes)
 
 
 def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> Touches:
@@ -181,7 +258,7 @@ def _spread(by_own: Float, places: Sequence[int], coordinates: int) -> Float:
 
 @dataclass(frozen=True, slots=True)
 class _Compensation:
-    """Compensated geometry (12,), its derivatives by the raw one (12, 12), and by the ball (12,)."""
+    """Compensated geometry (12,) and its derivatives by the raw one (12, 12) and the ball (12,)."""
 
     geometry: Float
     by_raw: Float
@@ -207,16 +284,27 @@ def _compensation(
             _check_sides(nominal, touches, touches.directions @ towards)
             by_radius[0:3] = -towards
             by_raw[0:3, 3:6] = -radius * by_direction
-        case Shape.CIRCLE | Shape.SPHERE | Shape.CYLINDER:
+        case _:
             approach = np.sum(touches.directions * normals, axis=1)
             _check_sides(nominal, touches, sign * approach)
-            by_radius[6] = -sign
+            if nominal.shape is Shape.CONE:
+                # The cone of the ball centres is shifted square to its surface, not to its axis.
+                by_radius[RADIUS] = -sign / np.cos(raw.half_angle)
+                by_raw[RADIUS, HALF_ANGLE] = (
+                    radius * by_radius[RADIUS] * np.tan(raw.half_angle)
+                )
+            elif nominal.shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, *_SLOTS):
+                by_radius[RADIUS] = -sign
+            if nominal.shape in (Shape.TORUS, *_SLOTS):
+                by_radius[SECOND] = -sign
     geometry += radius * by_radius
-    if nominal.diameter > 0.0 and geometry[6] <= 0.0:
+    sizes = [2.0 * geometry[place] for place in _SIZES.get(nominal.shape, ())]
+    if sizes and min(sizes) <= 0.0:
+        word = "diameter" if nominal.shape not in _SLOTS else "width"
         raise FitError(
             "feature.smaller_than_ball",
-            f"{nominal.name} would have a diameter of {2.0 * geometry[6]:.3f} mm once the ball "
-            "is taken off.",
+            f"{nominal.name} would have a {word} of {min(sizes):.3f} mm once the ball is taken "
+            "off.",
             "Check the side in the plan and the stylus in use.",
         )
     return _Compensation(geometry, by_raw, by_radius)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ocmm_core.errors import FitError
 from ocmm_core.features.fit.circle import fit_circle, fit_circle_free, fit_circle_projected
 from ocmm_core.features.fit.cone import fit_cone
 from ocmm_core.features.fit.cylinder import fit_cylinder
@@ -14,11 +13,17 @@ from ocmm_core.features.fit.point import fit_point
 from ocmm_core.features.fit.slot import fit_slot, fit_slot_projected
 from ocmm_core.features.fit.sphere import fit_sphere
 from ocmm_core.features.fit.torus import fit_torus
+from ocmm_core.features.fit.zone import fit_zone, fit_zone_line_in_plane
+from ocmm_core.features.fit.zone_bounded import fit_bounded
+from ocmm_core.features.fit.zone_certificate import Certificate, certificate
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 __all__ = [
+    "Certificate",
+    "certificate",
     "distance_derivatives",
+    "fit_bounded",
     "fit_circle",
     "fit_circle_free",
     "fit_circle_projected",
@@ -34,6 +39,8 @@ __all__ = [
     "fit_slot_projected",
     "fit_sphere",
     "fit_torus",
+    "fit_zone",
+    "fit_zone_line_in_plane",
 ]
 
 
@@ -73,11 +80,16 @@ def fit_shape(
         sentence says why.
     """
     if criterion is not Criterion.LEAST_SQUARES:
-        raise FitError(
-            "fit.no_criterion",
-            f"The criterion {criterion.value} is not offered for a {shape.value.lower()}.",
-            "Choose least squares.",
-        )
+        start = fit_shape(
+            shape, points, direction_hint=direction_hint, radius_hint=radius_hint,
+            second_hint=second_hint, half_angle_hint=half_angle_hint,
+        )  # fmt: skip
+        if criterion is Criterion.MINIMUM_ZONE:
+            return fit_zone(start, points)
+        return fit_bounded(start, points, criterion)
+    sizes = None
+    if radius_hint is not None and second_hint is not None:
+        sizes = (radius_hint, second_hint)
     match shape:
         case Shape.POINT:
             return fit_point(points)
@@ -95,11 +107,8 @@ def fit_shape(
         case Shape.ELLIPSE:
             return fit_ellipse(points, direction_hint)
         case Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
-            sizes = None
-            if radius_hint is not None and second_hint is not None:
-                sizes = (radius_hint, second_hint)
             return fit_slot(shape, points, direction_hint, sizes)
         case Shape.CONE:
             return fit_cone(points, half_angle_hint)
         case Shape.TORUS:
-            return fit_torus(points, direction_hint)
+            return fit_torus(points, direction_hint, sizes)

@@ -186,3 +186,48 @@ def axis_terms(
         for j in range(i):
             curvature[i, j] = curvature[j, i]
     return cost
+
+
+@compiled()
+def tubes(points: Float, starts: Float) -> None:
+    """Give tori around the axes of ``starts`` (m, 8) a height and sizes, in place.
+
+    Distances from the axis and heights of the points (n, 3) lie on a circle, the section of the
+    tube, which follows from linear equations (its algebraic fit).
+    """
+    n = len(points)
+    for row in range(len(starts)):
+        p = starts[row]
+        # Sums of u = rho, t, their squares and products, about the first point.
+        u0 = t0 = 0.0
+        su = st = suu = sut = stt = szu = szt = sz = 0.0
+        for i in range(n):
+            qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
+            t = qx * p[3] + qy * p[4] + qz * p[5]
+            u = np.sqrt(max(qx * qx + qy * qy + qz * qz - t * t, 0.0))
+            if i == 0:
+                u0, t0 = u, t
+            u -= u0
+            t -= t0
+            z = u * u + t * t
+            su += u
+            st += t
+            suu += u * u
+            sut += u * t
+            stt += t * t
+            sz += z
+            szu += z * u
+            szt += z * t
+        suu -= su * su / n
+        sut -= su * st / n
+        stt -= st * st / n
+        szu -= sz * su / n
+        szt -= sz * st / n
+        # A straight section has no centre: the ridge puts it far away, and the start is a poor one.
+        determinant = suu * stt - sut * sut + 1e-12 * (suu + stt) ** 2
+        u = 0.5 * (szu * stt - szt * sut) / determinant
+        t = 0.5 * (szt * suu - szu * sut) / determinant
+        square = (sz - 2.0 * (u * su + t * st)) / n + u * u + t * t
+        p[6], p[7] = u + u0, np.sqrt(max(square, 0.0))
+        for k in range(3):
+            p[k] += (t + t0) * p[3 + k]

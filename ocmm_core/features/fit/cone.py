@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.errors import FitError
 from ocmm_core.features.fit.axis_kernel import CONE
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -21,8 +20,8 @@ from ocmm_core.features.fit.common import (
     principal_axes,
 )
 from ocmm_core.features.fit.cylinder import across_axes
-from ocmm_core.features.fit.search import exact, minima, sampled, trial_axes
-from ocmm_core.features.fit.solver import Solution, derivatives, sensitivity
+from ocmm_core.features.fit.search import chosen, minima, sampled, trial_axes
+from ocmm_core.features.fit.solver import derivatives, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
@@ -67,7 +66,9 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     solutions = minima(CONE, about, _starts(about), _possible)
     if not solutions:
         raise not_converged(Shape.CONE)
-    best = _chosen(solutions, len(points), half_angle_hint)
+    hint = half_angle_hint
+    expected = None if hint is None else lambda p: abs(abs(float(p[6])) - hint) < NEAR_HINT
+    best = chosen(Shape.CONE, solutions, len(points), expected)
     if best[6] < 0.0:
         best[3:7] *= -1.0
     residuals, jacobian, _ = derivatives(CONE, about, best)
@@ -93,24 +94,6 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
 
 def _possible(parameters: Float) -> bool:
     return abs(float(parameters[6])) < FLATTEST and abs(float(parameters[7])) < LARGEST_RADIUS
-
-
-def _chosen(solutions: list[Solution], n: int, half_angle_hint: float | None) -> Float:
-    through = exact(solutions, n)
-    if len(through) < 2 or half_angle_hint is None:
-        return solutions[0].parameters.copy()
-    near = [
-        solution
-        for solution in through
-        if abs(abs(float(solution.parameters[6])) - half_angle_hint) < NEAR_HINT
-    ]
-    if len(near) == 1:
-        return near[0].parameters.copy()
-    raise FitError(
-        "fit.ambiguous",
-        f"{len(through)} different cones pass through the {n} points of a cone.",
-        "Take more points.",
-    )
 
 
 def _starts(points: Float) -> Float:

@@ -10,17 +10,19 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ocmm_core.errors import FitError
 from ocmm_core.features.fit.axis_kernel import RING
 from ocmm_core.features.fit.cylinder import hemisphere, ring
 from ocmm_core.features.fit.newton_kernel import descend
 from ocmm_core.features.fit.solver import Solution, minimise
+from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 
 SAMPLE = 60
 """Points on which the starts descend."""
 KEPT = 60
-"""Starts that descend, the most promising first; where none leads anywhere, all."""
-KEPT_FEW = 180
+"""Starts that descend, the most promising first; more for few points, most where none leads."""
+KEPT_FEW, KEPT_MOST = 180, 600
 STEPS = 15
 REFINED, REFINED_FEW = 8, 30
 """Ends that are refined; many more where points are so few that minima abound."""
@@ -29,6 +31,8 @@ TRIAL_AXES = 80
 RINGS = np.deg2rad([1.5, 4.0, 10.0])
 SAME = 1e-6
 """Relative difference below which two minima are one."""
+NEAR = 0.05
+"""Relative difference from what the plan says that an element through few points may show."""
 EXACT = 1e-10
 """Residual against the size of the points below which an element passes through a point."""
 
@@ -70,7 +74,7 @@ def minima(
     starts = starts[np.argsort(costs, kind="stable")]
     few = len(points) <= FEW_POINTS
     found = _minima(kind, points, starts[: KEPT_FEW if few else KEPT], few, possible)
-    return found or _minima(kind, points, starts, True, possible)
+    return found or _minima(kind, points, starts[:KEPT_MOST], True, possible)
 
 
 def _minima(
@@ -99,9 +103,45 @@ def _minima(
     return sorted(found, key=lambda solution: solution.cost)
 
 
-def exact(solutions: list[Solution], n: int) -> list[Solution]:
-    """Return those of ``solutions`` that pass through all ``n`` points."""
-    return [solution for solution in solutions if solution.cost < n * EXACT**2]
+def chosen(
+    shape: Shape, solutions: list[Solution], n: int, expected: Callable[[Float], bool] | None
+) -> Float:
+    """Return the parameters (8,) of the best solution, in an array of their own.
+
+    Parameters
+    ----------
+    shape
+        For the sentence of the error.
+    solutions
+        Best first.
+    n
+        Number of points.
+    expected
+        Whether parameters are near what the plan says; decides only where several solutions pass
+        through all points, as they do through few. None takes any one of them.
+
+    Raises
+    ------
+    FitError
+        Several pass through all points, and not just one of them is as expected.
+    """
+    through = [solution for solution in solutions if solution.cost < n * EXACT**2]
+    if len(through) < 2 or expected is None:
+        return solutions[0].parameters.copy()
+    near = [solution for solution in through if expected(solution.parameters)]
+    if len(near) == 1:
+        return near[0].parameters.copy()
+    raise FitError(
+        "fit.ambiguous",
+        f"{len(through)} different shapes pass through the {n} points of a {shape.value.lower()}.",
+        "Take more points.",
+    )
+
+
+def near_sizes(p: Float, expected: tuple[float, float]) -> bool:
+    """Return whether the two sizes among parameters (8,) of an outline are about as expected."""
+    sizes = np.sort(p[3:5])[::-1]
+    return bool(np.all(np.abs(sizes - expected) < NEAR * np.asarray(expected)))
 
 
 def _signature(kind: int, p: Float) -> Float:

@@ -10,21 +10,18 @@ from functools import partial
 
 import numpy as np
 
-from ocmm_core.errors import FitError
 from ocmm_core.features.fit.ball import LARGEST_RADIUS, WORST_CONDITION
 from ocmm_core.features.fit.common import degenerate
 from ocmm_core.features.fit.ellipse import oblong
 from ocmm_core.features.fit.flat import Outline, OutlineFit, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.flat_kernel import ROUND_ENDS, SQUARE_ENDS
-from ocmm_core.features.fit.search import exact, minima
-from ocmm_core.features.fit.solver import Solution, derivatives, sensitivity
+from ocmm_core.features.fit.search import chosen, minima, near_sizes
+from ocmm_core.features.fit.solver import derivatives, sensitivity
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 TURNS = 60
 """Trial turns over half a circle."""
-NEAR_HINT = 0.05
-"""Relative difference from the expected sizes that an outline through few points may show."""
 
 
 def fit_slot(
@@ -47,7 +44,7 @@ def fit_slot(
         (3,): orients the normal.
     sizes_hint
         mm, half length and half width: decides only where several outlines pass through all
-        points.
+        points; where it does not, FitError. Without a hint any one of them is given.
 
     Raises
     ------
@@ -87,32 +84,15 @@ def _outline(
     solutions = minima(kind, points, _starts(points), _long if round_ends else _open)
     if not solutions:
         raise flat
-    hint = None if sizes_hint is None else np.array(sizes_hint) / size
-    p = _chosen(solutions, len(points), shape, hint)
+    expected = None
+    if sizes_hint is not None:
+        expected = partial(near_sizes, expected=(sizes_hint[0] / size, sizes_hint[1] / size))
+    p = chosen(shape, solutions, len(points), expected)
     residuals, jacobian, _ = derivatives(kind, points, p)
     inverse, condition = sensitivity(jacobian)
     if condition > WORST_CONDITION:
         raise flat
     return oblong(p, residuals, jacobian, -inverse)
-
-
-def _chosen(solutions: list[Solution], n: int, shape: Shape, hint: Float | None) -> Float:
-    through = exact(solutions, n)
-    if len(through) < 2:
-        return solutions[0].parameters
-    if hint is not None:
-        near = [
-            solution
-            for solution in through
-            if np.all(np.abs(np.sort(solution.parameters[3:5])[::-1] - hint) < NEAR_HINT * hint)
-        ]
-        if len(near) == 1:
-            return near[0].parameters
-    raise FitError(
-        "fit.ambiguous",
-        f"{len(through)} different shapes pass through the {n} points of a {shape.value.lower()}.",
-        "Take more points.",
-    )
 
 
 def _long(p: Float) -> bool:

@@ -1,15 +1,17 @@
 """A torus by orthogonal distance, cold: nothing is known of its axis.
 
 Two kinds of starts: where points surround the axis, Taubin's circle seen along a trial axis gives
-the centre, and Taubin's circle in the half plane of distance from the axis and height the rest. A
-short piece of a torus is a bent tube: centres are tried in all directions and at some distances.
+the centre, and the circle in the half plane of distance from the axis and height the rest. A short
+piece of a torus is a bent tube: centres are tried in all directions and at some distances.
 """
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from ocmm_core.features.fit.axis_kernel import TORUS
+from ocmm_core.features.fit.axis_kernel import TORUS, tubes
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
     WORST_CONDITION,
@@ -26,7 +28,7 @@ from ocmm_core.features.fit.common import (
     principal_axes,
 )
 from ocmm_core.features.fit.cylinder import across_axes
-from ocmm_core.features.fit.search import minima, sampled, trial_axes
+from ocmm_core.features.fit.search import NEAR, chosen, minima, sampled, trial_axes
 from ocmm_core.features.fit.solver import derivatives, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
@@ -38,8 +40,23 @@ WAYS = 8
 """Directions around a trial axis."""
 
 
-def fit_torus(points: Points3, direction_hint: Float | None = None) -> Fit:
+def fit_torus(
+    points: Points3,
+    direction_hint: Float | None = None,
+    sizes_hint: tuple[float, float] | None = None,
+) -> Fit:
     """Return the torus of ``points`` (n, 3), mm; residuals are positive outside the tube.
+
+    Parameters
+    ----------
+    points
+        (n, 3), mm.
+    direction_hint
+        (3,): orients the axis.
+    sizes_hint
+        mm, radii of the centre line and of the tube: decide only where several tori pass through
+        all points, as they do through seven; where they do not, FitError. Without a hint any one
+        of them is given.
 
     Raises
     ------
@@ -59,7 +76,11 @@ def fit_torus(points: Points3, direction_hint: Float | None = None) -> Fit:
     solutions = minima(TORUS, about, _starts(about), _possible)
     if not solutions:
         raise not_converged(Shape.TORUS)
-    best = solutions[0].parameters.copy()
+    expected = None
+    if sizes_hint is not None:
+        hint = np.array(sizes_hint) / size
+        expected = partial(_near, expected=hint)
+    best = chosen(Shape.TORUS, solutions, len(points), expected)
     best[3:6] = oriented(best[3:6], direction_hint)
     residuals, jacobian, _ = derivatives(TORUS, about, best)
     inverse, condition = sensitivity(jacobian)
@@ -79,6 +100,10 @@ def fit_torus(points: Points3, direction_hint: Float | None = None) -> Fit:
     return make_fit(Shape.TORUS, geometry, by_points, size * residuals)
 
 
+def _near(parameters: Float, expected: Float) -> bool:
+    return bool(np.all(np.abs(parameters[6:8] - expected) < NEAR * expected))
+
+
 def _possible(parameters: Float) -> bool:
     return 0.0 < float(parameters[7]) < float(parameters[6]) < LARGEST_RADIUS
 
@@ -88,28 +113,16 @@ def _starts(points: Float) -> Float:
     sample = sampled(points, RANKING_POINTS)
     frames = np.stack(across_axes(axes), axis=1)
     x = np.einsum("mkx,nx->mnk", frames, sample)
-    t = axes @ sample.T
     middle = x.mean(axis=1)
     moments, mean_square = taubin_moments(x - middle[:, None, :])
     centres, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
-    around = _with_tube(axes, frames, x, t, centres + middle)
-
     turns = np.arange(WAYS) * 2.0 * np.pi / WAYS
     ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    bent = [
-        _with_tube(axes, frames, x, t, np.tile(distance * way, (len(axes), 1)))
-        for distance in BENT
-        for way in ways
-    ]
-    return np.concatenate([around, *bent])
-
-
-def _with_tube(axes: Float, frames: Float, x: Float, t: Float, centres: Float) -> Float:
-    """Return start parameters (m, 8) with axes through ``centres`` (m, 2) across them."""
-    half = np.stack([np.linalg.norm(x - centres[:, None, :], axis=-1), t], axis=-1)
-    middle = half.mean(axis=1)
-    moments, mean_square = taubin_moments(half - middle[:, None, :])
-    tube, radius = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
-    tube = tube + middle
-    feet = np.einsum("mk,mkx->mx", centres, frames) + tube[:, 1:2] * axes
-    return np.column_stack([feet, axes, tube[:, 0], radius])
+    bent = (BENT[:, None, None] * ways).reshape(-1, 1, 2)
+    across = np.concatenate([(centres + middle)[None], np.tile(bent, (1, len(axes), 1))])
+    feet = np.einsum("wmk,mkx->wmx", across, frames)
+    starts = np.zeros((*feet.shape[:2], 8))
+    starts[..., 0:3], starts[..., 3:6] = feet, axes
+    flat = starts.reshape(-1, 8)
+    tubes(sample, flat)
+    return flat

@@ -11,6 +11,13 @@ from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, Points3, RigidTransform
 from ocmm_core.measuring.point import MeasuredPoint
+from tests.core.features.shape_samples import (
+    HALF_ANGLE,
+    OUTLINES,
+    RADIUS,
+    SECOND,
+    ideal_points,
+)
 
 TIP_RADIUS = 1.5
 
@@ -115,6 +122,58 @@ def round_touches(
     if side == "inner":
         normals = -normals
     return touches(name, motion.apply(surface), normals @ motion.rotation.T, first)
+
+
+def shape_touches(
+    name: str, shape: Shape, side: str, motion: RigidTransform, n: int = 14, first: int = 1
+) -> list[MeasuredPoint]:
+    """Return touches of one of the other closed shapes, of the sizes of `shape_samples`."""
+    surface = ideal_points(shape, np.random.default_rng(30), n)
+    if shape in (Shape.SQUARE_SLOT, Shape.RECTANGLE):
+        # A ball does not reach into a corner.
+        end = np.abs(surface[:, 0]) > RADIUS - 1e-9
+        surface[end, 1] = np.clip(surface[end, 1], 2.0 - SECOND, SECOND - 2.0)
+        surface[~end, 0] = np.clip(surface[~end, 0], 2.0 - RADIUS, RADIUS - 2.0)
+    x, y = surface[:, 0], surface[:, 1]
+    normals = np.zeros((n, 3))
+    match shape:
+        case Shape.CONE:
+            around = surface[:, :2] / np.hypot(x, y)[:, None]
+            normals[:, :2] = np.cos(HALF_ANGLE) * around
+            normals[:, 2] = -np.sin(HALF_ANGLE)
+        case Shape.TORUS:
+            ring = RADIUS * surface[:, :2] / np.hypot(x, y)[:, None]
+            normals = (surface - np.column_stack([ring, np.zeros(n)])) / SECOND
+        case Shape.ELLIPSE:
+            gradient = np.stack([x / RADIUS**2, y / SECOND**2], axis=1)
+            normals[:, :2] = gradient / np.linalg.norm(gradient, axis=1)[:, None]
+        case Shape.ROUND_SLOT:
+            core = np.clip(x, SECOND - RADIUS, RADIUS - SECOND)
+            normals[:, :2] = np.stack([x - core, y], axis=1) / SECOND
+        case _:
+            end = np.abs(x) > RADIUS - 1e-9
+            normals[end, 0] = np.sign(x[end])
+            normals[~end, 1] = np.sign(y[~end])
+    if side == "inner":
+        normals = -normals
+    return touches(name, motion.apply(surface), normals @ motion.rotation.T, first)
+
+
+def shape_nominal(name: str, shape: Shape, side: str, projection: str = "") -> NominalFeature:
+    """Return the nominal feature of `shape_touches`."""
+    outline = shape in OUTLINES
+    return NominalFeature(
+        name=name,
+        shape=shape,
+        points=14,
+        point=(0.0, 0.0, 0.0),
+        diameter=0.0 if outline else 2.0 * RADIUS,
+        length=2.0 * RADIUS if outline else 0.0,
+        width=2.0 * SECOND if shape is not Shape.CONE else 0.0,
+        angle_deg=float(np.degrees(2.0 * HALF_ANGLE)) if shape is Shape.CONE else 0.0,
+        side="inner" if side == "inner" else "outer",
+        projection=projection,
+    )
 
 
 def flat_touches(

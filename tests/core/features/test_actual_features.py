@@ -21,10 +21,19 @@ from tests.core.features.exact_touches import (
     nominal,
     nudged,
     round_touches,
+    shape_nominal,
+    shape_touches,
     slanted,
     touches,
 )
-from tests.core.features.shape_samples import somewhere
+from tests.core.features.shape_samples import (
+    OUTLINES,
+    geometry_distance,
+    somewhere,
+    true_geometry,
+)
+
+OTHERS = (*OUTLINES, Shape.CONE, Shape.TORUS)
 
 EXACT = 1e-9
 """mm: rounding of coordinates of some hundred mm, magnified by the fit."""
@@ -60,6 +69,42 @@ def test_shaft_and_bore(shape: Shape, side: str) -> None:
         if shape is not Shape.SPHERE:
             assert abs(fit.direction @ motion.rotation[:, 2]) == pytest.approx(1.0, abs=1e-12)
         assert fit.form < EXACT
+
+
+@pytest.mark.parametrize("side", ["outer", "inner"])
+@pytest.mark.parametrize("shape", OTHERS)
+def test_the_ball_is_taken_off_every_shape(shape: Shape, side: str) -> None:
+    rng = np.random.default_rng(11)
+    motion = somewhere(rng)
+    points = slanted(shape_touches("it", shape, side, motion), rng)
+    feature = _feature([shape_nominal("it", shape, side)], points, "it")
+    assert geometry_distance(shape, true_geometry(shape, motion), feature.fit.geometry) < EXACT
+    assert feature.fit.form < EXACT
+
+
+@pytest.mark.parametrize("shape", OUTLINES)
+def test_outlines_are_projected_onto_a_face(shape: Shape) -> None:
+    rng = np.random.default_rng(12)
+    motion = somewhere(rng)
+    own = shape_touches("it", shape, "inner", motion, first=10)
+    own = moved(own, np.outer(rng.uniform(-4.0, -2.0, len(own)), motion.rotation[:, 2]))
+    points = own + flat_touches("face", motion)
+    features = [shape_nominal("it", shape, "inner", "face"), nominal("face", Shape.PLANE)]
+    fit = _feature(features, points, "it").fit
+    truth = true_geometry(shape, motion)
+    truth[:3] += ((fit.point - truth[:3]) @ motion.rotation[:, 2]) * motion.rotation[:, 2]
+    assert geometry_distance(shape, truth, fit.geometry) < EXACT
+
+
+def test_a_ball_that_cannot_touch_the_end_of_an_ellipse_gives_none() -> None:
+    # The ends of the ellipse have a radius of 2 mm.
+    points = shape_touches("HOLE", Shape.ELLIPSE, "inner", somewhere(np.random.default_rng(13)))
+    points = [
+        replace(p, tip_world=p.tip_world + 0.6 * p.direction, tip_radius=2.1) for p in points
+    ]
+    error = _error([shape_nominal("HOLE", Shape.ELLIPSE, "inner")], points)
+    assert error.code == "feature.ball_too_large"
+    assert error.what.startswith("HOLE: ")
 
 
 @pytest.mark.parametrize("flip", [1.0, -1.0])
@@ -121,16 +166,27 @@ def test_a_bore_probed_at_several_depths_is_projected_onto_its_face() -> None:
         (Shape.CIRCLE, "inner"),
         (Shape.CYLINDER, "outer"),
         (Shape.PLANE, "outer"),
+        (Shape.CONE, "inner"),
+        (Shape.TORUS, "outer"),
+        (Shape.ELLIPSE, "inner"),
+        (Shape.ROUND_SLOT, "inner"),
+        (Shape.RECTANGLE, "outer"),
     ],
 )
 def test_one_point_from_the_wrong_side_is_named(shape: Shape, side: str) -> None:
     motion = somewhere(np.random.default_rng(5))
-    if shape is Shape.PLANE:
-        points, diameter = flat_touches("it", motion, first=11), 0.0
+    feature = nominal("it", shape, 0.0 if shape is Shape.PLANE else 20.0, side)
+    if shape in OTHERS:
+        points, feature = (
+            shape_touches("it", shape, side, motion, first=11),
+            shape_nominal("it", shape, side),
+        )
+    elif shape is Shape.PLANE:
+        points = flat_touches("it", motion, first=11)
     else:
-        points, diameter = round_touches("it", shape, 20.0, side, motion, first=11), 20.0
+        points = round_touches("it", shape, 20.0, side, motion, first=11)
     points[6] = replace(points[6], direction=-points[6].direction)
-    error = _error([nominal("it", shape, diameter, side)], points)
+    error = _error([feature], points)
     assert error.code == "feature.wrong_side"
     assert "Point 17 of it was approached from the wrong side" in error.what
 
@@ -185,7 +241,9 @@ def test_jacobians_are_those_of_the_whole_way(shape: Shape, side: str) -> None:
     rng = np.random.default_rng(10)
     motion = somewhere(rng, far=100.0)
     is_round = shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
-    if is_round:
+    if shape in OTHERS:
+        own = shape_touches("it", shape, side, motion, first=10)
+    elif is_round:
         own = round_touches("it", shape, 20.0, side, motion, n=9, first=10)
     elif shape is Shape.LINE:
         surface = motion.apply(np.outer(np.linspace(-30.0, 30.0, 6), [1.0, 0.0, 0.0]))
@@ -196,12 +254,16 @@ def test_jacobians_are_those_of_the_whole_way(shape: Shape, side: str) -> None:
     # The points of the job are mixed; columns follow their order.
     points = [*face[:4], *slanted(own, rng, 0.1), *face[4:]]
     features = [nominal("face", Shape.PLANE)]
-    projection = "face" if shape is Shape.CIRCLE and side == "inner" else ""
+    flat = shape in (Shape.CIRCLE, *OUTLINES)
+    projection = "face" if flat and side == "inner" else ""
     if projection:
         depth = np.zeros((len(points), 3))
         depth[4:-5] = np.outer(rng.uniform(-3.0, 3.0, len(own)), motion.rotation[:, 2])
         points = moved(points, depth)
-    features.append(nominal("it", shape, 20.0 * is_round, side, projection))
+    if shape in OTHERS:
+        features.append(shape_nominal("it", shape, side, projection))
+    else:
+        features.append(nominal("it", shape, 20.0 * is_round, side, projection))
 
     feature = _feature(features, points, "it")
     step = 1e-5
