@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -63,6 +64,8 @@ from ocmm_core.cli.stream_options import (
 from ocmm_core.cli.study import study_app
 from ocmm_core.cli.truth import true_values
 from ocmm_core.cli.write_cameras import write_cameras
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.batch import next_serial
 
 app = typer.Typer(
     name="ocmm",
@@ -96,6 +99,13 @@ class Theme(StrEnum):
     DARK = "dark"
     LIGHT = "light"
     CONTRAST = "contrast"
+
+
+class Order(StrEnum):
+    """Order of probing."""
+
+    PLAN = "plan"
+    ANY = "any"
 
 
 _OUT = Path("ocmm-out")
@@ -154,8 +164,16 @@ def demo(
 @app.command()
 def measure(
     *,
-    plan: PlanOption,
-    out: OutOption,
+    plan: Annotated[
+        Path | None, typer.Option("--plan", help="Plan document (TOML): what to measure.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            help="Folder for the job file and the report; that of the job for --continue.",
+        ),
+    ] = None,
     source: SourceOption = "simulated",
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
@@ -165,6 +183,31 @@ def measure(
     speed: SpeedOption = 0.0,
     operator: Annotated[str, typer.Option("--operator", help="Who measures.")] = "unnamed",
     serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
+    order_number: Annotated[
+        str, typer.Option("--order-number", help="Number of the order, for the report.")
+    ] = "",
+    batch: Annotated[
+        str, typer.Option("--batch", help="Batch that the part belongs to.")
+    ] = "",
+    parts: Annotated[
+        int,
+        typer.Option(
+            "--parts",
+            min=1,
+            help="Measure so many parts one after the other, a job file each; the serial number is "
+            "counted on.",
+        ),
+    ] = 1,
+    go_on: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue",
+            help="Go on with this job file, by the plan it was begun with, instead of a new job.",
+        ),
+    ] = None,
+    order: Annotated[
+        Order, typer.Option("--order", help="Probe in the order of the plan, or in any.")
+    ] = Order.PLAN,
     record: Annotated[
         Path | None, typer.Option("--record", help="Keep all raw frames in this file as well.")
     ] = None,
@@ -194,9 +237,24 @@ def measure(
     Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report is three files
     beside it: _points.csv, _features.csv and _report.csv.
     """
+    if plan is None and go_on is None:
+        raise InputError(
+            "measure.plan",
+            "Neither a plan nor a job to go on with is given.",
+            "Give --plan FILE, or --continue JOB.",
+        )
+    if parts > 1 and go_on is not None:
+        raise InputError(
+            "measure.parts",
+            "One job is gone on with, but --parts wants several.",
+            "Go on with the job first, then measure the other parts.",
+        )
     request = StationRequest(
-        plan=plan, out=out, rig=rig, probe=probe, part=part, source=source, seed=seed, speed=speed,
-        operator=operator, serial=serial, record=record, force=force, reference=reference,
+        plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
+        probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
+        serial=serial, order=order_number, batch=batch, resume=go_on,
+        probing="any" if order is Order.ANY else "plan", record=record, force=force,
+        reference=reference,
         calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
         check_after_h=check_after,
         climate=ClimateRequest(
@@ -206,7 +264,7 @@ def measure(
         method="thesis" if thesis else "gauss-newton",
         stream=stream_options(stream, stream_host, stream_token),
     )  # fmt: skip
-    _measure(request, with_truth=False)
+    _measure(request, with_truth=False, parts=parts)
 
 
 @app.command()
@@ -268,15 +326,23 @@ def bench(
         print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
 
 
-def _measure(request: StationRequest, *, with_truth: bool) -> None:
+def _measure(request: StationRequest, *, with_truth: bool, parts: int = 1) -> None:
     console = make_console()
-    built = build_station(request)
-    view = run_job(built, request.out, console)
-    truth = None
-    if with_truth and built.virtual is not None:
-        truth = true_values(built.station.plan, built.virtual.part)
-    print_table(console, view, truth)
-    raise typer.Exit(exit_code(view))
+    code = 0
+    if parts > 1:
+        # Better before the first part than after it.
+        next_serial(request.serial)
+    for part in range(parts):
+        if part:
+            request = replace(request, serial=next_serial(request.serial))
+        built = build_station(request)
+        view = run_job(built, request.out, console)
+        truth = None
+        if with_truth and built.virtual is not None:
+            truth = true_values(built.station.plan, built.virtual.part)
+        print_table(console, view, truth)
+        code = max(code, exit_code(view))
+    raise typer.Exit(code)
 
 
 def _has_display() -> bool:

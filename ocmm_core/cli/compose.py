@@ -27,8 +27,14 @@ from ocmm_core.cli.feeds import script_of as script_of
 from ocmm_core.cli.feeds import segment_of as segment_of
 from ocmm_core.cli.source_names import VIRTUAL_BUSES as VIRTUAL_BUSES
 from ocmm_core.errors import StorageError
+from ocmm_core.inspection.batch import require_new_serial
+from ocmm_core.inspection.header import EVENT as HEADER
+from ocmm_core.inspection.header import check_header, header_text
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
+from ocmm_core.inspection.progress import open_plan
+from ocmm_core.inspection.stored_plan import stored_plan
+from ocmm_core.inspection.view import JobHeader
 from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile
@@ -71,33 +77,35 @@ def build_station(request: StationRequest) -> BuiltStation:
     OcmmError
         A document, the source or the folder cannot be used; nothing is left running.
     """
-    plan, probe = load_plan(request.plan), probe_of(request)
+    if request.resume is None:
+        return _built(request, load_plan(request.plan), None)
+    job = JobFile.open(request.resume)
+    try:
+        return _built(request, stored_plan(job.head), job)
+    except BaseException:
+        job.close()
+        raise
+
+
+def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltStation:
+    probe = probe_of(request)
     reference = reference_of(request, probe.body)
     made = probe.records.calibration if probe.records is not None else None
     climate = climate_in_use(request.climate, plan, probe.body, made)
     calibration = calibration_of(request)
-    feed = make_feed(request, plan, calibration.rig)
+    feed = make_feed(request, plan if begun is None else open_plan(plan, begun), calibration.rig)
     calibration = checked_for_replay(calibration, feed.recorded)
     probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
     recorder = None
     try:
-        job_path = _job_path(request.out, plan)
-        head = make_head(
-            plan=request.plan,
-            rig=request.rig,
-            probe=request.probe,
-            operator=request.operator,
-            part=plan.part,
-            serial=request.serial,
-        )
-        head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
+        job = begun or _new_job(request, plan, calibration, probe)
         if request.record is not None:
             recorder = FrameRecorder(request.record, feed.description, calibration.rig)
         station = MeasuringStation(
             plan,
             calibration,
             probe,
-            JobFile.create(job_path, head),
+            job,
             feed.acquisition,
             feed.ring,
             StationOptions(
@@ -117,9 +125,43 @@ def build_station(request: StationRequest) -> BuiltStation:
         if recorder is not None:
             recorder.close()
         raise
+    if begun is not None:
+        station.change(lambda session: session.go_on(request.operator))
+    if request.probing != station.job().probing:
+        station.change(lambda session: session.set_order(request.probing))
     if feed.simulated is not None:
         feed.simulated.ask = station.missing
-    return BuiltStation(station, job_path, feed.description, feed.virtual, feed.live)
+    return BuiltStation(station, job.path, feed.description, feed.virtual, feed.live)
+
+
+def _new_job(
+    request: StationRequest, plan: Plan, calibration: CalibrationInUse, probe: ProbeInUse
+) -> JobFile:
+    """Return a new job file with its header.
+
+    Raises
+    ------
+    OcmmError
+        A name is not one that every export takes, the part was measured in this batch already, or
+        the file cannot be written.
+    """
+    header = JobHeader(request.operator, plan.part, request.serial, request.order, request.batch)
+    check_header(header)
+    job_path = _job_path(request.out, plan)
+    require_new_serial(request.out, request.batch, request.serial)
+    head = make_head(
+        plan=request.plan,
+        rig=request.rig,
+        probe=request.probe,
+        operator=request.operator,
+        part=plan.part,
+        serial=request.serial,
+    )
+    head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
+    job = JobFile.create(job_path, head)
+    if request.order or request.batch:
+        job.append_event(HEADER, header_text(header))
+    return job
 
 
 def calibration_of(request: StationRequest) -> CalibrationInUse:

@@ -24,6 +24,7 @@ from ocmm_core.cli.source_names import PIXEL_BUS, VIRTUAL_BUSES, VIRTUAL_WIRE
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.view import Probing
 from ocmm_core.simulation.camera_process import SegmentConfig
 from ocmm_core.simulation.pixel_frames import PixelScript
 from ocmm_core.simulation.rig import RigScript, VirtualRig
@@ -60,8 +61,12 @@ class StationRequest:
         Of the virtual rig; a speed of zero is as fast as possible, a rate of zero the rig's own.
     stay
         At the end of the script the operator stays and goes on touching what is missing.
-    operator, serial
-        Names for the job.
+    operator, serial, order, batch
+        Names for the job; order and batch may be empty.
+    resume
+        Job file that is gone on with, by its own plan; None for a new job.
+    probing
+        In the order of the plan, or in any.
     record
         File that takes all raw frames, or None.
     force
@@ -101,6 +106,10 @@ class StationRequest:
     stay: bool = False
     operator: str = "demo"
     serial: str = "1"
+    order: str = ""
+    batch: str = ""
+    resume: Path | None = None
+    probing: Probing = "plan"
     record: Path | None = None
     force: bool = False
     method: Method = "gauss-newton"

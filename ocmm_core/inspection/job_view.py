@@ -123,6 +123,9 @@ def view_of(
         paused=state.paused,
         provisional=tuple(sorted(found.provisional)),
         target=targets[0] if targets else None,
+        constructed=tuple(
+            _made(plan, item.name, found, results, progress) for item in plan.constructions
+        ),
         undo=state.undo,
         redo=state.redo,
     )
@@ -162,6 +165,30 @@ def _seen(
         coverage=coverage,
         text=nominal.text,
         picture=nominal.picture,
+    )
+
+
+def _made(
+    plan: Plan,
+    name: str,
+    found: JobResults,
+    results: Sequence[CharacteristicResult],
+    progress: Progress,
+) -> FeatureView:
+    """Return a constructed feature; it is done when all that it is made from is."""
+    actual = found.actual[name]
+    done = set(plan.probed(name)) <= progress.done
+    verdicts = {item.verdict for item in results if name in item.features}
+    fit = actual.fit if isinstance(actual, ActualFeature) else None
+    return FeatureView(
+        name=name,
+        shape=plan.shapes[name],
+        needed=0,
+        state=FeatureState.DONE if done else FeatureState.PENDING,
+        points=(),
+        fit=fit,
+        verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fit and done else None,
+        note="" if isinstance(actual, ActualFeature) else actual.what,
     )
 
 

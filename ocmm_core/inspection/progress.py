@@ -17,6 +17,7 @@ from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.view import Probing
 from ocmm_core.measuring.compensation import METHODS
+from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobEvent
 
 EVENT = "standing"
@@ -141,3 +142,17 @@ def progress_of(
     if found.active and found.active not in found.done | found.skipped:
         return found
     return found.advanced()
+
+
+def open_plan(plan: Plan, job: JobFile) -> Plan:
+    """Return what is left of a plan after the points of a job: features with missing points."""
+    names = [point.feature for point in job.points()]
+    counts = {name: names.count(name) for name in names}
+    progress = progress_of(plan, counts, job.events())
+    left = [
+        msgspec.structs.replace(feature, points=feature.points - counts.get(feature.name, 0))
+        for feature in plan.features
+        if feature.name not in progress.done | progress.skipped
+        and feature.points > counts.get(feature.name, 0)
+    ]
+    return msgspec.structs.replace(plan, features=left)

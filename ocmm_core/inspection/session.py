@@ -78,6 +78,13 @@ class InspectionSession(JobSteps):
                 f"tip, or before the tip was calibrated or qualified anew.",
                 "Begin a new job; or give the probe and the tip that this one was begun with.",
             )
+        if begun and options.reference is None and job.head.rig_identity != rig.identity:
+            raise MeasuringError(
+                "session.other_cameras",
+                f"{job.path}: the cameras were calibrated anew since this job was begun: where its "
+                "points are is not known to these.",
+                "Begin a new job.",
+            )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
         self._points.sensitivities(self._reference)
         events = job.events()

@@ -235,6 +235,12 @@ class JobSteps:
                 self._job.append_event(RESUMED, "by the operator")
                 self._paused, self._view = False, None
 
+    def go_on(self, operator: str) -> None:
+        """Go on with a job that was begun earlier, and note who does."""
+        with self._lock:
+            self._job.append_event("gone on", f"by {operator}")
+            self.resume()
+
     def missing(self) -> list[tuple[str, int]]:
         """Return the features that are not done and how many points each still needs."""
         with self._lock:

@@ -284,6 +284,8 @@ class JobView:
         being probed: live, and without a verdict.
     target
         Where the next point is wanted; None where that is not known.
+    constructed
+        Features made from others, in the order of the plan.
     undo, redo
         What these would take back and do again, in words; empty where there is nothing.
     """
@@ -305,6 +307,7 @@ class JobView:
     paused: bool = False
     provisional: tuple[str, ...] = ()
     target: Target | None = None
+    constructed: tuple[FeatureView, ...] = ()
     undo: str = ""
     redo: str = ""
 
