@@ -1,0 +1,209 @@
+"""Frames that outlive a job: that of a machine, or of a part before it is moved.
+
+The document is TOML (``ocmm.frame/1``) and carries the hash of its own content, so that a changed
+number is noticed. A plan takes over what it needs (`saved_frame`, `relocation`) together with the
+hash, and does not need the file any more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.alignment.rules import ControlPoint, Relocation, SavedFrame
+from ocmm_core.camera.rig import Vector3
+from ocmm_core.documents import Document, load_document, write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.geometry import Float, RigidTransform
+
+SCHEMA = "ocmm.frame/1"
+
+_ROTATION_FAULT = 1e-9
+
+
+class FrameDocument(Document, frozen=True, kw_only=True):
+    """A frame as it is written down; lengths in mm.
+
+    Attributes
+    ----------
+    name
+        Of the frame, as reports say it.
+    made
+        When it was measured, ISO 8601 with its offset from UTC.
+    source
+        Where it comes from: part, serial number, job.
+    rotation
+        Rows of the rotation from the world to the frame.
+    translation
+        mm, frame.
+    control
+        Points of the part with their places in the frame; at them it is found again after the part
+        was moved. May be empty.
+    sha256
+        Of all else (`content_hash`).
+    """
+
+    name: str
+    made: str
+    source: str
+    rotation: tuple[Vector3, Vector3, Vector3]
+    translation: Vector3
+    control: tuple[ControlPoint, ...] = ()
+    sha256: str = ""
+    schema: str = SCHEMA
+    unit: str = "mm"
+
+    @property
+    def T_frame_from_world(self) -> RigidTransform:
+        """Return the motion from the world to the frame."""
+        return RigidTransform(np.array(self.rotation), np.array(self.translation))
+
+
+def frame_document(
+    name: str,
+    made: str,
+    source: str,
+    T_frame_from_world: RigidTransform,
+    control_world: Mapping[str, Float],
+) -> FrameDocument:
+    """Return the document of a frame.
+
+    Parameters
+    ----------
+    name, made, source
+        As in `FrameDocument`.
+    T_frame_from_world
+        The frame (`alignment.datums.frame_of`).
+    control_world
+        Centres (3,), mm, world, of features that will be touched again, by name.
+    """
+    rows = [_vector(row) for row in T_frame_from_world.rotation]
+    document = FrameDocument(
+        name=name,
+        made=made,
+        source=source,
+        rotation=(rows[0], rows[1], rows[2]),
+        translation=_vector(T_frame_from_world.translation),
+        control=tuple(
+            ControlPoint(feature=feature, place=_vector(T_frame_from_world.apply(centre)))
+            for feature, centre in control_world.items()
+        ),
+    )
+    return msgspec.structs.replace(document, sha256=content_hash(document))
+
+
+def content_hash(document: FrameDocument) -> str:
+    """Return the SHA-256 of a document without the hash that it carries."""
+    content = msgspec.structs.replace(document, sha256="")
+    return hashlib.sha256(msgspec.json.encode(content, order="sorted")).hexdigest()
+
+
+def save_frame(path: Path, document: FrameDocument) -> None:
+    """Write the document of a frame; an existing file is never replaced.
+
+    Raises
+    ------
+    StorageError
+        There is a file already, or the folder cannot be written.
+    """
+    if path.exists():
+        raise StorageError(
+            "frame.exists",
+            f"{path}: there is such a file already; a frame is never written over.",
+            "Give another name.",
+        )
+    try:
+        write_atomic(path, _text(document).encode("utf-8"))
+    except OSError as error:
+        raise StorageError(
+            "frame.unwritable",
+            f"{path}: the frame cannot be written ({error.strerror}).",
+            "Free the disk or give a folder that you may write.",
+        ) from error
+
+
+def load_frame(path: Path) -> FrameDocument:
+    """Return the frame of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        It is malformed, its rotation is none, or it was changed after it was saved.
+    """
+    document = load_document(path, FrameDocument, SCHEMA)
+    rotation = document.T_frame_from_world.rotation
+    skewed = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
+    if content_hash(document) != document.sha256:
+        raise InputError(
+            "frame.changed",
+            f"{path}: the content does not fit its hash: a byte was changed after it was saved.",
+            "Restore the file from a good copy, or save the frame anew.",
+        )
+    if skewed > _ROTATION_FAULT or np.linalg.det(rotation) < 0.0:
+        raise InputError(
+            "frame.no_rotation",
+            f"{path}: field 'rotation' is no rotation.",
+            "Save the frame anew.",
+        )
+    return document
+
+
+def saved_frame(document: FrameDocument) -> SavedFrame:
+    """Return the alignment that takes a frame as it was saved."""
+    return SavedFrame(
+        name=document.name,
+        digest=document.sha256,
+        rotation=document.rotation,
+        translation=document.translation,
+    )
+
+
+def relocation(document: FrameDocument, limit: float) -> Relocation:
+    """Return the alignment that finds a frame again at its control points.
+
+    Raises
+    ------
+    InputError
+        It has fewer than three.
+    """
+    if len(document.control) < 3:
+        raise InputError(
+            "frame.no_control",
+            f"The frame {document.name} has {len(document.control)} control point(s); three are "
+            "needed to find it again.",
+            "Save it with at least three features that can be touched after the part is moved.",
+        )
+    return Relocation(
+        name=document.name, digest=document.sha256, control=document.control, limit=limit
+    )
+
+
+def _text(document: FrameDocument) -> str:
+    lines = [f"{field} = {_quoted(getattr(document, field))}" for field in _TEXTS]
+    rows = ", ".join(_numbers(row) for row in document.rotation)
+    lines += [f"rotation = [{rows}]", f"translation = {_numbers(document.translation)}"]
+    for item in document.control:
+        lines += ["", "[[control]]", f"feature = {_quoted(item.feature)}"]
+        lines.append(f"place = {_numbers(item.place)}")
+    return "\n".join(lines) + "\n"
+
+
+_TEXTS = ("schema", "unit", "name", "made", "source", "sha256")
+
+
+def _quoted(text: str) -> str:
+    # A JSON string is a TOML string: the same escapes, and control characters by their number.
+    return msgspec.json.encode(text).decode("utf-8").replace("\x7f", "\\u007f")
+
+
+def _numbers(values: Vector3) -> str:
+    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
