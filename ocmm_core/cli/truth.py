@@ -6,7 +6,7 @@ from ocmm_core.features.shapes import element
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.simulation.artefacts import Part, TrueFeature
-from ocmm_core.tolerances.evaluate import characteristic_value
+from ocmm_core.tolerances.measure import geometry_value
 
 
 def true_values(plan: Plan, part: Part) -> dict[str, float]:
@@ -16,10 +16,11 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
     """
     features = part.features_part()
     geometries = {feature.name: _geometry(features[feature.name]) for feature in plan.features}
+    shapes = {feature.name: feature.shape for feature in plan.features}
     return {
         item.name: 0.0
         if item.kind == "form"
-        else characteristic_value(item, geometries, plan.alignment)
+        else geometry_value(item, geometries, shapes, plan.alignment)
         for item in plan.characteristics
     }
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature, Touches
-from ocmm_core.features.fit import distance_derivatives
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape
+from ocmm_core.features.fit import distance_derivatives, fit_circle_projected, fit_shape
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Int, Points3, unit
 
 _STEP = 1e-5
@@ -55,7 +55,7 @@ class SurfacePoints:
 
         nothing = np.zeros(1)
         by_geometry = np.zeros(GEOMETRY_SIZE)
-        for k in range(GEOMETRY_SIZE):
+        for k in np.flatnonzero(np.any(self.feature.jacobian != 0.0, axis=1)):
             step = np.zeros(GEOMETRY_SIZE)
             step[k] = _STEP
             by_geometry[k] = -radius * np.sum(
@@ -98,6 +98,24 @@ def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:
         The feature is constructed and has no points of its own.
     """
     return _own(feature)
+
+
+def least_squares(feature: ActualFeature) -> Fit:
+    """Return the least-squares element of the ball centres, whatever the feature's criterion.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed, or its points do not determine the element.
+    """
+    touches, raw = _own(feature)
+    if raw.criterion is Criterion.LEAST_SQUARES:
+        return raw
+    if raw.shape is Shape.CIRCLE:
+        return fit_circle_projected(touches.tips, raw.direction)[0]
+    return fit_shape(
+        raw.shape, touches.tips, direction_hint=raw.direction, radius_hint=raw.radius
+    )
 
 
 def _own(feature: ActualFeature) -> tuple[Touches, Fit]:

@@ -136,11 +136,12 @@ def frame_of_part(
     T_part_from_world: Callable[[Mapping[str, Float]], RigidTransform],
     features: Sequence[str],
     actual: Mapping[str, ActualFeature],
+    words: str,
 ) -> ZoneFrame:
     """Return the part frame of an alignment that rests on ``features``, and leaves nothing open."""
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     by_coordinates = _by_coordinates(T_part_from_world, features, geometries, actual)
-    return ZoneFrame(T_part_from_world(geometries), by_coordinates, np.zeros((6, 0)), "part")
+    return ZoneFrame(T_part_from_world(geometries), by_coordinates, np.zeros((6, 0)), words)
 
 
 def _started(

@@ -15,7 +15,8 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.evaluate import characteristic_value, evaluate
+from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.measure import geometry_value
 from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tolerances.results import evaluate_all, expected_range, form_floor
 from tests.core.features.exact_touches import (
@@ -125,7 +126,8 @@ def differences() -> Float:
         for by in (step, -step):
             actual = _actual(nudged(POINTS, i, by))
             geometries = {name: item.fit.geometry for name, item in actual.items()}
-            sides.append([characteristic_value(c, geometries, RULE) for c, _ in KNOWN])
+            shapes = {name: item.fit.shape for name, item in actual.items()}
+            sides.append([geometry_value(c, geometries, shapes, RULE) for c, _ in KNOWN])
         columns.append((np.array(sides[0]) - np.array(sides[1])) / (2.0 * step))
     return np.array(columns).T
 
