@@ -6,6 +6,7 @@ event to the window's thread; frames never travel this way, the timer pulls the 
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 from collections.abc import Callable
@@ -18,11 +19,14 @@ from ocmm_core.calibration.in_use import CalibrationView
 from ocmm_core.calibration.overview import CalibrationOverview
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview
-from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.view import JobView, LiveView
+from ocmm_core.errors import MeasuringError, OcmmError
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.inspection.view import JobHeader, JobView, LiveView, Probing
+from ocmm_core.measuring.compensation import METHODS
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.station.bus_watch import BusView
 from ocmm_core.station.station import MeasuringStation
+from ocmm_gui.words import active_feature, shown_feature
 
 LIVE_MS = 31
 """Between two pulls of the live values: a little less than a thirtieth of a second."""
@@ -143,6 +147,69 @@ class StationBridge(QObject):
         """Flip the compensation side of the last point."""
         self._command(self._station.flip)
 
+    def redo(self) -> None:
+        """Do again what was undone last."""
+        self._change(lambda session: session.redo())
+
+    def skip(self) -> None:
+        """Leave the active feature out."""
+        self._change(lambda session: session.skip())
+
+    def repeat(self) -> None:
+        """Measure the active feature anew, or the last one where none is active."""
+        shown = shown_feature(self._job)
+        if shown is not None:
+            self._change(lambda session: session.repeat(shown.name))
+
+    def toggle_order(self) -> None:
+        """Probe in any order, or in that of the plan again."""
+        order: Probing = "plan" if self._job.probing == "any" else "any"
+        self._change(lambda session: session.set_order(order))
+
+    def toggle_pause(self) -> None:
+        """Take no points any more, or go on."""
+        if self._job.paused:
+            self._change(lambda session: session.resume())
+        else:
+            self._change(lambda session: session.pause())
+
+    def next_side(self) -> None:
+        """Find the side of the material of the active feature in the next way that suits it."""
+        name, feature = self._job.active, active_feature(self._job)
+        if feature is None:
+            return
+        start = METHODS.index(feature.compensation) + 1
+        allowed = (*METHODS[start:], *METHODS[:start])
+
+        def turn(session: InspectionSession) -> None:
+            for method in allowed:
+                # What says nothing about this shape is passed over.
+                with contextlib.suppress(MeasuringError):
+                    session.set_compensation(method, name)
+                    return
+
+        self._change(turn)
+
+    def next_part(self, header: JobHeader) -> bool:
+        """Go on with a new job for another part, and say whether it was begun."""
+        return self._command(lambda: self._station.next_part(header))
+
+    def go_on(self, path: Path) -> bool:
+        """Go on with a job that was left open, and say whether it was."""
+        return self._command(lambda: self._station.go_on(path))
+
+    def delete_point(self, number: int, reason: str) -> None:
+        """Take a point out of its feature."""
+        self._change(lambda session: session.delete_point(number, reason))
+
+    def restore_point(self, number: int) -> None:
+        """Put a deleted point back."""
+        self._change(lambda session: session.restore_point(number))
+
+    def refit(self) -> None:
+        """Compute everything again from the raw observations."""
+        self._change(lambda session: session.refit())
+
     def select(self, feature: str) -> None:
         """Make a feature of the plan the active one."""
         self._command(lambda: self._station.select(feature))
@@ -221,13 +288,19 @@ class StationBridge(QObject):
         self._writing = threading.Thread(target=write, name="ocmm-write-cameras")
         self._writing.start()
 
-    def _command(self, call: Callable[[], None]) -> None:
+    def _change(self, verb: Callable[[InspectionSession], object]) -> None:
+        self._command(lambda: self._station.change(verb))
+
+    def _command(self, call: Callable[[], None]) -> bool:
+        """Give a command and say whether it was carried out; an error goes out by signal."""
         if self._closed:
-            return
+            return False
         try:
             call()
         except OcmmError as error:
             self.failed.emit(error)
+            return False
+        return True
 
     def _pull_live(self) -> None:
         self.live_changed.emit(self._station.live())

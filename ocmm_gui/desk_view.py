@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QFrame,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QPushButton,
@@ -16,6 +20,8 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.camera.rig import Rig
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.view import FeatureState, JobView, LiveView
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.actions import make_button
@@ -25,11 +31,17 @@ from ocmm_gui.operator.guidance import Guidance
 from ocmm_gui.operator.plan_list import PlanList
 from ocmm_gui.operator.readout import Readout
 from ocmm_gui.operator.status_strip import StatusStrip
+from ocmm_gui.operator.step_picture import StepPicture
 from ocmm_gui.theme import text_font
 from ocmm_gui.views.camera_view import CameraViews
 from ocmm_gui.views.point_view import PointView
+from ocmm_gui.words import header_words
 
-_TOOLS = ("flip", "cameras", "fit", "closeup", "theme", "log", "export", "view", "mode")
+_PAGES = ("job", "plan", "alignment", "results")
+_TOOLS = ("cameras", "fit", "closeup", "theme", "export", "view", "mode")
+_STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"))
+_PICTURE_PX = (96, 190)
+"""Least and greatest height of the picture of the step."""
 _SIDE_PX = 250
 _PANEL_PX = 370
 
@@ -57,11 +69,16 @@ class DeskView(QWidget):
         self.readout = Readout()
         self.feature = FeaturePanel(guarded=guarded)
         self.guidance = Guidance(15)
+        self.picture = StepPicture()
+        self._nominals: Mapping[str, NominalFeature] = {}
+        self._folder: Path | None = None
         self.cameras = CameraViews(rig)
         self._heading = QLabel()
         self._heading.setAccessibleName("Job")
         self._heading.setTextFormat(Qt.TextFormat.PlainText)
         self._heading.setFont(text_font(14, bold=True))
+        self._header = sentence_label("Operator and part", 12)
+        self._header.setProperty("role", "muted")
         self._climate = sentence_label("Temperatures", 12)
         self._climate.setProperty("role", "muted")
         self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -69,7 +86,7 @@ class DeskView(QWidget):
         beside = QHBoxLayout(work)
         beside.setContentsMargins(0, 0, 0, 0)
         beside.setSpacing(8)
-        beside.addWidget(self._left())
+        beside.addWidget(self._left(actions))
         beside.addWidget(self.points, 1)
         self._split = QSplitter(Qt.Orientation.Vertical)
         self._split.setChildrenCollapsible(False)
@@ -89,6 +106,11 @@ class DeskView(QWidget):
         layout.addLayout(middle, 1)
         layout.addLayout(_tool_row(actions))
 
+    def use_plan(self, plan: Plan, folder: Path | None) -> None:
+        """Show the steps of a plan; ``folder`` is where its pictures are."""
+        self._nominals = {feature.name: feature for feature in plan.features}
+        self._folder = folder
+
     def show_live(self, live: LiveView) -> None:
         """Show the state of the machine."""
         self.strip.show_live(live)
@@ -102,7 +124,9 @@ class DeskView(QWidget):
         """Show the job as it stands."""
         done = sum(feature.state is FeatureState.DONE for feature in job.features)
         self._heading.setText(f"{job.part}   {done} / {len(job.features)} features")
-        self._heading.setToolTip(f"Job {job.job}, part {job.part}, operator {job.operator}")
+        self._heading.setToolTip(header_words(job))
+        self._header.setText(header_words(job))
+        self.picture.show_step(self._nominals.get(job.active), self._folder)
         self._climate.setText(job.temperature)
         self.plan.show_job(job)
         self.points.show_job(job)
@@ -113,14 +137,30 @@ class DeskView(QWidget):
         """Show or hide the camera images."""
         self.cameras.setVisible(not self.cameras.isVisible())
 
-    def _left(self) -> QWidget:
+    def _left(self, actions: dict[str, QAction]) -> QWidget:
         side = QWidget()
         side.setFixedWidth(_SIDE_PX)
         layout = QVBoxLayout(side)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
         layout.addWidget(self._heading)
-        layout.addWidget(self.plan, 1)
+        layout.addWidget(self._header)
+        layout.addWidget(self.plan, 3)
+        self.picture.setMinimumHeight(_PICTURE_PX[0])
+        self.picture.setMaximumHeight(_PICTURE_PX[1])
+        layout.addWidget(self.picture, 1)
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for row, keys in enumerate(_STEPS):
+            for column, key in enumerate(keys):
+                button = make_button(actions[key])
+                shortcut = actions[key].shortcuts()[0].toString()
+                if len(shortcut) > 1:
+                    button.setText(actions[key].text())
+                button.setProperty("role", "tool")
+                button.setFont(text_font(12))
+                grid.addWidget(button, row, column)
+        layout.addLayout(grid)
         layout.addWidget(self._climate)
         return side
 
@@ -153,15 +193,17 @@ class DeskView(QWidget):
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
     row = QHBoxLayout()
     row.setSpacing(6)
-    hint = QLabel("Take: Space    Undo: Backspace    Finish: Return")
-    hint.setProperty("role", "muted")
-    hint.setFont(text_font(12))
-    hint.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-    row.addWidget(hint, 1)
+    for key in _PAGES:
+        row.addWidget(_tool(actions[key]))
+    row.addStretch(1)
     for key in _TOOLS:
-        button: QPushButton = make_button(actions[key])
-        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        button.setProperty("role", "tool")
-        button.setFont(text_font(13))
-        row.addWidget(button)
+        row.addWidget(_tool(actions[key]))
     return row
+
+
+def _tool(action: QAction) -> QPushButton:
+    button = make_button(action)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    button.setProperty("role", "tool")
+    button.setFont(text_font(13))
+    return button

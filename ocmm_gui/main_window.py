@@ -32,7 +32,9 @@ from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.operator.tip_line import TipLine
 from ocmm_gui.operator.trust_bar import Place, TrustBar
-from ocmm_gui.sound import Sound, SoundPlayer
+from ocmm_gui.point_choice import PointChoice
+from ocmm_gui.sheets import Sheets
+from ocmm_gui.sound import Approach, Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
 from ocmm_gui.wizards.definition_page import DefinitionPage
 from ocmm_gui.wizards.site import site_of
@@ -58,6 +60,8 @@ class MainWindow(QMainWindow):
         Name of the theme to begin with.
     out
         Folder of the report; None asks for one in the window.
+    pictures
+        Folder of the plan, where its pictures are.
     """
 
     closed = Signal()
@@ -71,6 +75,7 @@ class MainWindow(QMainWindow):
         sounds: SoundPlayer | None = None,
         theme: str = "dark",
         out: Path | None = None,
+        pictures: Path | None = None,
     ) -> None:
         super().__init__()
         self.setWindowTitle(f"OCMM – {bridge.station.plan.part}")
@@ -78,16 +83,20 @@ class MainWindow(QMainWindow):
         self._bridge = bridge
         self._notices = notices
         self._sounds = sounds
+        self._approach = Approach(sounds)
         self._out = out
         self._job: JobView | None = None
         self._live: LiveView | None = None
         self.close_seconds = 0.0
-        guarded = bridge.station.plan.rule == "iso14253-1"
+        guarded = bridge.station.plan.rule != "simple"
         self.actions_by_key = make_actions(self, self._calls())
         self.desk = DeskView(
             bridge.station.rig, bridge.station.body, self.actions_by_key, guarded=guarded
         )
         self.far = FarView(self.actions_by_key, guarded=guarded)
+        self.desk.use_plan(bridge.station.plan, pictures)
+        self.choice = PointChoice(bridge, self.desk, notices)
+        self.sheets = Sheets(bridge, notices, self._folder)
         self.bus = BusPage(bridge.bus)
         self.calibration = CalibrationPage(
             bridge.station.rig, bridge.calibration, bridge.calibration_overview
@@ -121,15 +130,20 @@ class MainWindow(QMainWindow):
         self._stack = QStackedWidget()
         for view in (self.desk, self.far, self.maintain, self.wizard, self.definition):
             self._stack.addWidget(view)
+        for sheet in self.sheets.all():
+            self._stack.addWidget(sheet)
         central = QWidget()
         layout = QVBoxLayout(central)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        for widget in (self.trust, self.tip_line, self.banner, self.export_panel, self.bus_panel):
+        self._lines = (self.banner, self.export_panel, self.bus_panel, self.choice.panel)
+        for widget in (self.trust, self.tip_line, *self._lines):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         self.setCentralWidget(central)
         self.desk.plan.feature_chosen.connect(bridge.select)
+        self.sheets.wanted.connect(self._leave_keys_to)
+        self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
         self.export_panel.given.connect(bridge.export)
         self.bus_panel.given.connect(bridge.save_bus_text)
         notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
@@ -196,7 +210,8 @@ class MainWindow(QMainWindow):
 
     def mode(self) -> Mode:
         """Return what the window is for at the moment."""
-        inspects = self._stack.currentWidget() in (self.desk, self.far)
+        shown = self._stack.currentWidget()
+        inspects = shown in (self.desk, self.far) or self.sheets.holds(shown)
         return Mode.INSPECT if inspects else Mode.MAINTAIN
 
     def show_far(self, far: bool) -> None:
@@ -225,7 +240,7 @@ class MainWindow(QMainWindow):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Let Esc put a notice or the export panel away, and nothing else."""
         if event.key() == Qt.Key.Key_Escape:
-            for widget in (self.banner, self.export_panel, self.bus_panel):
+            for widget in self._lines:
                 widget.hide()
             return
         super().keyPressEvent(event)
@@ -234,6 +249,7 @@ class MainWindow(QMainWindow):
         """Stop the station before the window goes; every point is stored already."""
         begun = time.monotonic()
         self.probe_design.cancel()
+        self.sheets.close_work()
         self.wizard.close_runner()
         self.definition.close_examination()
         self._bridge.close()
@@ -249,6 +265,22 @@ class MainWindow(QMainWindow):
             "undo": self._bridge.undo,
             "finish": self._bridge.finish,
             "flip": self._bridge.flip,
+            "skip": self._bridge.skip,
+            "repeat": self._bridge.repeat,
+            "order": self._bridge.toggle_order,
+            "pause": self._bridge.toggle_pause,
+            "side": self._bridge.next_side,
+            "redo": self._bridge.redo,
+            "refit": self._bridge.refit,
+            "tone": self._toggle_tone,
+            "point_after": lambda: self.choice.step(1),
+            "point_before": lambda: self.choice.step(-1),
+            "delete": lambda: self.choice.delete(),
+            "restore": lambda: self.choice.restore(),
+            "results": lambda: self.sheets.open_results(),
+            "job": lambda: self.sheets.open_job(),
+            "plan": lambda: self.sheets.open_results(),
+            "alignment": lambda: self.sheets.open_results(),
             "previous": lambda: self._bridge.select_neighbour(-1),
             "next": lambda: self._bridge.select_neighbour(1),
             "view": lambda: self.show_far(not self.is_far()),
@@ -283,10 +315,15 @@ class MainWindow(QMainWindow):
         for view in (self.far, self.desk, self.maintain):
             if view is self._stack.currentWidget():
                 view.show_live(live)
+        measures = self._stack.currentWidget() in (self.desk, self.far)
+        target = self._job.target if measures and self._job is not None else None
+        self._approach.feed(target, live.tip_world)
 
     def _on_job(self, job: JobView) -> None:
         previous, self._job = self._job, job
         self._show_job(job)
+        self.choice.show_job(job)
+        self.sheets.job_changed(job)
         if previous is not None:
             self._announce(previous, job)
 
@@ -317,6 +354,11 @@ class MainWindow(QMainWindow):
         if self._sounds is not None:
             self._sounds.play(sound)
 
+    def _toggle_tone(self) -> None:
+        self._approach.enabled = not self._approach.enabled
+        state = "sounded" if self._approach.enabled else "silent"
+        self._notices.inform(f"The way to the next point is {state} now.")
+
     def _flash(self, *, good: bool) -> None:
         (self.far.readout() if self.is_far() else self.desk.readout).flash(good=good)
 
@@ -324,7 +366,7 @@ class MainWindow(QMainWindow):
         if self._out is not None:
             self._bridge.export(self._out)
         else:
-            self.export_panel.ask(Path.home() / "ocmm-out")
+            self.export_panel.ask(self._folder())
 
     def _on_exported(self, paths: tuple[Path, ...]) -> None:
         names = ", ".join(path.name for path in paths)
@@ -362,6 +404,9 @@ class MainWindow(QMainWindow):
             self._bridge.save_bus_text(path)
         else:
             self.bus_panel.ask(path)
+
+    def _folder(self) -> Path:
+        return self._out if self._out is not None else Path.home() / "ocmm-out"
 
     def _new_text(self, what: str) -> Path:
         folder = self._out if self._out is not None else Path.home()

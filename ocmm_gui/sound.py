@@ -8,6 +8,7 @@ readout flashes in every case, so nothing depends on hearing.
 from __future__ import annotations
 
 import io
+import math
 import sys
 import wave
 from collections.abc import Sequence
@@ -17,7 +18,14 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, QProcess, QStandardPaths, QTemporaryDir
 
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.guidance import FAR_MM, cue
+from ocmm_core.inspection.view import Target
+
 RATE_HZ = 22050
+_CONCERT_HZ, _STEPS_PER_OCTAVE = 440.0, 6
+_PITCH_S = 0.05
+"""Length of the tone that leads to the next point."""
 _PLAYERS = (("paplay",), ("pw-play",), ("aplay", "-q"))
 
 
@@ -50,6 +58,11 @@ def tone_wav(notes: Sequence[tuple[float, float]]) -> bytes:
     return buffer.getvalue()
 
 
+def scale_step(hertz: float) -> int:
+    """Return the nearest step of the scale in which the way to a point is sounded."""
+    return round(_STEPS_PER_OCTAVE * math.log2(max(hertz, 1.0) / _CONCERT_HZ))
+
+
 class SoundPlayer(QObject):
     """Play `Sound` without ever waiting, raising or leaving a process behind.
 
@@ -65,6 +78,7 @@ class SoundPlayer(QObject):
         self._process: QProcess | None = None
         self._folder = QTemporaryDir() if enabled else None
         self._files: dict[Sound, str] = {}
+        self._pitches: dict[int, str] = {}
         if self._folder is None or not self._folder.isValid():
             return
         for sound in Sound:
@@ -82,14 +96,32 @@ class SoundPlayer(QObject):
 
     def play(self, sound: Sound) -> None:
         """Start a sound; a sound that still plays is not interrupted."""
-        if sound not in self._files:
-            return
+        if sound in self._files:
+            self._start(self._files[sound])
+
+    def play_pitch(self, hertz: float) -> None:
+        """Start a short tone on the nearest step of the scale."""
+        step = scale_step(hertz)
+        folder = self._folder
+        if folder is not None and self._files:
+            path = self._pitches.get(step, "")
+            if not path:
+                path = folder.filePath(f"pitch{step}.wav")
+                pitch = _CONCERT_HZ * 2.0 ** (step / _STEPS_PER_OCTAVE)
+                try:
+                    Path(path).write_bytes(tone_wav(((pitch, _PITCH_S),)))
+                except OSError:
+                    return
+                self._pitches[step] = path
+            self._start(path)
+
+    def _start(self, path: str) -> None:
         if sys.platform == "win32":
             import winsound
 
             try:
                 winsound.PlaySound(
-                    self._files[sound],
+                    path,
                     winsound.SND_FILENAME | winsound.SND_ASYNC | winsound.SND_NODEFAULT,
                 )
             except RuntimeError:
@@ -100,7 +132,7 @@ class SoundPlayer(QObject):
             if self._process is None:
                 self._process = QProcess(self)
             program, *options = self._command
-            self._process.start(program, [*options, self._files[sound]])
+            self._process.start(program, [*options, path])
 
     def close(self) -> None:
         """Stop what still plays; idempotent."""
@@ -109,3 +141,35 @@ class SoundPlayer(QObject):
             self._process.kill()
             self._process.waitForFinished(200)
             self._process = None
+
+
+class Approach:
+    """Sound the way to the next point: a tone that rises with every step nearer, and then stops.
+
+    A probe that rests is silent.
+
+    Parameters
+    ----------
+    player
+        None for silence.
+    """
+
+    def __init__(self, player: SoundPlayer | None) -> None:
+        self._player = player
+        self._step: int | None = None
+        self.enabled = True
+
+    def feed(self, target: Target | None, tip_world: Float | None) -> None:
+        """Sound where the ball is now, if it has come nearer or gone farther since."""
+        if target is None or tip_world is None or self._player is None or not self.enabled:
+            self._step = None
+            return
+        distance = target.distance(tip_world)
+        if distance > FAR_MM:
+            self._step = None
+            return
+        pitch = cue(distance).tone_hz
+        step = scale_step(pitch)
+        if self._step is not None and step != self._step:
+            self._player.play_pitch(pitch)
+        self._step = step

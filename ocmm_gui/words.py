@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from ocmm_core.features.nominal import CRITERIA
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, LiveView, StatusWord
+from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 
 DASHES = "———"
@@ -109,11 +113,88 @@ def main_characteristic(job: JobView, feature: str) -> CharacteristicResult | No
     return next(alone, mine[0] if mine else None)
 
 
+PROVISIONAL = "PROVISIONAL"
+"""Stands for the verdict while a feature is still being probed."""
+
+CRITERION_WORDS = {criterion: word for word, criterion in CRITERIA.items()}
+
+
+def quantity(
+    result: CharacteristicResult, value: float | None, *, signed: bool = False
+) -> str:
+    """Return a value of a characteristic in its unit: mm without a word, degrees with their sign.
+
+    Angles get a digit more than a hundredth of a degree is long at 50 mm.
+    """
+    if result.unit != "deg":
+        return millimetres(value, signed=signed)
+    text = millimetres(value, signed=signed, decimals=4)
+    return text if text == DASHES else f"{text}°"
+
+
+def limit_words(result: CharacteristicResult) -> str:
+    """Return the limits of the deviation; one of them for a zone."""
+    upper = quantity(result, result.upper, signed=True)
+    if result.kind in ZONES and result.lower <= 0.0:
+        return f"≤ {upper.lstrip('+')}"
+    if result.lower == -result.upper:
+        return f"±{upper.lstrip('+')}"
+    return f"{quantity(result, result.lower, signed=True)} {upper}"
+
+
+def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> str:
+    """Return by which association and in which frame the numbers of a feature are."""
+    if feature.fit is None:
+        return ""
+    words = CRITERION_WORDS[feature.fit.criterion]
+    frame = ""
+    if result is not None:
+        words, frame = result.association or words, result.frame
+    return f"{words}, {frame}" if frame else words
+
+
+def outlier_words(feature: FeatureView, chosen: int) -> str:
+    """Return the outliers of a feature and the point that is chosen, in one sentence each."""
+    lines = []
+    residuals = {} if feature.fit is None else dict(
+        zip((point.number for point in feature.points), feature.fit.residuals.tolist(),
+            strict=False)
+    )  # fmt: skip
+    if feature.outliers:
+        named = ", ".join(_off(number, residuals) for number in feature.outliers)
+        lines.append(f"Far off: {named}. They count until you delete them.")
+    if chosen in {point.number for point in feature.points}:
+        lines.append(f"Chosen: {_off(chosen, residuals)}. Del deletes it.")
+    if feature.deleted:
+        out = ", ".join(str(item.point.number) for item in feature.deleted)
+        lines.append(f"Deleted: point {out}. Ins puts the last one back.")
+    return "\n".join(lines)
+
+
+def _off(number: int, residuals: Mapping[int, float]) -> str:
+    if number not in residuals:
+        return f"point {number}"
+    return f"point {number} ({millimetres(residuals[number], signed=True)} mm)"
+
+
+def is_provisional(job: JobView, result: CharacteristicResult) -> bool:
+    """Return whether a value will still change: a feature that it rests on is being probed."""
+    return result.name in job.provisional
+
+
 def next_step(job: JobView) -> str:
     """Return the sentence that says what to do now."""
+    if job.paused:
+        return "Paused: touches are not taken. Press Z to go on."
     feature = active_feature(job)
     if feature is None:
+        left_out = [item.name for item in job.features if item.skipped]
+        if left_out:
+            named = ", ".join(left_out)
+            return f"All but {named} is measured. Choose one to measure it, or press E."
         return "All features are measured. Press E to write the report."
+    if job.probing == "any" and not feature.points:
+        return "Touch any feature: it is found by where you touch."
     missing = feature.needed - len(feature.points)
     if missing <= 0:
         return f"{feature.name} has all its points. Press Return to finish it."
@@ -121,6 +202,55 @@ def next_step(job: JobView) -> str:
     if feature.points:
         return f"Touch {points.replace('point', 'more point')} on {feature.name}."
     return f"Next: touch {points} on {feature.name}."
+
+
+def header_words(job: JobView) -> str:
+    """Return who measures which part, in one line."""
+    header = job.header
+    parts = [header.operator or job.operator]
+    if header.serial:
+        parts.append(f"serial {header.serial}")
+    if header.order:
+        parts.append(f"order {header.order}")
+    if header.batch:
+        parts.append(f"batch {header.batch}")
+    return ", ".join(part for part in parts if part)
+
+
+def step_text(job: JobView) -> str:
+    """Return the words of the plan for the step, and the core's warning about the spread."""
+    feature = active_feature(job)
+    if feature is None:
+        return ""
+    warning = "" if feature.coverage is None else feature.coverage.warning
+    return f"{feature.text} {warning}".strip()
+
+
+def mode_words(job: JobView) -> str:
+    """Return the order of probing, and how the side of the material is found."""
+    order = "Order of the plan" if job.probing == "plan" else "Any order"
+    feature = active_feature(job)
+    if feature is None:
+        return f"{order}."
+    side = COMPENSATION_WORDS.get(feature.compensation, feature.compensation)
+    return f"{order}. Side of the material: {side}."
+
+
+def approach_words(job: JobView | None, live: LiveView | None) -> str:
+    """Return how far the ball is from the next place; empty where that is not known."""
+    if job is None or job.target is None or live is None or live.tip_world is None:
+        return ""
+    roughly = "about " if job.target.approximate else ""
+    return f"{roughly}{job.target.distance(live.tip_world):.0f} mm to the next point"
+
+
+COMPENSATION_WORDS = {
+    "approach": "as the probe came",
+    "pulled": "pull the probe away after the touch",
+    "shank": "along the shank",
+    "nominal": "as the plan says",
+}
+"""How the side of the material is found, as the inspector reads it."""
 
 
 def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
@@ -140,6 +270,8 @@ def progress_word(feature: FeatureView) -> str:
         return "ACTIVE"
     if feature.state is FeatureState.PENDING:
         return "OPEN"
+    if feature.state is FeatureState.SKIPPED:
+        return "SKIPPED"
     # A characteristic that waits for another feature says nothing about this one.
     verdict = feature.verdict
     return "DONE" if verdict is None or verdict is Verdict.NOT_MEASURED else str(verdict.value)

@@ -32,7 +32,7 @@ from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obst
 from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.registry import write_report
@@ -41,12 +41,13 @@ from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import JobView, LiveView, StatusWord
+from ocmm_core.inspection.view import JobHeader, JobView, LiveView, StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
 from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.change_watch import ChangeWatch
+from ocmm_core.station.jobs import drop_if_empty, job_for, open_job
 from ocmm_core.station.live import LiveState
 from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
 from ocmm_core.station.stream_server import StreamOptions, StreamServer
@@ -162,6 +163,8 @@ class MeasuringStation:
         self._changes = ChangeWatch(calibration, body, self._session)
         self._probe = ProbeWatch(probe, self._session, job, options.pause)
         self._watcher: Callable[[FrameBlock], None] | None = None
+        self._measuring = threading.RLock()
+        """Held while frames are measured: the job does not change in between."""
         self._take = threading.Event()
         self._stop = threading.Event()
         self._drained = threading.Event()
@@ -182,6 +185,52 @@ class MeasuringStation:
         """
         if self.stream is not None:
             self.stream.start()
+        self._note_start()
+        self._acquisition.start()
+        self._calibration.start()
+        self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
+        self._thread.start()
+
+    def next_part(self, header: JobHeader) -> None:
+        """Go on with a new job for another part by the same plan; errors as `job_for`."""
+        self._begin(job_for(header, self._job.head, self.plan, self._job.path.parent))
+
+    def go_on(self, path: Path) -> None:
+        """Go on with a job of the same plan that was left open.
+
+        Raises
+        ------
+        StorageError, MeasuringError
+            As `open_job`; the job belongs to another probe, or is relative to a reference body
+            that has moved since.
+        """
+        self._begin(open_job(path, self._job.head))
+
+    def _begin(self, job: JobFile) -> None:
+        """Measure into another job file; the one before is closed. Nothing changes on an error."""
+        try:
+            session = InspectionSession(
+                self.plan, self.rig, self.body, job, self._options.session
+            )
+            if self.reference is not None and session.reference_home is not None:
+                raise MeasuringError(
+                    "job.other_place",
+                    f"{job.path}: its points are relative to where the reference body stood then.",
+                    "Start the program with this job to go on with it.",
+                )
+        except BaseException:
+            job.close()
+            raise
+        with self._measuring:
+            before, self._job, self._session = self._job, job, session
+            self._changes = ChangeWatch(self._calibration.in_use, self.body, session)
+            self._probe = ProbeWatch(self._probe.in_use, session, job, self._options.pause)
+            self._note_start()
+        drop_if_empty(before)
+        self.changed.emit()
+
+    def _note_start(self) -> None:
+        """Store with what the points from now on are taken."""
         self._probe.start()
         calibration, probe = self.calibration(), self.probe_view()
         unproven = calibration.unproven
@@ -191,10 +240,6 @@ class MeasuringStation:
             f"{calibration.word.value} {calibration.identity}", probe.note, unproven
         )
         self._session.note_climate()
-        self._acquisition.start()
-        self._calibration.start()
-        self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
-        self._thread.start()
 
     def request_stop(self) -> None:
         """Ask both to end; returns at once."""
@@ -502,7 +547,8 @@ class MeasuringStation:
                 if collector is None:
                     period_s = self._ring.word(Word.FRAME_PERIOD_NS) * 1e-9
                     collector = TouchCollector(period_s, self._options.session.point)
-                self._measure(block, pipeline, collector)
+                with self._measuring:
+                    self._measure(block, pipeline, collector)
         except OcmmError as error:
             _log.exception("The reconstruction stopped.")
             self.failed.emit(error)

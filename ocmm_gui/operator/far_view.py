@@ -12,13 +12,31 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QPushButton, QVBoxLayout
 
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_gui.actions import make_button
+from ocmm_gui.operator.coverage_view import CoverageView
 from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import status_mark, verdict_mark
+from ocmm_gui.operator.marks import Mark, status_mark, verdict_mark
 from ocmm_gui.operator.readout import Readout
+from ocmm_gui.operator.target_ring import TargetRing
 from ocmm_gui.operator.tolerance_bar import ToleranceBar
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, status_colour, verdict_colour
-from ocmm_gui.words import main_characteristic, millimetres, next_step, shown_feature, trouble
+from ocmm_gui.words import (
+    DASHES,
+    PROVISIONAL,
+    is_provisional,
+    main_characteristic,
+    millimetres,
+    next_step,
+    quantity,
+    shown_feature,
+    trouble,
+)
 
+_VALUES = (
+    ("measured", "Measured", "0000.000"),
+    ("deviation", "Deviation", "+0.000"),
+    ("uncertainty", "U", "0.000"),
+    ("form", "Form", "0.000"),
+)
 _TYPE_PX = 100
 """Greatest type of words; its capitals are 73 px high."""
 
@@ -45,22 +63,31 @@ class FarView(QWidget):
         self._feature = FitText("Feature name", limit=_TYPE_PX)
         self._verdict = FitText("Verdict", limit=_TYPE_PX, align=right, reserve="NOT MEASURED")
         self._readout = Readout()
-        self._value = FitText("Measured", limit=150, align=right, digits=True, reserve="0000.000")
-        self._deviation = FitText(
-            "Deviation", limit=150, align=right, digits=True, reserve="+0.000"
-        )
+        self._coverage = CoverageView()
+        self._ring = TargetRing()
+        self._values = {
+            key: FitText(name, limit=130, align=right, digits=True, reserve=reserve)
+            for key, name, reserve in _VALUES
+        }
         self._bar = ToleranceBar(guarded=guarded)
         self._step = FitText("Next step", limit=60)
         self._trouble = FitText("What stands in the way", limit=44)
-        captions = [FitText(text, limit=34, align=right) for text in ("Measured", "Deviation")]
-        for caption, text in zip(captions, ("measured, mm", "deviation, mm"), strict=True):
-            caption.show_text(text)
-        self._captions = captions
-        side = QVBoxLayout()
-        for widget, stretch in (
-            (captions[0], 2), (self._value, 5), (captions[1], 2), (self._deviation, 5),
-        ):  # fmt: skip
-            side.addWidget(widget, stretch)
+        self._captions = {
+            key: FitText(f"{name}, what it is", limit=34) for key, name, _ in _VALUES
+        }
+        side = QGridLayout()
+        side.setHorizontalSpacing(10)
+        side.setVerticalSpacing(2)
+        side.setColumnStretch(0, 26)
+        side.setColumnStretch(1, 74)
+        for line, (key, name, _) in enumerate(_VALUES):
+            side.addWidget(self._captions[key], line, 0)
+            side.addWidget(self._values[key], line, 1)
+            side.setRowStretch(line, 1)
+            self._captions[key].show_text(name)
+        pictures = QVBoxLayout()
+        pictures.addWidget(self._coverage, 1)
+        pictures.addWidget(self._ring, 1)
         grid = QGridLayout(self)
         grid.setContentsMargins(24, 8, 24, 16)
         grid.setHorizontalSpacing(28)
@@ -74,8 +101,12 @@ class FarView(QWidget):
             words.addWidget(left, share)
             words.addWidget(right_one, 100 - share)
             grid.addLayout(words, line, 0, 1, 2)
-        grid.addWidget(self._readout, 2, 0)
-        grid.addLayout(side, 2, 1)
+        work = QHBoxLayout()
+        work.setSpacing(24)
+        work.addWidget(self._readout, 42)
+        work.addLayout(pictures, 15)
+        work.addLayout(side, 43)
+        grid.addLayout(work, 2, 0, 1, 2)
         grid.addWidget(self._bar, 3, 0, 1, 2)
         grid.addWidget(self._step, 4, 0, 1, 2)
         grid.addWidget(self._trouble, 5, 0, 1, 2)
@@ -88,9 +119,7 @@ class FarView(QWidget):
             self._buttons.append(button)
             row.addWidget(button, 1)
         grid.addLayout(row, 6, 0, 1, 2)
-        for column, stretch in enumerate((62, 38)):
-            grid.setColumnStretch(column, stretch)
-        for line, stretch in enumerate((11, 11, 40, 10, 6, 5, 0)):
+        for line, stretch in enumerate((11, 11, 45, 9, 6, 4, 0)):
             grid.setRowStretch(line, stretch)
 
     def show_live(self, live: LiveView) -> None:
@@ -99,30 +128,44 @@ class FarView(QWidget):
         colour = status_colour(self._theme, live.status)
         self._status.show_text(live.status.value, colour, status_mark(live.status))
         self._readout.show_live(live)
+        self._show_ring()
 
     def show_job(self, job: JobView) -> None:
         """Show the active feature."""
         self._job = job
         self._step.show_text(next_step(job))
-        where = "at 20 °C, mm" if job.at_20_c else "measured, mm"
-        self._captions[0].show_text(where, self._theme.muted)
+        where = "At 20 °C" if job.at_20_c else "Measured"
+        self._captions["measured"].show_text(where, self._theme.muted)
         self._show_trouble()
+        self._show_ring()
         feature = shown_feature(job)
         if feature is None:
             return
         result = main_characteristic(job, feature.name)
         self._feature.show_text(f"{feature.shape.value} {feature.name}")
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")
+        self._coverage.show_feature(feature, 0)
         self._bar.show_result(result)
+        form = None if feature.fit is None else feature.fit.form
+        self._values["form"].show_text(millimetres(form))
         if result is None:
             self._verdict.show_text("NO TOLERANCE", self._theme.muted)
-            self._value.show_text(millimetres(None), self._theme.muted)
-            self._deviation.show_text(millimetres(None), self._theme.muted)
+            for key in ("measured", "deviation", "uncertainty"):
+                self._values[key].show_text(DASHES, self._theme.muted)
             return
-        colour = verdict_colour(self._theme, result.verdict)
-        self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
-        self._value.show_text(millimetres(result.measured))
-        self._deviation.show_text(millimetres(result.deviation, signed=True), colour)
+        provisional = is_provisional(job, result)
+        colour = verdict_colour(self._theme, None if provisional else result.verdict)
+        if provisional:
+            self._verdict.show_text(PROVISIONAL, colour, Mark.OPEN)
+        else:
+            self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
+        # What is still provisional is in the colour of what is read second.
+        settled = self._theme.muted if provisional else self._theme.text
+        self._values["measured"].show_text(quantity(result, result.measured), settled)
+        self._values["uncertainty"].show_text(quantity(result, result.uncertainty), settled)
+        self._values["deviation"].show_text(
+            quantity(result, result.deviation, signed=True), colour
+        )
 
     def readout(self) -> Readout:
         """Return the large digits."""
@@ -130,18 +173,22 @@ class FarView(QWidget):
 
     def type_pixels(self) -> dict[str, int]:
         """Return the pixel size of the type of everything that is read from afar."""
-        texts = (self._status, self._verdict, self._feature, self._count, self._deviation)
+        texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
         return {text.accessibleName(): text.type_pixels() for text in texts}
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self._theme = theme
-        for caption in self._captions:
+        for caption in self._captions.values():
             caption.show_text(caption.text(), theme.muted)
         if self._live is not None:
             self.show_live(self._live)
         if self._job is not None:
             self.show_job(self._job)
+
+    def _show_ring(self) -> None:
+        target = None if self._job is None else self._job.target
+        self._ring.show_target(target, None if self._live is None else self._live.tip_world)
 
     def _show_trouble(self) -> None:
         # Why the machine has no number stands in the readout, in place of the digits.

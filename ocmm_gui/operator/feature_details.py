@@ -1,13 +1,11 @@
-"""Details of a feature: its points, its other characteristics and how its points scatter."""
+"""Details of a feature: its points as dots, and its other characteristics."""
 
 from __future__ import annotations
 
-import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from ocmm_core.features.shapes import Fit
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font, verdict_colour
 from ocmm_gui.words import millimetres
@@ -123,63 +121,3 @@ class CharacteristicList(QWidget):
             painter.drawText(
                 box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
             )
-
-
-class ResidualChart(QWidget):
-    """Distance of every point from the fitted feature, as bars: shows the point that is off."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._residuals = np.empty(0)
-        self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Distances of the points from the fitted feature")
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
-
-    def show_fit(self, fit: Fit | None) -> None:
-        """Show the residuals of a fit; None empties the chart."""
-        self._residuals = np.empty(0) if fit is None else fit.residuals
-        self.setAccessibleDescription(
-            " ".join(millimetres(float(r), signed=True) for r in self._residuals)
-        )
-        self.update()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.update()
-
-    def minimumSizeHint(self) -> QSize:
-        """Return a size that any window has left."""
-        return QSize(160, 0)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a bar for each point, if there is room."""
-        top = _LINE_PX
-        count = len(self._residuals)
-        if not count or self.height() < 3 * top:
-            return
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        reach = max(float(np.abs(self._residuals).max()), 0.005)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.muted))
-        line = QRectF(0, 0, self.width(), top)
-        middle_left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        middle_right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(line, middle_left, "Points from the fit")
-        painter.drawText(line, middle_right, f"±{reach:.3f} mm")
-        high = min(0.5 * (self.height() - 2.0 * top), 90.0)
-        zero = top + high
-        pitch = min(self.width() / count, 40.0)
-        for index, residual in enumerate(self._residuals.tolist()):
-            tall = high * residual / reach
-            bar = QRectF(index * pitch + 0.2 * pitch, zero, 0.6 * pitch, -tall).normalized()
-            painter.fillRect(bar, QColor(self._theme.accent))
-        painter.setPen(QPen(QColor(self._theme.text), 1))
-        painter.drawLine(QPointF(0, zero), QPointF(count * pitch, zero))
-        painter.setFont(digit_font(11, bold=False))
-        painter.setPen(QColor(self._theme.muted))
-        every = 1 if pitch >= 20.0 else 5
-        for index in range(0, count, every):
-            box = QRectF(index * pitch, zero + high + 2.0, pitch * every, 14.0)
-            painter.drawText(box, Qt.AlignmentFlag.AlignLeft, f" {index + 1}")

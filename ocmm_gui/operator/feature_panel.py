@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFont, QResizeEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QVBoxLayout,
+)
 
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.view import FeatureView, JobView
 from ocmm_core.tolerances.result import CharacteristicResult
-from ocmm_gui.operator.feature_details import CharacteristicList, PointDots, ResidualChart
+from ocmm_gui.operator.coverage_view import CoverageView
+from ocmm_gui.operator.feature_details import CharacteristicList, PointDots
 from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import verdict_mark
+from ocmm_gui.operator.marks import Mark, verdict_mark
+from ocmm_gui.operator.residual_chart import ResidualChart
 from ocmm_gui.operator.tolerance_bar import ToleranceBar
 from ocmm_gui.theme import (
     DEFAULT_THEME,
@@ -21,7 +30,18 @@ from ocmm_gui.theme import (
     text_font,
     verdict_colour,
 )
-from ocmm_gui.words import characteristics_of, main_characteristic, millimetres, shown_feature
+from ocmm_gui.words import (
+    DASHES,
+    PROVISIONAL,
+    basis_words,
+    characteristics_of,
+    is_provisional,
+    main_characteristic,
+    millimetres,
+    outlier_words,
+    quantity,
+    shown_feature,
+)
 
 _ROWS = ("Measured", "Nominal", "Deviation", "U (k=2)", "Form", "Position")
 _LARGE = ("Measured", "Deviation")
@@ -35,12 +55,16 @@ _LOW_PX = 353
 _LOWEST_PX = 300
 """A lower panel has no room for the dots; the plan counts the points as well."""
 _NOTE_PX = 24
+_PICTURE_PX = 104
 
 _MAX_OTHERS = 6
 
 
 class FeaturePanel(QFrame):
-    """Name, points, value, deviation, uncertainty, form, tolerance bar and verdict.
+    """Name, points, coverage, value, deviation, uncertainty, form, tolerance bar and verdict.
+
+    Numbers are marked as provisional until the feature has all its points. A click on a bar of the
+    chart chooses a point.
 
     Parameters
     ----------
@@ -48,8 +72,12 @@ class FeaturePanel(QFrame):
         Whether the plan decides with a guard band.
     """
 
+    point_chosen = Signal(int)
+    """Emits the number of the point that was clicked."""
+
     def __init__(self, *, guarded: bool) -> None:
         super().__init__()
+        self._chosen = 0
         self.setProperty("role", "panel")
         self.setAccessibleName("Feature")
         self._theme = THEMES[DEFAULT_THEME]
@@ -57,7 +85,13 @@ class FeaturePanel(QFrame):
         self._title = FitText("Feature name", limit=26)
         self._title.setFixedHeight(36)
         self._dots = PointDots()
+        self._coverage = CoverageView()
+        self._coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
         self._subject = _label("Characteristic", text_font(13), muted=True)
+        self._basis = _label("Association and frame", text_font(12), muted=True)
+        self._outliers = _label("Outliers", text_font(13))
+        self._outliers.setWordWrap(True)
+        self._outliers.hide()
         self._bar = ToleranceBar(guarded=guarded)
         self._bar.setFixedHeight(60)
         self._verdict = FitText("Verdict", limit=30, reserve="NOT MEASURED")
@@ -84,14 +118,19 @@ class FeaturePanel(QFrame):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 8, 14, 8)
         layout.setSpacing(6)
-        above: tuple[QWidget, ...] = (self._title, self._dots, self._subject)
-        below: tuple[QWidget, ...] = (self._bar, self._verdict, self._note, self._others)
-        for widget in above:
-            layout.addWidget(widget)
+        named = QVBoxLayout()
+        named.setSpacing(4)
+        for widget in (self._title, self._dots, self._subject, self._basis):
+            named.addWidget(widget)
+        head = QHBoxLayout()
+        head.addLayout(named, 1)
+        head.addWidget(self._coverage)
+        layout.addLayout(head)
         layout.addLayout(grid)
-        for widget in below:
-            layout.addWidget(widget)
+        for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
+            layout.addWidget(below)
         layout.addWidget(self._residuals, 1)
+        self._residuals.point_chosen.connect(self.point_chosen)
         self._fit()
 
     def show_job(self, job: JobView) -> None:
@@ -103,14 +142,21 @@ class FeaturePanel(QFrame):
         result = main_characteristic(job, feature.name)
         self._title.show_text(f"{feature.shape.value}  {feature.name}")
         self._dots.show_points(len(feature.points), feature.needed)
-        self._show_values(feature, result)
+        self._show_values(job, feature, result)
         self._bar.show_result(result)
         self._bar.setVisible(result is not None)
         if result is None:
             self._verdict.show_text("NO TOLERANCE", self._theme.muted)
+        elif is_provisional(job, result):
+            self._verdict.show_text(PROVISIONAL, self._theme.muted, Mark.OPEN)
         else:
             colour = verdict_colour(self._theme, result.verdict)
             self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
+        self._coverage.show_feature(feature, self._chosen)
+        flagged = bool(feature.outliers)
+        self._outliers.setText(outlier_words(feature, self._chosen))
+        self._outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
+        self._outliers.setVisible(bool(self._outliers.text()))
         note = feature.note or (result.note if result is not None else "")
         self._note.setText(note)
         # Beside a number the note explains; without one it is the reason, and must be seen.
@@ -118,8 +164,14 @@ class FeaturePanel(QFrame):
         self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
         others = [item for item in characteristics_of(job, feature.name) if item is not result]
         self._others.show_results(tuple(others[:_MAX_OTHERS]))
-        self._residuals.show_fit(feature.fit)
+        self._residuals.show_feature(feature, self._chosen)
         self._fit()
+
+    def choose(self, number: int) -> None:
+        """Mark a point; zero marks none."""
+        self._chosen = number
+        if self._job is not None:
+            self.show_job(self._job)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Show as much as there is room for: nothing is ever cut in half."""
@@ -134,6 +186,14 @@ class FeaturePanel(QFrame):
         """Return the verdict word."""
         return self._verdict.text()
 
+    def outliers(self) -> str:
+        """Return what is said about outliers and the chosen point; may be empty."""
+        return self._outliers.text()
+
+    def basis(self) -> str:
+        """Return by which association, and in which frame."""
+        return self._basis.text()
+
     def title(self) -> str:
         """Return shape and name of the shown feature."""
         return self._title.text()
@@ -145,7 +205,9 @@ class FeaturePanel(QFrame):
             self.show_job(self._job)
 
     def _fit(self) -> None:
-        high = self.height() - (0 if self._note.isHidden() else _NOTE_PX)
+        high = self.height()
+        for line in (self._note, self._outliers):
+            high -= 0 if line.isHidden() else _NOTE_PX
         tight, low = high < _TIGHT_PX, high < _LOW_PX
         for name, value in self._values.items():
             large = name in _LARGE
@@ -156,21 +218,29 @@ class FeaturePanel(QFrame):
                 label.setVisible(not (low and name in _LESS))
         self._dots.setVisible(high >= _LOWEST_PX)
 
-    def _show_values(self, feature: FeatureView, result: CharacteristicResult | None) -> None:
+    def _show_values(
+        self, job: JobView, feature: FeatureView, result: CharacteristicResult | None
+    ) -> None:
         fit = feature.fit
         size = ""
         if result is not None:
             self._subject.setText(f"{result.name}: {subject(result)}")
-            size = millimetres(result.measured)
+            size = quantity(result, result.measured)
         else:
             self._subject.setText("No characteristic rests on this feature.")
             if fit is not None and fit.radius > 0.0:
                 size = millimetres(2.0 * fit.radius)
+        self._basis.setText(basis_words(feature, result))
+        for caption in ("Measured", "Deviation"):
+            so_far = result is not None and is_provisional(job, result)
+            self._captions[caption].setText(f"{caption} so far" if so_far else caption)
         texts = {
             "Measured": size or millimetres(None),
-            "Nominal": millimetres(None if result is None else result.nominal),
-            "Deviation": millimetres(None if result is None else result.deviation, signed=True),
-            "U (k=2)": millimetres(None if result is None else result.uncertainty),
+            "Nominal": DASHES if result is None else quantity(result, result.nominal),
+            "Deviation": DASHES
+            if result is None
+            else quantity(result, result.deviation, signed=True),
+            "U (k=2)": DASHES if result is None else quantity(result, result.uncertainty),
             "Form": millimetres(None if fit is None or feature.shape is Shape.POINT else fit.form),
             "Position": millimetres(None)
             if fit is None

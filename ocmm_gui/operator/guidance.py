@@ -1,4 +1,4 @@
-"""Guidance: what to do next, and why the last touch gave no point."""
+"""Guidance: what to do next, how, and why the last touch gave no point."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QVBoxLayout
 
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
-from ocmm_gui.words import next_step, trouble
+from ocmm_gui.words import approach_words, mode_words, next_step, step_text, trouble
 
 
 class Guidance(QFrame):
-    """Two sentences: the next step, and under it what stands in the way.
+    """The next step, the words of the plan, how far the next point is, and what is in the way.
 
     Parameters
     ----------
@@ -26,11 +26,15 @@ class Guidance(QFrame):
         self._job: JobView | None = None
         self._live: LiveView | None = None
         self._step = _sentence("Next step")
+        self._words = _sentence("Instruction of the plan")
+        self._mode = _sentence("Order of probing and side of the material")
+        self._approach = _sentence("Way to the next point")
         self._trouble = _sentence("What stands in the way")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addWidget(self._step)
+        layout.setSpacing(3)
+        for widget in (self._step, self._words, self._approach, self._mode):
+            layout.addWidget(widget)
         layout.addWidget(self._trouble, 1)
         self._paint()
 
@@ -38,16 +42,25 @@ class Guidance(QFrame):
         """Show the next step and the refusal of the last touch."""
         self._job = job
         self._step.setText(next_step(job))
+        self._words.setText(step_text(job))
+        self._words.setVisible(bool(self._words.text()))
+        self._mode.setText(mode_words(job))
+        self._show_approach()
         self._show_trouble()
 
     def show_live(self, live: LiveView) -> None:
-        """Show why the machine is not ready."""
+        """Show why the machine is not ready, and how far the next point is."""
         self._live = live
+        self._show_approach()
         self._show_trouble()
 
     def step(self) -> str:
         """Return the sentence that says what to do."""
         return self._step.text()
+
+    def mode(self) -> str:
+        """Return the order of probing and how the side of the material is found."""
+        return self._mode.text()
 
     def trouble(self) -> str:
         """Return what stands in the way, or an empty text."""
@@ -58,6 +71,12 @@ class Guidance(QFrame):
         self._theme = theme
         self._paint()
 
+    def _show_approach(self) -> None:
+        text = approach_words(self._job, self._live)
+        if text != self._approach.text():
+            self._approach.setText(text)
+        self._approach.setVisible(bool(text))
+
     def _show_trouble(self) -> None:
         text = "\n".join(trouble(self._live, self._job))
         if text != self._trouble.text():
@@ -65,7 +84,11 @@ class Guidance(QFrame):
 
     def _paint(self) -> None:
         size = f"font-size: {self._pixels}px;"
+        small = f"font-size: {round(0.85 * self._pixels)}px;"
         self._step.setStyleSheet(f"{size} font-weight: bold; color: {self._theme.text};")
+        self._words.setStyleSheet(f"{size} color: {self._theme.text};")
+        self._approach.setStyleSheet(f"{size} color: {self._theme.accent};")
+        self._mode.setStyleSheet(f"{small} color: {self._theme.muted};")
         self._trouble.setStyleSheet(f"{size} color: {self._theme.bad};")
 
 

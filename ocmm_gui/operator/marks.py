@@ -27,7 +27,7 @@ def feature_mark(feature: FeatureView) -> Mark:
     """Return the mark of a feature in the plan."""
     if feature.state is FeatureState.ACTIVE:
         return Mark.ACTIVE
-    if feature.state is FeatureState.PENDING:
+    if feature.state in (FeatureState.PENDING, FeatureState.SKIPPED):
         return Mark.OPEN
     # A characteristic that waits for another feature says nothing about this one.
     waits = feature.verdict is Verdict.NOT_MEASURED

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
+from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.painted import Painted
 from ocmm_gui.theme import digit_font
@@ -57,7 +58,7 @@ def make_scale(result: CharacteristicResult, *, guarded: bool) -> BarScale:
     """
     width = max(result.upper - result.lower, 1e-6)
     guard = result.uncertainty if guarded and result.uncertainty is not None else 0.0
-    one_sided = result.kind == "form" and result.lower <= 0.0
+    one_sided = result.kind in ZONES and result.lower <= 0.0
     return BarScale(
         low=result.lower - (0.0 if one_sided else _MARGIN_SHARE * width),
         high=result.upper + _MARGIN_SHARE * width,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.view import FeatureState, JobView, LiveView
+from ocmm_core.inspection.guidance import cue
+from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, LiveView, Target
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.theme import Theme, verdict_colour
 from ocmm_gui.views import shapes
@@ -13,6 +14,9 @@ from ocmm_gui.views.scene import Dots, Face, Item, Lines, Orbit, Tag
 from ocmm_gui.words import led_name, reference_led_name
 
 _ARROW_MM = 9.0
+_STEM_MM = 25.0
+_RING_MM = 40.0
+"""Greatest radius of the ring round the next place."""
 
 
 def probe_places(live: LiveView, body: ProbeBody) -> Float:
@@ -60,8 +64,13 @@ def reference_items(live: LiveView | None, theme: Theme, *, named: bool) -> tupl
     )
 
 
-def job_items(job: JobView, theme: Theme) -> tuple[tuple[Item, ...], Float]:
-    """Return points and features of a job, and all places (n, 3) that a view should contain."""
+def job_items(
+    job: JobView, theme: Theme, chosen: int = 0
+) -> tuple[tuple[Item, ...], Float]:
+    """Return points and features of a job, and all places (n, 3) that a view should contain.
+
+    ``chosen`` is the number of the point that is to be seen at once.
+    """
     items: list[Item] = []
     reach: list[Float] = [np.empty((0, 3))]
     # The active feature comes first: its name has the right of way.
@@ -86,7 +95,55 @@ def job_items(job: JobView, theme: Theme) -> tuple[tuple[Item, ...], Float]:
         items.append(
             Dots(surface, theme.text if active else colour, 8.0 if active else 5.0, theme.panel)
         )
+        items += _marked_points(feature, theme, chosen)
+    reach += [target.surface_world[None] for target in _wanted(job)]
     return tuple(items), np.concatenate(reach)
+
+
+def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item]:
+    """Return outliers in red, and the chosen point large and named."""
+    items: list[Item] = []
+    for point in feature.points:
+        place = point.surface_world
+        if point.number in feature.outliers:
+            items.append(Dots(place[None], theme.bad, 11.0, theme.panel))
+            items.append(Tag(place, f"{point.number} far off", theme.bad))
+        if point.number == chosen:
+            items.append(Dots(place[None], theme.warn, 14.0, theme.text))
+            items.append(Tag(place, f"point {chosen}", theme.text))
+    return items
+
+
+def _wanted(job: JobView) -> tuple[Target, ...]:
+    """Return where the active feature still wants points."""
+    return next((item.targets for item in job.features if item.name == job.active), ())
+
+
+def target_items(job: JobView | None, live: LiveView | None, theme: Theme) -> tuple[Item, ...]:
+    """Return where points are wanted, and a ring that shrinks round the next place.
+
+    The ring closes when the ball is there.
+    """
+    if job is None:
+        return ()
+    others = [target.surface_world for target in _wanted(job)]
+    items: list[Item] = []
+    if others:
+        items.append(Dots(np.stack(others), theme.panel, 9.0, theme.accent))
+    target = job.target
+    if target is None:
+        return tuple(items)
+    place, normal = target.surface_world, target.normal_world
+    items.append(Dots(place[None], theme.accent, 13.0, theme.text))
+    stem = np.stack([place + _STEM_MM * normal, place])[None]
+    items.append(Lines(stem, theme.accent, 2.0))
+    tip = None if live is None else live.tip_world
+    if tip is not None:
+        radius = _RING_MM * cue(target.distance(tip)).ring_px_fraction
+        corners = shapes.ring(place, normal, radius)
+        items.append(Lines(shapes.polyline(corners, closed=True), theme.accent, 3.0))
+    items.append(Tag(place, "next, roughly" if target.approximate else "next", theme.accent))
+    return tuple(items)
 
 
 def grid_step(orbit: Orbit) -> float:

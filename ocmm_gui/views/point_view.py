@@ -28,6 +28,7 @@ from ocmm_gui.views.contents import (
     probe_items,
     probe_places,
     reference_items,
+    target_items,
 )
 from ocmm_gui.views.scene import Dots, Item, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.words import shown_feature
@@ -59,6 +60,7 @@ class PointView(QWidget):
         self._live: LiveView | None = None
         self._probe = np.empty((0, 3))
         self._job: JobView | None = None
+        self._chosen = 0
         self._job_items: tuple[Item, ...] = ()
         self._job_reach = np.empty((0, 3))
         self._probe_reach = np.empty((0, 3))
@@ -92,10 +94,16 @@ class PointView(QWidget):
     def show_job(self, job: JobView) -> None:
         """Show points and features as they stand."""
         self._job = job
-        self._job_items, self._job_reach = job_items(job, self._theme)
+        self._job_items, self._job_reach = job_items(job, self._theme, self._chosen)
         if self._follows:
             self._fit()
         self.update()
+
+    def choose(self, number: int) -> None:
+        """Mark a point; zero marks none."""
+        self._chosen = number
+        if self._job is not None:
+            self.show_job(self._job)
 
     def fit(self) -> None:
         """Show the whole work, and keep doing so."""
@@ -124,7 +132,7 @@ class PointView(QWidget):
         """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._job is not None:
-            self._job_items, self._job_reach = job_items(self._job, theme)
+            self._job_items, self._job_reach = job_items(self._job, theme, self._chosen)
         self.update()
 
     def sizeHint(self) -> QSize:
@@ -150,6 +158,7 @@ class PointView(QWidget):
             *grid_items(self._orbit, self._job_reach, theme),
             rig,
             *self._job_items,
+            *target_items(self._job, self._live, theme),
             *reference_items(self._live, theme, named=named),
             *probe_items(self._probe, self._body, theme, named=named),
         )

@@ -78,16 +78,61 @@ def fitted_shape(fit: Fit, surface: Float) -> tuple[Float, Float]:
         return sphere(fit.point, fit.radius), nothing
     if fit.shape is Shape.POINT:
         return np.empty((0, 2, 3)), nothing
+    if fit.shape in _OUTLINES:
+        corners = _outline(fit)
+        return polyline(corners, closed=True), corners
+    if fit.shape is Shape.TORUS:
+        return _torus(fit), nothing
     along = (surface - fit.point) @ fit.direction
     if fit.shape is Shape.PLANE:
         return _plane(fit, surface)
     ends = fit.point + np.outer(_stretched(along), fit.direction)
     if fit.shape is Shape.LINE:
         return ends[None], nothing
-    rings = [ring(end, fit.direction, fit.radius) for end in ends]
+    # The radius of a cone grows along its direction; that of a cylinder stays.
+    growth = np.tan(fit.half_angle) * _stretched(along)
+    rings = [
+        ring(end, fit.direction, max(fit.radius + float(more), 0.0))
+        for end, more in zip(ends, growth, strict=True)
+    ]
     sides = np.stack(rings, axis=1)[:: _TURN // 12]
     hoops = [polyline(corners, closed=True) for corners in rings]
     return np.concatenate([*hoops, sides, ends[None]]), nothing
+
+
+_OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+
+
+def _outline(fit: Fit) -> Float:
+    """Return the corners (n, 3) of an ellipse, a slot or a rectangle."""
+    long, short = fit.across, np.cross(fit.direction, fit.across)
+    half, wide = fit.radius, fit.second
+    angle = np.linspace(0.0, 2.0 * np.pi, _TURN, endpoint=False)
+    if fit.shape is Shape.ELLIPSE:
+        flat = np.stack([half * np.cos(angle), wide * np.sin(angle)], axis=1)
+    elif fit.shape is Shape.ROUND_SLOT:
+        middle = np.where(np.cos(angle) >= 0.0, half - wide, wide - half)
+        flat = np.stack([middle + wide * np.cos(angle), wide * np.sin(angle)], axis=1)
+    else:
+        flat = np.array([[half, wide], [-half, wide], [-half, -wide], [half, -wide]])
+    corners: Float = fit.point + flat @ np.stack([long, short])
+    return corners
+
+
+def _torus(fit: Fit) -> Float:
+    """Return a torus as its greatest, smallest and highest circles and eight of its tube."""
+    lift = fit.second * fit.direction
+    circles = [
+        ring(fit.point, fit.direction, fit.radius + fit.second),
+        ring(fit.point, fit.direction, max(fit.radius - fit.second, 0.0)),
+        ring(fit.point + lift, fit.direction, fit.radius),
+        ring(fit.point - lift, fit.direction, fit.radius),
+    ]
+    middles = ring(fit.point, fit.direction, fit.radius)[:: _TURN // 8]
+    for middle in middles:
+        outward = (middle - fit.point) / max(fit.radius, 1e-9)
+        circles.append(ring(middle, np.cross(fit.direction, outward), fit.second))
+    return np.concatenate([polyline(corners, closed=True) for corners in circles])
 
 
 def _plane(fit: Fit, surface: Float) -> tuple[Float, Float]:

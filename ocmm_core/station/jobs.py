@@ -1,0 +1,92 @@
+"""Job files that a running station goes on with: the next part, or a job that was left open."""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import replace
+from pathlib import Path
+
+from ocmm_core.errors import MeasuringError, StorageError
+from ocmm_core.inspection.batch import SUFFIX, require_new_serial
+from ocmm_core.inspection.header import EVENT, check_header, header_text
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.view import JobHeader
+from ocmm_core.storage.audit import now_utc
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage.rows import JobHead
+
+
+def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFile:
+    """Return a new job file for a part that is measured like the one before.
+
+    Parameters
+    ----------
+    header
+        Operator, part, serial number, order and batch.
+    like
+        Head of the job before: its documents are those of the new one.
+    plan
+        What is measured; the file is named after it.
+    folder
+        Where the file is made.
+
+    Raises
+    ------
+    InputError
+        A name of the header cannot be used, or this part of the batch was measured already.
+    StorageError
+        The file cannot be made.
+    """
+    check_header(header)
+    require_new_serial(folder, header.batch, header.serial)
+    head = replace(
+        like,
+        job_uuid=str(uuid.uuid4()),
+        created_utc=now_utc(),
+        operator=header.operator,
+        part=header.part,
+        serial=header.serial,
+    )
+    job = JobFile.create(_free_path(folder, plan), head)
+    job.append_event(EVENT, header_text(header))
+    return job
+
+
+def open_job(path: Path, like: JobHead) -> JobFile:
+    """Return a job file that was left open, to go on with it.
+
+    Raises
+    ------
+    StorageError
+        It cannot be opened for measuring.
+    MeasuringError
+        It was begun by another plan.
+    """
+    job = JobFile.open(path)
+    if job.head.plan_identity != like.plan_identity:
+        job.close()
+        raise MeasuringError(
+            "job.other_plan",
+            f"{path}: this job was begun by another plan than the one that is measured now.",
+            "Start the program with the plan of that job, or begin a new job.",
+        )
+    return job
+
+
+def drop_if_empty(job: JobFile) -> None:
+    """Close a job, and remove its file where no point was ever taken in it."""
+    empty = job.next_number() == 1
+    job.close()
+    if empty:
+        job.path.unlink(missing_ok=True)
+
+
+def _free_path(folder: Path, plan: Plan) -> Path:
+    stem = plan.name.replace(" ", "_")
+    for number in range(1, 100_000):
+        path = folder / f"{stem}-{number:03d}{SUFFIX}"
+        if not path.exists():
+            return path
+    raise StorageError(
+        "job.names", f"{folder}: no name for a new job is left.", "Choose another folder."
+    )

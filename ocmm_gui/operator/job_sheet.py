@@ -1,0 +1,175 @@
+"""The start of a job: who measures, which part, and jobs that were left open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QListWidget, QListWidgetItem
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.batch import next_serial, parts_of_batch
+from ocmm_core.inspection.view import JobHeader, JobView
+from ocmm_gui.actions import ActionInfo
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.maintain.parts import panel, sentence_label
+from ocmm_gui.sheet import Sheet, caption, form_field
+from ocmm_gui.theme import text_font
+
+_KEYS = (
+    ActionInfo("next_part", "Next part", "The next serial number, everything else as it is",
+               ("F6",)),
+    ActionInfo("go_on", "Continue", "Go on with the chosen job", ("F7",)),
+    ActionInfo("begin", "Begin", "Begin a job for this part", ("F8",)),
+)  # fmt: skip
+_FIELDS = (
+    ("operator", "Operator", "Who measures"),
+    ("serial", "Serial number", "Of the part; - where it has none"),
+    ("order", "Order", "Number of the order; may be empty"),
+    ("batch", "Batch", "Parts that are compared with each other; may be empty"),
+)
+_PATH = Qt.ItemDataRole.UserRole
+_ROW_PX = 44
+
+
+class JobSheet(Sheet):
+    """Four fields, and beside them the other jobs of the batch.
+
+    Return goes from field to field, and begins the job after the last one.
+
+    Parameters
+    ----------
+    bridge
+        Begins jobs.
+    """
+
+    begun = Signal()
+    """Another job is measured now."""
+
+    def __init__(self, bridge: StationBridge) -> None:
+        super().__init__("Job", _KEYS)
+        self._bridge = bridge
+        self.fields = {key: form_field(label, tip) for key, label, tip in _FIELDS}
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(14)
+        grid.setVerticalSpacing(12)
+        self._part = QLabel()
+        self._part.setAccessibleName("Part")
+        self._part.setFont(text_font(20, bold=True))
+        grid.addWidget(self._part, 0, 0, 1, 2)
+        keys = [key for key, _, _ in _FIELDS]
+        for row, (key, label, _) in enumerate(_FIELDS, start=1):
+            field = self.fields[key]
+            field.setFont(text_font(20))
+            field.setMinimumHeight(44)
+            words = caption(label, field)
+            words.setFont(text_font(18))
+            grid.addWidget(words, row, 0)
+            grid.addWidget(field, row, 1)
+            field.left.connect(self.left)
+            after = keys[keys.index(key) + 1 : keys.index(key) + 2]
+            if after:
+                field.returnPressed.connect(self.fields[after[0]].setFocus)
+            else:
+                field.returnPressed.connect(self.begin)
+        hint = sentence_label("How to go on", 14)
+        hint.setText(
+            "Return goes to the next field and begins the job after the last one. A job that was "
+            "begun stays in its file; its points are never lost."
+        )
+        hint.setProperty("role", "muted")
+        grid.addWidget(hint, len(_FIELDS) + 1, 0, 1, 2)
+        grid.setRowStretch(len(_FIELDS) + 2, 1)
+        self.jobs = QListWidget()
+        self.jobs.setAccessibleName("Jobs of this batch")
+        self.jobs.setAccessibleDescription("Up and down choose a job; F7 goes on with it")
+        self.jobs.setFont(text_font(15))
+        beside = QGridLayout()
+        self._heading = sentence_label("Which jobs", 15)
+        beside.addWidget(self._heading, 0, 0)
+        beside.addWidget(self.jobs, 1, 0)
+        beside.setRowStretch(1, 1)
+        row_layout = QHBoxLayout()
+        row_layout.setSpacing(12)
+        row_layout.addWidget(panel(grid), 1)
+        row_layout.addWidget(panel(beside), 1)
+        self.body.addLayout(row_layout, 1)
+        self.fields["batch"].editingFinished.connect(self._list_jobs)
+        self.jobs.itemActivated.connect(lambda _item: self.go_on())
+        self.use_keys(
+            {"next_part": self.next_part, "go_on": self.go_on, "begin": self.begin},
+            primary="begin",
+        )
+
+    def open(self, job: JobView) -> None:
+        """Fill in what is known, with the keyboard in the first field."""
+        header = self._proposal(job)
+        self._part.setText(f"Part {header.part}")
+        self.say(f"The running job is {job.job}.")
+        for key, field in self.fields.items():
+            field.setText(str(getattr(header, key)))
+        self._list_jobs()
+        self.fields["operator"].setFocus()
+        self.fields["operator"].selectAll()
+
+    def begin(self) -> None:
+        """Begin a job with what is filled in."""
+        words = {key: field.text().strip() for key, field in self.fields.items()}
+        header = JobHeader(
+            operator=words["operator"],
+            part=self._bridge.station.plan.part,
+            serial=words["serial"],
+            order=words["order"],
+            batch=words["batch"],
+        )
+        if self._bridge.next_part(header):
+            self.begun.emit()
+
+    def next_part(self) -> None:
+        """Begin the job of the next part at once."""
+        header = self.attempt(lambda: _after(self._bridge.job().header))
+        if header is not None and self._bridge.next_part(header):
+            self.begun.emit()
+
+    def go_on(self) -> None:
+        """Go on with the chosen job."""
+        item = self.jobs.currentItem()
+        if item is None:
+            self.told.emit("Choose a job of the list first.")
+        elif self._bridge.go_on(item.data(_PATH)):
+            self.begun.emit()
+
+    def _proposal(self, job: JobView) -> JobHeader:
+        """Return the header of the running job, for the next part once this one has points."""
+        if not any(feature.points for feature in job.features):
+            return job.header
+        try:
+            return _after(job.header)
+        except OcmmError:
+            return job.header
+
+    def _list_jobs(self) -> None:
+        batch = self.fields["batch"].text().strip()
+        running = self._bridge.station.job_path
+        self.jobs.clear()
+        for part in reversed(parts_of_batch(running.parent, batch)):
+            if part.path == running:
+                continue
+            when = part.created_utc[:16].replace("T", " ")
+            item = QListWidgetItem(
+                f"Serial {part.serial}: {part.points} points, {part.operator}, {when} UTC, "
+                f"{part.path.name}",
+                self.jobs,
+            )
+            item.setData(_PATH, part.path)
+            item.setToolTip(item.text())
+            item.setSizeHint(QSize(200, _ROW_PX))
+        if self.jobs.count():
+            self.jobs.setCurrentRow(0)
+        of = f"batch {batch}" if batch else "no batch"
+        self._heading.setText(f"Other jobs of {of} in {running.parent}: {self.jobs.count()}")
+
+
+def _after(header: JobHeader) -> JobHeader:
+    """Return the header of the next part; InputError where its serial number has no number."""
+    return replace(header, serial=next_serial(header.serial))

@@ -1,0 +1,1 @@
+"""A plan is written in the window: features, characteristics, alignment, pictures."""

@@ -1,0 +1,176 @@
+"""All characteristics of a job with their verdicts, one row each."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QResizeEvent
+from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+
+from ocmm_core.inspection.view import JobView
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_gui.maintain.parts import Table
+from ocmm_gui.theme import (
+    DEFAULT_THEME,
+    THEMES,
+    Theme,
+    digit_font,
+    text_font,
+    verdict_colour,
+)
+from ocmm_gui.words import PROVISIONAL, limit_words, quantity
+
+VERDICT_SIGNS = {
+    Verdict.CONFORM: "✔",
+    Verdict.NOT_CONFORM: "✖",
+    Verdict.NOT_PROVEN: "▲",
+    Verdict.NOT_MEASURED: "○",
+}
+"""A sign for each verdict, so that nothing hangs on colour."""
+
+_COLUMNS = (
+    ("Characteristic", "as in the plan"),
+    ("Of", "kind and features"),
+    ("Nominal", "mm, or degrees for angles"),
+    ("Measured", "mm, or degrees for angles"),
+    ("Deviation", "measured minus nominal"),
+    ("Limits", "of the deviation"),
+    ("U (k=2)", "expanded uncertainty"),
+    ("Verdict", "the decision"),
+)
+_NUMBERS = range(2, 7)
+_VERDICT = 7
+_ROW_PX = 34
+_NARROW_PX = 860
+
+
+class _ColouredRow(QStyledItemDelegate):
+    """Cells keep their colours where their row is chosen."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.theme = THEMES[DEFAULT_THEME]
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        cell = QStyleOptionViewItem(option)
+        if cell.state & QStyle.StateFlag.State_Selected:
+            painter.fillRect(cell.rect, QColor(self.theme.background))
+            painter.fillRect(
+                QRect(cell.rect.left(), cell.rect.bottom() - 1, cell.rect.width(), 2),
+                QColor(self.theme.accent),
+            )
+        for flag in (QStyle.StateFlag.State_Selected, QStyle.StateFlag.State_HasFocus):
+            cell.state &= ~flag
+        super().paint(painter, cell, index)
+
+
+class ResultTable(Table):
+    """Rows can be chosen with the arrow keys."""
+
+    result_chosen = Signal(str)
+    """Emits the name of the characteristic whose row is chosen."""
+
+    def __init__(self) -> None:
+        super().__init__("Characteristics", _COLUMNS)
+        self._results: tuple[CharacteristicResult, ...] = ()
+        self._provisional: tuple[str, ...] = ()
+        self.setFont(text_font(15))
+        self.horizontalHeader().setFont(text_font(13))
+        self.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.setWordWrap(False)
+        self._rows = _ColouredRow(self)
+        self.setItemDelegate(self._rows)
+        self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
+
+    def show_job(self, job: JobView) -> None:
+        """Show all characteristics of a job; the chosen row stays chosen."""
+        chosen = self.chosen()
+        self._results, self._provisional = job.characteristics, job.provisional
+        self.blockSignals(True)
+        self.setRowCount(len(self._results))
+        for row, result in enumerate(self._results):
+            colour = self._verdict_colour(result)
+            verdict = f"{VERDICT_SIGNS[result.verdict]}  {result.verdict.value}"
+            if result.name in job.provisional:
+                verdict = f"{VERDICT_SIGNS[Verdict.NOT_MEASURED]}  {PROVISIONAL}"
+            words = (
+                result.name,
+                f"{result.kind} {' – '.join(result.features)}",
+                quantity(result, result.nominal),
+                quantity(result, result.measured),
+                quantity(result, result.deviation, signed=True),
+                limit_words(result),
+                quantity(result, result.uncertainty),
+                verdict,
+            )
+            for column, word in enumerate(words):
+                self._write(row, column, word, colour if column == _VERDICT else None)
+            for column in _NUMBERS:
+                cell = self._cell(row, column)
+                cell.setFont(digit_font(15, bold=column == _NUMBERS[2]))
+                cell.setTextAlignment(
+                    Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                )
+            self._cell(row, _VERDICT).setFont(text_font(15, bold=True))
+        names = [result.name for result in self._results]
+        if names:
+            self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
+        self.blockSignals(False)
+        self._share_width()
+        if names and self.chosen() != chosen:
+            self._on_row(self.currentRow())
+
+    def chosen(self) -> str:
+        """Return the name of the characteristic whose row is chosen; empty where none is."""
+        row = self.currentRow()
+        return self._results[row].name if 0 <= row < len(self._results) else ""
+
+    def choose(self, name: str) -> None:
+        """Choose the row of a characteristic; an unknown one changes nothing."""
+        for row, result in enumerate(self._results):
+            if result.name == name:
+                self.setCurrentCell(row, 0)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = self._rows.theme = theme
+        for row, result in enumerate(self._results):
+            for column, word in enumerate(self.words(row)):
+                colour = self._verdict_colour(result) if column == _VERDICT else None
+                self._write(row, column, word, colour)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give what is left of the width to the second column."""
+        super().resizeEvent(event)
+        self._share_width()
+
+    def _verdict_colour(self, result: CharacteristicResult) -> str:
+        verdict = None if result.name in self._provisional else result.verdict
+        return verdict_colour(self._colours, verdict)
+
+    def _share_width(self) -> None:
+        self.resizeColumnsToContents()
+        # Kind and features stand beside the table as well.
+        self.setColumnHidden(1, self.viewport().width() < _NARROW_PX)
+        rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != 1)
+        rest += 4
+        self.setColumnWidth(1, max(self.viewport().width() - rest, 60))
+
+    def _on_row(self, row: int) -> None:
+        if 0 <= row < len(self._results):
+            self.result_chosen.emit(self._results[row].name)
+
+
+def summary_words(job: JobView) -> tuple[str, Verdict]:
+    """Return how many characteristics have which verdict, and the worst of them."""
+    counts = Counter(result.verdict for result in job.characteristics)
+    order = (Verdict.NOT_CONFORM, Verdict.NOT_PROVEN, Verdict.NOT_MEASURED, Verdict.CONFORM)
+    parts = [f"{counts[verdict]} {verdict.value}" for verdict in order if counts[verdict]]
+    worst = next((verdict for verdict in order if counts[verdict]), Verdict.NOT_MEASURED)
+    return ", ".join(parts) or "The plan has no characteristics", worst

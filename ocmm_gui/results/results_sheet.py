@@ -1,0 +1,148 @@
+"""The results of a job: verdicts in a table, beside it why the chosen one is what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
+
+from ocmm_core.inspection.view import JobView
+from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_gui.actions import ActionInfo
+from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.operator.marks import verdict_mark
+from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.results.job_source import JobSource
+from ocmm_gui.results.result_detail import ResultDetail
+from ocmm_gui.results.result_table import ResultTable, summary_words
+from ocmm_gui.sheet import Sheet
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, verdict_colour
+
+_KEYS = (
+    ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by trials", ("F6",)),
+    ActionInfo("open", "Open a job", "Show a job from its file, without changing it", ("F7",)),
+    ActionInfo("running", "Running job", "Show the job that is measured now", ("F9",)),
+    ActionInfo("report", "Report", "Preview and write the reports", ("F8", "E")),
+)
+
+
+class ResultsSheet(Sheet):
+    """Table on the left, budget and decision of the chosen characteristic on the right.
+
+    Parameters
+    ----------
+    running
+        Gives the job that is measured now.
+    calibration
+        Says how cameras and probe stand now.
+    guarded
+        Whether the plan decides with a guard band.
+    """
+
+    report_wanted = Signal(object)
+    """Emits the `JobSource` that is to be reported."""
+
+    def __init__(
+        self, running: JobSource, calibration: Callable[[], str], *, guarded: bool
+    ) -> None:
+        super().__init__("Results", _KEYS)
+        self._theme = THEMES[DEFAULT_THEME]
+        self._running = self._source = running
+        self._calibration = calibration
+        self._job: JobView | None = None
+        self.table = ResultTable()
+        self.detail = ResultDetail(guarded=guarded)
+        self.file = PathPanel("job", "file", "Open")
+        self._summary = FitText("Summary", limit=26)
+        self._summary.setFixedHeight(36)
+        self.body.addWidget(self.file)
+        self.body.addWidget(self._summary)
+        left = QVBoxLayout()
+        left.addWidget(self.table, 1)
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addLayout(left, 62)
+        row.addWidget(self.detail, 38)
+        self.body.addLayout(row, 1)
+        self.table.result_chosen.connect(self._show_detail)
+        self.file.given.connect(self.open_file)
+        self.detail.failed.connect(self.failed)
+        self.use_keys(
+            {
+                "simulate": self.detail.simulate,
+                "open": lambda: self.file.ask(Path.home()),
+                "running": self.show_running,
+                "report": lambda: self.report_wanted.emit(self._source),
+            },
+            primary="report",
+        )
+
+    def open(self) -> None:
+        """Show the running job as it stands, or the file that was opened before."""
+        self._refresh()
+        self.table.setFocus()
+
+    def show_running(self) -> None:
+        """Show the job that is measured now."""
+        self._source = self._running
+        self._refresh()
+
+    def forget_file(self) -> None:
+        """Show the running job when the sheet is opened next."""
+        self._source = self._running
+
+    def open_file(self, path: Path) -> None:
+        """Show a job from its own file, computed anew and compared; nothing is written to it."""
+        found = self.attempt(lambda: JobSource.of_file(path))
+        if found is not None:
+            self._source = found
+            self._refresh()
+        self.table.setFocus()
+
+    def job_changed(self) -> None:
+        """Show what was measured since, where the running job is shown."""
+        if self.isVisible() and self._source is self._running:
+            self._refresh()
+
+    def close_work(self) -> None:
+        """Give up what is being calculated; call it before the window goes."""
+        self.detail.cancel()
+
+    def summary(self) -> str:
+        """Return the verdicts of all characteristics, counted."""
+        return self._summary.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._job is not None:
+            self._show_summary(self._job)
+
+    def _refresh(self) -> None:
+        job = self.attempt(self._source.view)
+        if job is None:
+            return
+        self._job = job
+        self.say(self._source.words(job))
+        self._show_summary(job)
+        self.table.show_job(job)
+        self._show_detail(self.table.chosen())
+
+    def _show_summary(self, job: JobView) -> None:
+        words, worst = summary_words(job)
+        self._summary.show_text(words, verdict_colour(self._theme, worst), verdict_mark(worst))
+
+    def _show_detail(self, name: str) -> None:
+        result = self._result(name)
+        if result is None or self._job is None:
+            return
+        provisional = name in self._job.provisional
+        standing = self._source.calibration or self._calibration()
+        self.detail.show_result(self._source, result, standing, provisional=provisional)
+
+    def _result(self, name: str) -> CharacteristicResult | None:
+        if self._job is None:
+            return None
+        return next((item for item in self._job.characteristics if item.name == name), None)

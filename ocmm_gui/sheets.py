@@ -1,0 +1,98 @@
+"""The sheets of the window: results, reports, plan, alignment, job."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QWidget
+
+from ocmm_core.inspection.view import JobView
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.operator.job_sheet import JobSheet
+from ocmm_gui.results.job_source import JobSource
+from ocmm_gui.results.report_sheet import ReportSheet
+from ocmm_gui.results.results_sheet import ResultsSheet
+from ocmm_gui.sheet import Sheet
+
+
+class Sheets(QObject):
+    """Make all sheets and join them to the station.
+
+    Parameters
+    ----------
+    bridge
+        The running inspection.
+    notices
+        Where errors and news go.
+    folder
+        Where files go unless somebody says otherwise.
+    """
+
+    wanted = Signal(object)
+    """Emits the `Sheet` that is to be shown."""
+    left = Signal()
+    """Back to the measuring."""
+
+    def __init__(
+        self, bridge: StationBridge, notices: NoticeCentre, folder: Callable[[], Path]
+    ) -> None:
+        super().__init__()
+        guarded = bridge.station.plan.rule != "simple"
+        running = JobSource.of_station(lambda: bridge.station)
+        self.results = ResultsSheet(
+            running, lambda: calibration_words(bridge), guarded=guarded
+        )
+        self.report = ReportSheet(folder)
+        self.job = JobSheet(bridge)
+        self._bridge = bridge
+        self.job.begun.connect(self._on_begun)
+        for sheet in self.all():
+            sheet.left.connect(self.left)
+            sheet.failed.connect(notices.error)
+            sheet.told.connect(notices.inform)
+        self.report.left.disconnect(self.left)
+        self.report.left.connect(self.open_results)
+        self.results.report_wanted.connect(self._open_report)
+        self.report.written.connect(bridge.exported)
+
+    def all(self) -> tuple[Sheet, ...]:
+        """Return every sheet, for the stack of the window."""
+        return (self.results, self.report, self.job)
+
+    def holds(self, widget: QWidget | None) -> bool:
+        """Return whether a widget is one of the sheets."""
+        return any(sheet is widget for sheet in self.all())
+
+    def open_results(self) -> None:
+        """Show the results of the running job, or of the file that was opened before."""
+        self.wanted.emit(self.results)
+        self.results.open()
+
+    def open_job(self) -> None:
+        """Ask for operator and part."""
+        self.wanted.emit(self.job)
+        self.job.open(self._bridge.job())
+
+    def job_changed(self, job: JobView) -> None:
+        """Let the sheets show what was measured since."""
+        self.results.job_changed()
+
+    def close_work(self) -> None:
+        """Give up what is being calculated; call it before the window goes."""
+        self.results.close_work()
+
+    def _on_begun(self) -> None:
+        self.results.forget_file()
+        self.left.emit()
+
+    def _open_report(self, source: JobSource) -> None:
+        self.wanted.emit(self.report)
+        self.report.open(source)
+
+
+def calibration_words(bridge: StationBridge) -> str:
+    """Return how cameras and probe stand now, in one line."""
+    return f"Cameras: {bridge.calibration().label}. Probe: {bridge.probe().label}."
