@@ -126,13 +126,21 @@ class Length:
 
     @property
     def sigma(self) -> float:
-        """Return the standard uncertainty along the vector; near zero the greatest of any way."""
+        """Return the standard uncertainty along `way`; not a number where there is none."""
+        variance = float(self.way @ self.covariance @ self.way)
+        return math.sqrt(variance) if variance >= 0.0 else math.nan
+
+    @property
+    def way(self) -> Float:
+        """Return the unit vector (k,) along the vector; near zero that of the greatest error."""
+        if not np.all(np.isfinite(self.covariance)):
+            return np.full(len(self.vector), math.nan)
+        variances, axes = np.linalg.eigh(self.covariance)
         length = float(np.linalg.norm(self.vector))
-        greatest = math.sqrt(max(float(np.linalg.eigvalsh(self.covariance)[-1]), 0.0))
-        if length < 3.0 * greatest:
-            return greatest
-        along = self.vector / length
-        return math.sqrt(max(float(along @ self.covariance @ along), 0.0))
+        if length < 3.0 * math.sqrt(max(float(variances[-1]), 0.0)) or length == 0.0:
+            worst: Float = axes[:, -1]
+            return worst
+        return self.vector / length
 
     def inside(self, low: float, high: float) -> float:
         """Return the probability that the true vector ends within the zone.

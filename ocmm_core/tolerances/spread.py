@@ -11,7 +11,7 @@ from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import FORMS, PROFILES, RUNOUTS, ZONES, Characteristic
-from ocmm_core.tolerances.evaluation import Evaluation, FormNoise
+from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.interval import Extent, Length, Normal, Spread
 from ocmm_core.tolerances.sampling import FormSample, widened
 
@@ -62,14 +62,21 @@ def that_count(
     samples: Sequence[FormSample],
 ) -> tuple[FormSample, ...]:
     """Return the samples that make a value uncertain: those of which it is not the form itself."""
-    own = set()
-    for name in characteristic.features:
-        feature = actual.get(name)
-        flat = feature is not None and feature.fit.shape in (Shape.PLANE, Shape.LINE)
-        of_surface = characteristic.kind in FORMS | PROFILES | RUNOUTS
-        if of_surface or (characteristic.kind in ZONES and flat):
-            own.add(name)
+    own = set(characteristic.features) if of_own_form(characteristic, actual) else set()
     return tuple(sample for sample in samples if sample.feature not in own)
+
+
+def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
+    """Return whether the form of the feature is what is measured: a zone of its surface points."""
+    if characteristic.kind in FORMS | PROFILES | RUNOUTS:
+        return True
+    if characteristic.kind not in ZONES:
+        return False
+    features = [actual[name] for name in characteristic.features if name in actual]
+    return any(
+        item.touches is not None and item.fit.shape in (Shape.PLANE, Shape.LINE)
+        for item in features
+    )
 
 
 def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Float:
@@ -113,17 +120,7 @@ def _spread(
     sigma = float(np.sqrt(variance)) if variance >= 0.0 else np.nan
     value = evaluation.value - taken
     if evaluation.noise is not None and np.isfinite(sigma):
-        return _extent(value, sigma, evaluation.noise, covariance)
-    return Normal(value, sigma, one_sided=characteristic.one_sided)
-
-
-def _extent(value: float, sigma: float, noise: FormNoise, covariance: Float) -> Extent:
-    errors = noise.by_coordinates @ covariance @ noise.by_coordinates.T
-    if noise.deviations is not None:
+        noise = evaluation.noise
+        errors = noise.by_coordinates @ covariance @ noise.by_coordinates.T
         return Extent(value, sigma, noise.deviations, errors)
-    # Every deviation at the limit of the zone, the most that noise could make greater; with their
-    # opposites, twice the greatest amount is a range.
-    ends = np.full(len(errors), 0.5 * value)
-    ends[1::2] *= -1.0
-    both = np.block([[errors, -errors], [-errors, errors]])
-    return Extent(value, sigma, np.concatenate([ends, -ends]), both)
+    return Normal(value, sigma, one_sided=characteristic.one_sided)

@@ -1,0 +1,128 @@
+"""Budgets and the task of a simulation of a job, from what its results were computed with."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design import load_design
+from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import FitError, OcmmError
+from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.constructed import nominal_geometries
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import alignment_of, checked_features
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring.contributions import ProbeState, contributions
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring.temperature import reported_points
+from ocmm_core.measuring.uncertainty import sum_of
+from ocmm_core.tolerances.budget import Budget, budget_of
+from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.evaluate import evaluate, involved_features
+from ocmm_core.tolerances.monte_carlo_trials import Task
+from ocmm_core.tolerances.sampling import FormSample, form_samples
+from ocmm_core.tolerances.spread import of_own_form
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.sensitivity import TipSensitivity
+
+
+@dataclass(frozen=True, slots=True)
+class JobUncertainty:
+    """Where the uncertainties of a job come from.
+
+    Attributes
+    ----------
+    budgets
+        By name of the characteristic, in the order of the plan.
+    missing
+        Why a characteristic has none.
+    tasks
+        What a simulation does: values in which the form of a surface is an uncertainty, and those
+        of which it is the measurand itself. Empty where nothing can be simulated.
+    """
+
+    budgets: Mapping[str, Budget]
+    missing: Mapping[str, str]
+    tasks: tuple[Task, ...]
+
+
+def job_uncertainty(
+    plan: Plan,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> JobUncertainty:
+    """Return budgets and tasks; see `evaluation.evaluate_job` for the arguments."""
+    climate = options.climate
+    reported = reported_points(points, climate.part)
+    found = checked_features(plan, reported, options)
+    actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
+    parts = contributions(
+        reported, sensitivities, rig, body, options.contact, climate.part,
+        _probe_state(options, body),
+    )  # fmt: skip
+    covariance = sum_of(parts, len(reported))
+    samples = form_samples(found, covariance)
+    alignment = alignment_of(plan, found)
+    budgets: dict[str, Budget] = {}
+    missing: dict[str, str] = {}
+    plain: list[Characteristic] = []
+    of_form: list[Characteristic] = []
+    for item in plan.characteristics:
+        try:
+            involved = {
+                name: _measured(name, found) for name in involved_features(item, alignment)
+            }
+            evaluation = evaluate(item, involved, alignment)
+        except OcmmError as error:
+            missing[item.name] = error.what
+            continue
+        budgets[item.name] = budget_of(item, evaluation, actual, parts, covariance, samples)
+        (of_form if of_own_form(item, actual) else plain).append(item)
+    nominals = nominal_geometries(plan.features, plan.constructions)
+    tasks = tuple(
+        Task(
+            tuple(group), alignment, tuple(reported), actual, covariance,
+            _of_surfaces(taken, len(reported)), tuple(plan.constructions), nominals,
+        )
+        for group, taken in ((plain, samples), (of_form, ()))
+        if group
+    )  # fmt: skip
+    return JobUncertainty(budgets, missing, tasks)
+
+
+def _measured(name: str, found: Mapping[str, ActualFeature | FitError]) -> ActualFeature:
+    feature = found.get(name)
+    if isinstance(feature, ActualFeature):
+        return feature
+    if feature is not None:
+        raise feature
+    raise FitError("uncertainty.feature", f"{name} is not measured.", f"Measure {name}.")
+
+
+def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
+    """Return what the form of surfaces adds to each point, (N, 3, 3), mm^2."""
+    added = np.zeros((count, 3, 3))
+    for sample in samples:
+        squares = np.einsum("nij,nkj->nik", sample.normals, sample.normals)
+        added[sample.places] += sample.variance * squares
+    return added
+
+
+def _probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
+    """Return what warmth and weight have added to the probe; None where its design is unknown."""
+    text = options.climate.probe_design
+    if not text:
+        return None
+    with tempfile.TemporaryDirectory(prefix="ocmm-document-") as folder:
+        file = Path(folder) / "design.toml"
+        file.write_bytes(text.encode("utf-8"))
+        return ProbeState(load_design(file, body), options.climate.probe)
