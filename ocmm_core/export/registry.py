@@ -12,11 +12,12 @@ from ocmm_core.export.files import write_together
 from ocmm_core.export.json_file import JSON
 from ocmm_core.export.polyworks import POLYWORKS
 from ocmm_core.export.profile import Profile, polyworks_profile
+from ocmm_core.export.qif import QIF
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.export.tables import Cell, Number, Table
 from ocmm_core.export.xlsx import XLSX
 
-EXPORTERS: dict[str, Exporter] = {item.name: item for item in (POLYWORKS, AQDEF, XLSX, JSON)}
+EXPORTERS: dict[str, Exporter] = {item.name: item for item in (POLYWORKS, QIF, AQDEF, XLSX, JSON)}
 """By the name on the command line."""
 
 _MOST_TOLD = 3

@@ -6,12 +6,12 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from ocmm_core import __version__
+from ocmm_core.export.elements import Element as Element
+from ocmm_core.export.elements import element_of_fit, element_of_nominal
 from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Fit, Shape
-from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.reopen import ReopenedJob
 from ocmm_core.inspection.view import FeatureView, JobView
@@ -42,35 +42,6 @@ class Instrument:
 
     label: str
     note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Element:
-    """A nominal or actual element as reports give it; None for what its shape has not.
-
-    Attributes
-    ----------
-    point
-        (3,), mm: centre or point on the element.
-    direction, across
-        (3,), unit: normal or axis, and the direction of the length.
-    diameter
-        mm: of circle, sphere, cylinder; of a cone square to its axis at ``point``; of the centre
-        line of a torus.
-    length, width
-        mm: of slot, rectangle and ellipse, over all; the width of a torus is that of its tube.
-        Of other shapes the nominal length along the axis, where the plan knows it.
-    angle_deg
-        Full apex angle of a cone.
-    """
-
-    point: Float
-    direction: Float | None
-    across: Float | None = None
-    diameter: float | None = None
-    length: float | None = None
-    width: float | None = None
-    angle_deg: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,39 +275,6 @@ def _note_of(reference: ReferenceBody) -> str:
     return f"{reference.name} {reference.identity}"
 
 
-def element_of_nominal(nominal: NominalFeature) -> Element:
-    """Return what the plan says, without what the shape has not (whatever the defaults say)."""
-    shape = nominal.shape
-    return Element(
-        point=np.array(nominal.point, dtype=np.float64),
-        # A sphere has no direction, whatever the plan's default says.
-        direction=None if shape is Shape.SPHERE else _unit(nominal.direction),
-        across=_unit(nominal.across) if shape in _LONG else None,
-        diameter=nominal.diameter or None,
-        length=nominal.length or None,
-        width=nominal.width or None,
-        angle_deg=nominal.angle_deg or None,
-    )
-
-
-def element_of_fit(fit: Fit, frame: RigidTransform) -> Element:
-    """Return a fit (world frame) in another frame, with whole sizes instead of half ones."""
-    long = fit.shape in _LONG
-    return Element(
-        point=frame.apply(fit.point),
-        direction=frame.rotation @ fit.direction if fit.direction.any() else None,
-        across=frame.rotation @ fit.across if fit.across.any() else None,
-        diameter=2.0 * fit.radius if fit.radius and not long else None,
-        length=2.0 * fit.radius if long else None,
-        width=2.0 * fit.second if fit.second else None,
-        angle_deg=float(np.degrees(2.0 * fit.half_angle)) if fit.half_angle else None,
-    )
-
-
-_LONG = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-"""Shapes with a length and a width in a plane."""
-
-
 def _instrument(note: str, unproven: str) -> Instrument:
     """Return cameras or probe from the text that the job file keeps of them."""
     short = _HASH.sub(lambda found: found.group()[:_SHORT], note, count=1)
@@ -348,9 +286,3 @@ def _instrument(note: str, unproven: str) -> Instrument:
     rest = rest.replace(", tip ", "/").replace(":", "", 1).replace(",", " ")
     plain = "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in rest)
     return Instrument(f"{word} {plain}".strip(), note)
-
-
-def _unit(vector: tuple[float, float, float]) -> Float:
-    array = np.array(vector, dtype=np.float64)
-    length: Float = array / np.linalg.norm(array)
-    return length

@@ -1,0 +1,161 @@
+"""The form of a report in JSON, and its reader."""
+
+from __future__ import annotations
+
+import msgspec
+
+from ocmm_core.errors import InputError
+
+SCHEMA = "ocmm.report/1"
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+Spots = tuple[tuple[tuple[float | None, float | None], ...], ...]
+
+
+class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Part of the file."""
+
+
+class JobPart(_Part, frozen=True, kw_only=True):
+    """What the job says about itself."""
+
+    name: str
+    uuid: str
+    part: str
+    serial: str
+    operator: str
+    created_utc: str
+    plan: str
+    plan_sha256: str
+    rig_sha256: str
+    probe_sha256: str
+    measured_with: str
+    written_with: str
+    complete: bool
+    unproven: str
+    points_held_back: tuple[int, ...]
+    points_taken_back: tuple[int, ...]
+    doubts: tuple[str, ...]
+
+
+class InstrumentPart(_Part, frozen=True, kw_only=True):
+    """State and hashes of cameras, probe or reference body."""
+
+    label: str
+    note: str
+
+
+class FramePart(_Part, frozen=True, kw_only=True):
+    """The frame in which everything measured is given; world to frame is ``R x + t``."""
+
+    name: str
+    rotation_from_world: Matrix
+    translation_from_world: Vector
+
+
+class ElementPart(_Part, frozen=True, kw_only=True):
+    """A nominal or actual element, mm and degrees; null for what it has not."""
+
+    point: Vector
+    direction: Vector | None
+    across: Vector | None
+    diameter: float | None
+    length: float | None
+    width: float | None
+    angle_deg: float | None
+
+
+class FeaturePart(_Part, frozen=True, kw_only=True):
+    """One feature; nominal in the part frame, actual in `FramePart`."""
+
+    name: str
+    shape: str
+    points: tuple[int, ...]
+    nominal: ElementPart | None
+    actual: ElementPart | None
+    form: float | None
+    rms: float | None
+    criterion: str
+    note: str
+
+
+class ResultPart(_Part, frozen=True, kw_only=True):
+    """One characteristic; uncertainty is U, k = 2."""
+
+    name: str
+    kind: str
+    features: tuple[str, ...]
+    datums: tuple[str, ...]
+    association: str
+    unit: str
+    nominal: float
+    lower: float
+    upper: float
+    measured: float | None
+    deviation: float | None
+    uncertainty: float | None
+    verdict: str
+    note: str
+
+
+class ObservationPart(_Part, frozen=True, kw_only=True):
+    """One point as it was stored: ball centre in the world of the job, and its raw spots, px."""
+
+    number: int
+    feature: str
+    taken_utc: str
+    time_s: float
+    first_frame: int
+    last_frame: int
+    n_frames: int
+    tip_world: Vector
+    random_covariance: Matrix
+    direction_world: Vector
+    tip_radius: float
+    rotation_world_from_probe: Matrix
+    spots: Spots
+    reference_spots: Spots | None
+    chi2_per_dof: float
+    approach: str
+
+
+class ReportFile(_Part, frozen=True, kw_only=True):
+    """The whole file."""
+
+    schema: str
+    unit: str
+    job: JobPart
+    decision_rule: str
+    temperature: str
+    reported_at_20_c: bool
+    cameras: InstrumentPart
+    probe: InstrumentPart
+    reference: InstrumentPart
+    frame: FramePart
+    features: tuple[FeaturePart, ...]
+    results: tuple[ResultPart, ...]
+    observations: tuple[ObservationPart, ...]
+
+
+def read_report(content: bytes) -> ReportFile:
+    """Return what a file holds.
+
+    Raises
+    ------
+    InputError
+        It is no report, or of another version.
+    """
+    try:
+        report = msgspec.json.decode(content, type=ReportFile)
+    except (msgspec.MsgspecError, RecursionError) as error:
+        raise InputError(
+            "report.json", f"This is no report of a job: {error}.", "Give a file of ocmm report."
+        ) from error
+    if report.schema != SCHEMA or report.unit != "mm":
+        raise InputError(
+            "report.schema",
+            f"The report is {report.schema!r} in {report.unit!r}, but {SCHEMA!r} in 'mm' is known.",
+            "Read it with the program that wrote it.",
+        )
+    return report
