@@ -26,4 +26,14 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
 
 
 def _geometry(feature: TrueFeature) -> Float:
-    return element(feature.point, feature.direction, 0.5 * feature.diameter)
+    radius = 0.5 * feature.length if feature.length > 0.0 else 0.5 * feature.diameter
+    # The radius of a virtual cone falls along its direction, that of a fitted one grows.
+    sense = -1.0 if feature.half_angle > 0.0 else 1.0
+    return element(
+        feature.point,
+        sense * feature.direction,
+        radius,
+        second=0.5 * feature.width,
+        half_angle=feature.half_angle,
+        across=feature.along,
+    )

@@ -16,10 +16,44 @@ from ocmm_core.camera.rig import Vector3
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+from ocmm_core.simulation.surfaces import (
+    HOLES,
+    Artefact,
+    BoreEntry,
+    ConeEntry,
+    CylinderEntry,
+    EllipseEntry,
+    LineEntry,
+    PlaneEntry,
+    PointEntry,
+    SlotEntry,
+    SphereEntry,
+    TorusEntry,
+    free_width,
+)
+
+__all__ = [
+    "HOLES",
+    "Artefact",
+    "BoreEntry",
+    "ConeEntry",
+    "CylinderEntry",
+    "EllipseEntry",
+    "LineEntry",
+    "Part",
+    "PartDocument",
+    "PartPose",
+    "PlaneEntry",
+    "PointEntry",
+    "SlotEntry",
+    "SphereEntry",
+    "TorusEntry",
+    "TrueFeature",
+    "free_width",
+    "load_part",
+]
 
 SCHEMA = "ocmm.part/1"
-
-Area = tuple[float, float, float, float]
 
 
 class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -33,103 +67,6 @@ class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         return RigidTransform(
             rotation_from_vector(np.array(self.rotation_vector)), np.array(self.translation)
         )
-
-
-class PlaneEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="plane",
-    tag_field="kind",
-):  # fmt: skip
-    """A plane: a point on it and the normal that leaves the material.
-
-    ``along`` is the first axis in the plane, the second is normal x along; ``areas`` are the
-    free rectangles [from, from, to, to] on these axes, from ``point``, mm.
-    """
-
-    name: str
-    point: Vector3
-    direction: Vector3
-    along: Vector3
-    areas: list[Area]
-
-
-class SphereEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="sphere",
-    tag_field="kind",
-):  # fmt: skip
-    """A ball: its centre, and the direction from its stem to its pole."""
-
-    name: str
-    point: Vector3
-    direction: Vector3
-    diameter: float
-
-
-class BoreEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="bore",
-    tag_field="kind",
-):  # fmt: skip
-    """A bore: the centre of its mouth, the axis that leaves the material, and its depth."""
-
-    name: str
-    point: Vector3
-    direction: Vector3
-    diameter: float
-    depth: float
-
-
-class CylinderEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="cylinder",
-    tag_field="kind",
-):  # fmt: skip
-    """A boss: the centre of its foot, the axis that leaves the material, and its height."""
-
-    name: str
-    point: Vector3
-    direction: Vector3
-    diameter: float
-    height: float
-
-
-class ConeEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="cone",
-    tag_field="kind",
-):  # fmt: skip
-    """A truncated cone: the centre of its foot, its axis, both diameters and its height."""
-
-    name: str
-    point: Vector3
-    direction: Vector3
-    diameter: float
-    top_diameter: float
-    height: float
-
-
-class LineEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="line",
-    tag_field="kind",
-):  # fmt: skip
-    """A line on a face: its start, its direction, its length and the normal of the face."""
-
-    name: str
-    point: Vector3
-    direction: Vector3
-    normal: Vector3
-    length: float
-
-
-class PointEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="point",
-    tag_field="kind",
-):  # fmt: skip
-    """A point on a face, and the normal of the face."""
-
-    name: str
-    point: Vector3
-    direction: Vector3
-
-
-Artefact = PlaneEntry | SphereEntry | BoreEntry | CylinderEntry | ConeEntry | LineEntry | PointEntry
-"""One surface of a part, in the part frame."""
 
 
 class PartDocument(Document, frozen=True, kw_only=True):
@@ -154,14 +91,22 @@ class TrueFeature:
     name
         As in the plan.
     kind
-        ``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"`` or
-        ``"point"``; a bore is what a plan calls a circle.
+        ``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"``,
+        ``"point"``, ``"slot"``, ``"ellipse"`` or ``"torus"``; a bore is what a plan calls a circle.
     point
-        (3,), mm: centre (sphere, mouth of a bore, foot of cylinder and cone) or a point on it.
+        (3,), mm: centre (sphere, torus, mouth of a hole, foot of cylinder and cone) or a point on
+        it.
     direction
         (3,), unit: normal, axis or direction of the line.
     diameter
-        mm; zero where the kind has none, that of the foot for a cone.
+        mm; zero where the kind has none, that of the foot for a cone, of the centre line for a
+        torus.
+    along
+        (3,), unit: direction of the length of slot and ellipse, else zero.
+    length, width
+        mm: overall, of slot and ellipse; the width of a torus is the diameter of its tube.
+    half_angle
+        rad: of a cone, whose radius falls along its direction.
     """
 
     name: str
@@ -169,6 +114,10 @@ class TrueFeature:
     point: Float
     direction: Float
     diameter: float
+    along: Float
+    length: float = 0.0
+    width: float = 0.0
+    half_angle: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,6 +168,7 @@ class Part:
                 feature,
                 point=pose.apply(feature.point),
                 direction=pose.rotation @ feature.direction,
+                along=pose.rotation @ feature.along,
             )
             for name, feature in self.features_part().items()
         }
@@ -245,17 +195,37 @@ def load_part(path: Path | str) -> Part:
 
 
 def _true_feature(entry: Artefact) -> TrueFeature:
-    diameter = entry.diameter if isinstance(entry, _ROUND) else 0.0
-    return TrueFeature(
+    feature = TrueFeature(
         name=entry.name,
         kind=str(entry.__struct_config__.tag),
         point=np.array(entry.point),
         direction=unit(np.array(entry.direction)),
-        diameter=diameter,
+        diameter=entry.diameter if isinstance(entry, _ROUND) else 0.0,
+        along=np.zeros(3),
     )
+    if isinstance(entry, SlotEntry | EllipseEntry):
+        along = unit(np.array(entry.along))
+        return replace(feature, along=along, length=entry.length, width=entry.width)
+    if isinstance(entry, TorusEntry):
+        return replace(feature, width=entry.tube_diameter)
+    if isinstance(entry, ConeEntry):
+        taper = np.arctan2(entry.diameter - entry.top_diameter, 2.0 * entry.height)
+        return replace(feature, half_angle=float(taper))
+    return feature
 
 
-_ROUND = (SphereEntry, BoreEntry, CylinderEntry, ConeEntry)
+_ROUND = (SphereEntry, BoreEntry, CylinderEntry, ConeEntry, TorusEntry)
+
+
+_LENGTHS = (
+    "diameter",
+    "top_diameter",
+    "tube_diameter",
+    "depth",
+    "height",
+    "length",
+    "width",
+)
 
 
 def _check(path: Path, document: PartDocument) -> None:
@@ -269,7 +239,7 @@ def _check(path: Path, document: PartDocument) -> None:
                 path, f"{at}.name", f"repeats the name '{entry.name}'", "Name each feature once."
             )
         names.add(entry.name)
-        for field in ("diameter", "top_diameter", "depth", "height", "length"):
+        for field in _LENGTHS:
             value = getattr(entry, field, 1.0)
             if value <= 0.0:
                 raise _error(
@@ -281,6 +251,8 @@ def _check(path: Path, document: PartDocument) -> None:
                 raise _error(path, f"{at}.{field}", "is a zero vector", "Give a direction.")
         if isinstance(entry, PlaneEntry):
             _check_plane(path, at, entry)
+        if isinstance(entry, SlotEntry | EllipseEntry | TorusEntry):
+            _check_sizes(path, at, entry)
         if isinstance(entry, LineEntry) and _skewness(entry.direction, entry.normal) > 1e-9:
             raise _error(
                 path,
@@ -295,6 +267,29 @@ def _check(path: Path, document: PartDocument) -> None:
                 "is not smaller than 'diameter'",
                 "Give the cone with its wide end at 'point'.",
             )
+
+
+def _check_sizes(path: Path, at: str, entry: SlotEntry | EllipseEntry | TorusEntry) -> None:
+    if isinstance(entry, TorusEntry):
+        if entry.tube_diameter >= entry.diameter:
+            raise _error(
+                path,
+                f"{at}.tube_diameter",
+                "is not smaller than 'diameter'",
+                "Give the diameter of the centre line, and that of the tube around it.",
+            )
+        return
+    if entry.width >= entry.length:
+        raise _error(
+            path, f"{at}.width", "is not smaller than 'length'", "Give the longer one as length."
+        )
+    if _skewness(entry.direction, entry.along) > 1e-9:
+        raise _error(
+            path,
+            f"{at}.along",
+            "is not perpendicular to 'direction'",
+            "Give the direction of the length, square to the axis.",
+        )
 
 
 def _check_plane(path: Path, at: str, entry: PlaneEntry) -> None:

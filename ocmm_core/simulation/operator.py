@@ -18,15 +18,17 @@ from numpy.typing import NDArray
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.simulation import kernels
-from ocmm_core.simulation.artefacts import (
+from ocmm_core.simulation.artefacts import Part
+from ocmm_core.simulation.attitude import attitude_at
+from ocmm_core.simulation.surfaces import (
+    HOLES,
     Artefact,
-    BoreEntry,
     ConeEntry,
     CylinderEntry,
-    Part,
     SphereEntry,
+    TorusEntry,
+    free_width,
 )
-from ocmm_core.simulation.attitude import attitude_at
 from ocmm_core.simulation.touches import Contacts, sample
 
 Touches = Sequence[tuple[str, int]]
@@ -198,17 +200,18 @@ class Operator:
         pose = self._part.T_world_from_part
         surface = pose.apply(contacts.points)
         normals = contacts.normals @ pose.rotation.T
-        bore = isinstance(artefact, BoreEntry)
+        bore = isinstance(artefact, HOLES)
         approach = _APPROACH_MM
-        if isinstance(artefact, BoreEntry):
-            if artefact.diameter <= 2.0 * self._tip_radius:
+        if isinstance(artefact, HOLES):
+            width = free_width(artefact)
+            if width <= 2.0 * self._tip_radius:
                 raise InputError(
                     "simulation.bore",
-                    f"The bore '{artefact.name}' of {artefact.diameter:g} mm is too narrow for a "
-                    f"ball of {2.0 * self._tip_radius:g} mm.",
+                    f"The bore '{artefact.name}' of {width:g} mm is too narrow for a ball of "
+                    f"{2.0 * self._tip_radius:g} mm.",
                     "Give a probe with a smaller ball.",
                 )
-            approach = min(approach, _BORE_APPROACH * (0.5 * artefact.diameter - self._tip_radius))
+            approach = min(approach, _BORE_APPROACH * (0.5 * width - self._tip_radius))
         lean = rng.uniform(-0.12, 0.12, 2) * (0.5 if bore else 1.0)
         yaw = rng.uniform(-0.12, 0.12)
         own_z = float(pose.apply(_top(artefact))[2]) + _CLEARANCE_MM + self._tip_radius
@@ -222,7 +225,7 @@ class Operator:
             if place == contacts.place[number]:
                 top = np.nan
             elif place is not None and isinstance(
-                artefact, SphereEntry | CylinderEntry | ConeEntry
+                artefact, SphereEntry | CylinderEntry | ConeEntry | TorusEntry
             ):
                 top = own_z
             place = int(contacts.place[number])
@@ -314,5 +317,7 @@ def _top(artefact: Artefact) -> Float:
         height = 0.5 * artefact.diameter
     elif isinstance(artefact, CylinderEntry | ConeEntry):
         height = artefact.height
+    elif isinstance(artefact, TorusEntry):
+        height = 0.5 * artefact.tube_diameter
     top: Float = np.array(artefact.point) + height * axis
     return top

@@ -8,16 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.simulation.artefacts import (
+from ocmm_core.simulation.surfaces import (
     Artefact,
     BoreEntry,
     ConeEntry,
     CylinderEntry,
+    EllipseEntry,
     LineEntry,
     PlaneEntry,
+    SlotEntry,
     SphereEntry,
+    TorusEntry,
 )
 
+_CORNER = 0.15
+"""Part of a side at each end that is left out: a ball does not reach into a corner."""
+_TUBE = np.radians([25.0, 90.0, 155.0])
+"""Where the tube of a ring is touched, from outside over its top."""
 _LEVELS = (0.35, 0.80)
 """Heights at which bosses and cones are touched, as parts of their height."""
 
@@ -50,8 +57,8 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
     """Return ``count`` touches spread over a surface, the way an inspector would spread them.
 
     Planes are touched on a grid over their free areas, balls in layers from the pole to the
-    equator, bores around half their depth, bosses and cones around two heights, lines along
-    their length.
+    equator, holes around half their depth, bosses and cones around two heights, rings over the
+    upper half of their tube, lines along their length.
     """
     point = np.array(artefact.point)
     axis = unit(np.array(artefact.direction))
@@ -64,6 +71,10 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
         around = _around(axis, count, rng)
         depth = artefact.depth * rng.uniform(0.42, 0.58, (count, 1))
         return _together(point - depth * axis + 0.5 * artefact.diameter * around, -around, 0)
+    if isinstance(artefact, SlotEntry | EllipseEntry):
+        return _in_outline(artefact, point, axis, count, rng)
+    if isinstance(artefact, TorusEntry):
+        return _on_ring(artefact, point, axis, count, rng)
     if isinstance(artefact, CylinderEntry | ConeEntry):
         return _on_boss(artefact, point, axis, count, rng)
     if isinstance(artefact, LineEntry):
@@ -137,6 +148,76 @@ def _on_sphere(axis: Float, count: int, rng: np.random.Generator) -> Float:
         if share:
             normals += list(np.cos(angle) * axis + np.sin(angle) * _around(axis, share, rng))
     return np.array(normals)
+
+
+def _in_outline(
+    artefact: SlotEntry | EllipseEntry,
+    mouth: Float,
+    axis: Float,
+    count: int,
+    rng: np.random.Generator,
+) -> Contacts:
+    """Return contacts around the wall, all of them within reach of each other."""
+    along = unit(np.array(artefact.along))
+    beside = np.cross(axis, along)
+    a, b = 0.5 * artefact.length, 0.5 * artefact.width
+    share = (np.arange(count) + rng.uniform(0.2, 0.8)) / count
+    if isinstance(artefact, EllipseEntry):
+        turn = 2.0 * np.pi * share
+        flat = np.stack([a * np.cos(turn), b * np.sin(turn)], axis=1)
+        outward = unit(flat / [a * a, b * b])
+    elif artefact.ends == "round":
+        flat, outward = _on_round_ends(a, b, share)
+    else:
+        flat, outward = _on_sides(a, b, count)
+    depth = artefact.depth * rng.uniform(0.42, 0.58, (count, 1))
+    basis = np.stack([along, beside])
+    return _together(mouth - depth * axis + flat @ basis, -outward @ basis, 0)
+
+
+def _on_round_ends(a: float, b: float, share: Float) -> tuple[Float, Float]:
+    """Return places (n, 2) and outward normals of an outline with round ends, by its length."""
+    core, end = a - b, np.pi * b
+    way = share * 2.0 * (2.0 * core + end)
+    half = way >= 2.0 * core + end
+    way = np.where(half, way - 2.0 * core - end, way)
+    bend = np.clip(way - 2.0 * core, 0.0, end) / b
+    sign = np.where(half, -1.0, 1.0)[:, None]
+    outward = sign * np.stack([np.sin(bend), -np.cos(bend)], axis=1)
+    middle = np.stack([np.minimum(way, 2.0 * core) - core, np.zeros(len(share))], axis=1)
+    return sign * middle + b * outward, outward
+
+
+def _on_sides(a: float, b: float, count: int) -> tuple[Float, Float]:
+    """Return places (n, 2) and outward normals on the four sides of a rectangle.
+
+    Each end gets one at least, and the sides, which carry the direction, two of them where there
+    are six or more.
+    """
+    places, normals = [], []
+    weight = np.array([2.0, 1.0, 2.0, 1.0]) if count < 8 else np.array([a, b, a, b]) + 0.4 * (a + b)
+    for side, number in enumerate(_share(count, weight)):
+        for step in _spread(number) if number else ():
+            way = (2.0 * float(step) - 1.0) * (1.0 - _CORNER)
+            sign = -1.0 if side < 2 else 1.0
+            if side % 2 == 0:
+                places.append([-sign * way * a, sign * b])
+                normals.append([0.0, sign])
+            else:
+                places.append([-sign * a, -sign * way * b])
+                normals.append([-sign, 0.0])
+    return np.array(places), np.array(normals)
+
+
+def _on_ring(
+    artefact: TorusEntry, centre: Float, axis: Float, count: int, rng: np.random.Generator
+) -> Contacts:
+    around = _around(axis, count, rng)
+    # Neighbours are touched at different places of the tube.
+    tube = _TUBE[np.arange(count) % len(_TUBE)][:, None]
+    normals = np.cos(tube) * around + np.sin(tube) * axis
+    ring = centre + 0.5 * artefact.diameter * around
+    return _together(ring + 0.5 * artefact.tube_diameter * normals, normals)
 
 
 def _on_boss(
