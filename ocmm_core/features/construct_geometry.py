@@ -28,6 +28,9 @@ _LEAST_SINE = float(np.sin(np.radians(LEAST_ANGLE_DEG)))
 _LEAST_GAP = 1e-2
 """Part of the largest eigenvalue by which the plane of symmetry must stand out."""
 
+_MOST_SKEW = 0.03
+"""Part of the squared distances of pairs that may remain when they are mirrored: 10 degrees."""
+
 
 def line_of_planes(first: Float, second: Float) -> Float:
     """Return the line in which two planes meet, at its point nearest to both their points."""
@@ -179,8 +182,12 @@ def mirror_plane(pairs: Sequence[tuple[Float, Float]]) -> Float:
     values, vectors = np.linalg.eigh(4.0 * spread.T @ spread - differences.T @ differences)
     normal = vectors[:, 0]
     across = float(normal @ differences.sum(axis=0))
-    gap = values[1] - values[0]
-    if gap < _LEAST_GAP * np.abs(values).max() or abs(across) < SHORTEST_MM:
+    gap, total = values[1] - values[0], float(np.sum(differences**2))
+    if (
+        gap < _LEAST_GAP * np.abs(values).max()
+        or total + values[0] > _MOST_SKEW * total
+        or abs(across) < SHORTEST_MM
+    ):
         raise FitError(
             "construction.no_symmetry",
             "The pairs do not show in which plane they mirror each other.",

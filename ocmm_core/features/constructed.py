@@ -79,7 +79,7 @@ def constructed_features(
         try:
             found[item.name] = _constructed(item, known, nominals.get(item.name))
         except FitError as error:
-            what = error.what if item.name in error.what else f"{item.name}: {error.what}"
+            what = error.what if error.what.startswith(item.name) else f"{item.name}: {error.what}"
             found[item.name] = FitError(error.code, what, error.remedy)
         known[item.name] = found[item.name]
     return {item.name: found[item.name] for item in constructions}
