@@ -54,6 +54,7 @@ from ocmm_core.cli.options import (
 )
 from ocmm_core.cli.probe import probe_app
 from ocmm_core.cli.probe_status import mount_tip, probe_history, probe_status
+from ocmm_core.cli.report import report_command
 from ocmm_core.cli.rig import rig_app
 from ocmm_core.cli.stream_options import (
     StreamHostOption,
@@ -80,6 +81,7 @@ app = typer.Typer(
     "resources folder are examples for your own.",
 )
 app.command(name="compare")(compare_command)
+app.command(name="report")(report_command)
 app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
 app.add_typer(calibrate_app, name="calibrate")

@@ -173,6 +173,8 @@ def _head_lines(jobs: Sequence[ReportData], units: Units) -> Iterator[Line]:
     yield Line("K0100", 0, str(len(data.reported)))
     yield Line("K1001", 0, _text(data.plan.part))
     yield Line("K1002", 0, _text(data.plan.part))
+    if data.view.header.order:
+        yield Line("K1053", 0, _text(data.view.header.order))
     yield Line("K1086", 0, check_name("plan", data.plan.name))
     yield Line("K1900", 0, _text(f"{data.rule_words}; {data.calibration.label}"))
     for index, reported in enumerate(data.reported, start=1):
@@ -228,7 +230,7 @@ def _fields(data: ReportData, reported: ReportedResult, units: Units) -> list[st
         "" if value is None else value.text(),
         str(attribute),
         _time(data, reported),
-        "", "", "",
+        "", _text(data.view.header.batch), "",
         _text(data.head.operator),
         "", "",
         _text(data.probe.label),

@@ -25,6 +25,8 @@ class JobPart(_Part, frozen=True, kw_only=True):
     part: str
     serial: str
     operator: str
+    order: str
+    batch: str
     created_utc: str
     plan: str
     plan_sha256: str
@@ -81,13 +83,15 @@ class FeaturePart(_Part, frozen=True, kw_only=True):
 
 
 class ResultPart(_Part, frozen=True, kw_only=True):
-    """One characteristic; uncertainty is U, k = 2."""
+    """One characteristic; uncertainty is U, k = 2; interval holds the truth in 95 of 100 cases."""
 
     name: str
     kind: str
     features: tuple[str, ...]
     datums: tuple[str, ...]
     association: str
+    frame: str
+    rule: str
     unit: str
     nominal: float
     lower: float
@@ -95,6 +99,9 @@ class ResultPart(_Part, frozen=True, kw_only=True):
     measured: float | None
     deviation: float | None
     uncertainty: float | None
+    interval: tuple[float, float] | None
+    bonus: float
+    floor: float | None
     verdict: str
     note: str
 

@@ -127,6 +127,10 @@ def _told_beside(reported: ReportedResult) -> dict[str, float | str]:
         told["ExpandedUncertainty (k=2)"] = finite(result.name, result.uncertainty)
     if reported.association:
         told["Association"] = reported.association
+    if result.frame:
+        told["Frame"] = result.frame
+    if result.bonus:
+        told["Bonus"] = finite(result.name, result.bonus)
     if result.note:
         told["Note"] = clean_text(result.note)
     return told

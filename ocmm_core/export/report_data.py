@@ -94,7 +94,7 @@ class ReportedResult:
     @property
     def unit(self) -> Literal["mm", "deg"]:
         """Return the unit of nominal, limits, value and uncertainty."""
-        return "mm" if self.asked is None else self.asked.unit
+        return self.result.unit if self.asked is None else self.asked.unit
 
     @property
     def one_sided(self) -> bool:
@@ -108,8 +108,9 @@ class ReportedResult:
 
     @property
     def association(self) -> str:
-        """Return how the size or form is associated, where the plan says so."""
-        return "" if self.asked is None else self.asked.association
+        """Return how the elements were associated with their points."""
+        asked = "" if self.asked is None else self.asked.association
+        return self.result.association or asked
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +128,7 @@ class ReportData:
     T_part_from_world
         The alignment; None where there is none, and everything measured stays in the world frame.
     features
-        In the order of the plan.
+        In the order of the plan, then what was constructed.
     observations
         The points as they are stored, before anything is compensated; empty where nobody has them.
     annulled
@@ -188,6 +189,8 @@ class ReportData:
     @property
     def stem(self) -> str:
         """Return how the names of the files begin; a job that proves nothing says so in them."""
+        if self.notes:
+            return f"{self.job}_IN_DOUBT"
         return f"{self.job}_UNCALIBRATED" if self.view.unproven else self.job
 
     @property
@@ -221,7 +224,7 @@ def report_data(
     frame = T_part_from_world or RigidTransform.identity()
     nominals = {nominal.name: nominal for nominal in plan.features}
     features = []
-    for seen in view.features:
+    for seen in (*view.features, *view.constructed):
         nominal = nominals.get(seen.name)
         features.append(
             ReportedFeature(
@@ -260,8 +263,8 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         job.head,
         job.plan,
         T_part_from_world=job.T_part_from_world,
-        calibration=_instrument(calibration, job.view.unproven),
-        probe=_instrument(probe, job.view.unproven),
+        calibration=_instrument(calibration, uncalibrated="uncalibrated" in last),
+        probe=_instrument(probe, uncalibrated="uncalibrated" in last),
         reference=reference,
         climate=job.climate,
         observations=job.points,
@@ -275,14 +278,14 @@ def _note_of(reference: ReferenceBody) -> str:
     return f"{reference.name} {reference.identity}"
 
 
-def _instrument(note: str, unproven: str) -> Instrument:
+def _instrument(note: str, *, uncalibrated: bool) -> Instrument:
     """Return cameras or probe from the text that the job file keeps of them."""
     short = _HASH.sub(lambda found: found.group()[:_SHORT], note, count=1)
     # Further hashes are those of the records behind the first one: the note has them.
     short = re.sub(r" (calibration|qualification) [0-9a-f]{64}", "", short)
     short = re.sub(r"due (\d{4}-\d\d-\d\d)T\S*", r"due \1", short)
     word, _, rest = short.partition(" ")
-    word = "UNCALIBRATED" if unproven else word
+    word = "UNCALIBRATED" if uncalibrated else word
     rest = rest.replace(", tip ", "/").replace(":", "", 1).replace(",", " ")
     plain = "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in rest)
     return Instrument(f"{word} {plain}".strip(), note)

@@ -31,7 +31,7 @@ FEATURE_COLUMNS = (
 REPORT_COLUMNS = (
     "Name", "Control", "Nominal", "Measured", "Deviation", "TolLower", "TolUpper", "Test",
     "OutTol", "Uncertainty", "Unit", "Calibration", "Temperature", "Probe", "Reference",
-    "Verdict", "Features", "Datums", "Association", "Frame", "Rule", "Note",
+    "Verdict", "Features", "Datums", "Association", "Frame", "Bonus", "Floor", "Rule", "Note",
 )  # fmt: skip
 
 
@@ -166,6 +166,8 @@ def head_table(data: ReportData) -> Table:
         ("Part", clean_text(view.part)),
         ("Serial number", clean_text(head.serial)),
         ("Operator", clean_text(head.operator)),
+        ("Order", clean_text(view.header.order)),
+        ("Batch", clean_text(view.header.batch)),
         ("Begun (UTC)", head.created_utc),
         ("Last point (UTC)", max(data.taken_utc.values(), default="")),
         ("Plan", data.plan.name),
@@ -262,6 +264,7 @@ def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tup
         "deg" if reported.unit == "deg" else units.lengths,
         data.calibration.label, data.climate.label, data.probe.label, data.reference.label,
         result.verdict.value, " + ".join(result.features), " | ".join(reported.datums),
-        reported.association, data.system, data.plan.rule, clean_text(result.note),
+        reported.association, result.frame, tell(name, result.bonus or None),
+        tell(name, result.floor), result.rule or data.plan.rule, clean_text(result.note),
     )  # fmt: skip
 

@@ -37,6 +37,8 @@ from ocmm_core.measuring.temperature import EVENT as TEMPERATURE
 from ocmm_core.measuring.temperature import Climate, climate_of_text
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobEvent, JobHead
+from ocmm_core.tolerances.decision import not_proven
+from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tracking.body import ProbeBody, load_probe
 from ocmm_core.tracking.reference_body import ReferenceBody, load_reference
 from ocmm_core.tracking.sensitivity import TipSensitivity
@@ -64,7 +66,7 @@ class ReopenedJob:
     options
         Temperatures, contact and reference body of the job.
     view
-        The job, computed anew from the points.
+        The job, computed anew from the points; nothing in it is proven where there are doubts.
     T_part_from_world
         The part frame; None while its datums are not measured.
     points
@@ -146,6 +148,8 @@ def _reopened(path: Path, job: JobFile) -> ReopenedJob:
     session = InspectionSession(plan, rig, body, job, options)
     taken = job.taken_utc()
     kept = {point.number for point in points}
+    faults = tuple(job.verify())
+    differences = tuple(_differences(points, sensitivities, plan, body))
     return ReopenedJob(
         path=path,
         head=head,
@@ -153,16 +157,29 @@ def _reopened(path: Path, job: JobFile) -> ReopenedJob:
         rig=rig,
         body=body,
         options=options,
-        view=session.view,
+        view=_judged(session.view, (*faults, *differences)),
         T_part_from_world=session.T_part_from_world,
         points=tuple(points),
         sensitivities=tuple(sensitivities),
         annulled=tuple(number for number in taken if number not in kept),
         events=tuple(events),
         taken_utc=taken,
-        faults=tuple(job.verify()),
-        differences=tuple(_differences(points, sensitivities, plan, body)),
+        faults=faults,
+        differences=differences,
     )
+
+
+def _judged(view: JobView, doubts: Sequence[str]) -> JobView:
+    """Return the view, nothing in it proven where something speaks against the file."""
+    if not doubts:
+        return view
+    why = f"The job file is in doubt: {doubts[0]}"
+    features = tuple(
+        replace(item, verdict=None if item.verdict is None else Verdict.NOT_PROVEN)
+        for item in view.features
+    )
+    results = tuple(not_proven(result, why) for result in view.characteristics)
+    return replace(view, unproven=why, features=features, characteristics=results)
 
 
 def _differences(
