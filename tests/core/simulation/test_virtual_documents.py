@@ -146,7 +146,7 @@ def test_a_good_part_is_taken(tmp_path: Path) -> None:
         ('name = "PART"', "", "missing required field `name`"),
         ("rotation_vector = [0.0, 0.0, 0.0]", "", "missing required field `rotation_vector`"),
         (PLANE + CONE + LINE, "features = []", "unknown field `features`"),
-        ('kind = "cone"', 'kind = "torus"', "Invalid value 'torus'"),
+        ('kind = "cone"', 'kind = "gear"', "Invalid value 'gear'"),
         ('kind = "cone"', "", "missing required field `kind`"),
         ("height = 10.0", 'height = "10"', "Expected `float`, got `str`"),
         ("height = 10.0", "height = 0.0", r"'features\[1\].height' is 0.0"),
