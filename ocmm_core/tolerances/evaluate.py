@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.alignment.datums import frame_of
 from ocmm_core.alignment.rules import AnyAlignment, BoundAlignment, frame_name
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
@@ -33,7 +32,7 @@ from ocmm_core.tolerances.profile import profile
 from ocmm_core.tolerances.runout import runout
 from ocmm_core.tolerances.size import associated_size, own_association, size_words
 from ocmm_core.tolerances.symmetry import symmetry
-from ocmm_core.tolerances.zone_frame import ZoneFrame, frame_of_part, moved_geometry
+from ocmm_core.tolerances.zone_frame import Frames, moved_geometry
 
 _STEP = 1e-5
 """Step of the central differences over geometry: mm, and for directions a fraction of one."""
@@ -51,6 +50,7 @@ def evaluate(
     characteristic: Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
+    frames: Frames | None = None,
 ) -> Evaluation:
     """Return value and gradient of a characteristic.
 
@@ -60,6 +60,8 @@ def evaluate(
         Features as measured, by name; at least those of `involved_features`.
     alignment
         Rule of the part frame, bound to nominals where its kind needs them.
+    frames
+        Of all features of the job and that alignment, where several characteristics are evaluated.
 
     Raises
     ------
@@ -77,7 +79,8 @@ def evaluate(
                 f"Measure {name}.",
             )
     involved = {name: actual[name] for name in names}
-    found = _evaluated(characteristic, involved, alignment)
+    frames = frames or Frames(involved, alignment)
+    found = _evaluated(characteristic, involved, alignment, frames)
     moving = found.gradient if found.component_gradients is None else found.component_gradients
     if float(np.abs(moving).max()) < _NOTHING:
         raise FitError(
@@ -115,6 +118,7 @@ def _evaluated(
     characteristic: Characteristic,
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
+    frames: Frames,
 ) -> Evaluation:
     first = actual[characteristic.features[0]]
     kind = characteristic.kind
@@ -127,40 +131,21 @@ def _evaluated(
     if kind in FORMS:
         return form(characteristic, first)
     if kind in ORIENTATIONS:
-        found = orientation(characteristic, actual)
+        found = orientation(characteristic, actual, frames)
     elif kind == "position":
-        found = position(characteristic, actual, lambda: _part(characteristic, actual, alignment))
+        found = position(characteristic, actual, frames)
     elif kind in COAXIAL:
         found = coaxiality(characteristic, actual)
     elif kind == "symmetry":
         found = symmetry(characteristic, actual)
     elif kind in PROFILES:
-        found = profile(characteristic, actual)
+        found = profile(characteristic, actual, frames)
     else:
         found = runout(characteristic, actual)
     points = kind in PROFILES | RUNOUTS or (
         first.fit.shape is Shape.PLANE and first.touches is not None
     )
     return replace(found, association="all points" if points else own)
-
-
-def _part(
-    characteristic: Characteristic,
-    actual: Mapping[str, ActualFeature],
-    alignment: AnyAlignment | None,
-) -> ZoneFrame:
-    if alignment is None:
-        raise FitError(
-            "characteristic.no_frame",
-            f"{characteristic.name} needs datums or a part frame, and the plan has neither.",
-            "Name its datums, or add an alignment to the plan.",
-        )
-    return frame_of_part(
-        lambda geometries: frame_of(alignment, geometries),
-        alignment.features,
-        actual,
-        _frame_words(alignment),
-    )
 
 
 def _frame_words(alignment: AnyAlignment) -> str:

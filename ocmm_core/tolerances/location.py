@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from ocmm_core.tolerances.derived import derived_points
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.surface import surface_points
 from ocmm_core.tolerances.symmetry import SLOTS
-from ocmm_core.tolerances.zone_frame import ZoneFrame, frame_of_datums
+from ocmm_core.tolerances.zone_frame import Frames
 from ocmm_core.tolerances.zones import Surface, derived_zone, surface_zone, vector_evaluation
 
 _SPHERES = (Shape.POINT, Shape.SPHERE)
@@ -26,14 +26,9 @@ _AXES = "xyz"
 def position(
     characteristic: Characteristic,
     actual: Mapping[str, ActualFeature],
-    part: Callable[[], ZoneFrame],
+    frames: Frames,
 ) -> Evaluation:
     """Return the diameter or width of the smallest zone about the true place.
-
-    Parameters
-    ----------
-    part
-        Gives the part frame, where there are no datums.
 
     Raises
     ------
@@ -43,9 +38,9 @@ def position(
     name = characteristic.features[0]
     feature = actual[name]
     frame = (
-        frame_of_datums(characteristic.datums, [name], actual)
+        frames.of_datums(characteristic.datums, [name])
         if characteristic.datums
-        else part()
+        else frames.of_part(characteristic.name)
     )
     nominal = nominal_geometry(feature.nominal)
     if feature.fit.shape is Shape.PLANE and feature.touches is not None:

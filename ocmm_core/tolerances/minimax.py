@@ -20,8 +20,8 @@ from ocmm_core.errors import FitError
 from ocmm_core.geometry import Float, Int
 
 _STEPS = 60
-_CONVERGED = 1e-12
-"""mm: gain of a step below which the zone is the smallest."""
+_CONVERGED = 1e-8
+"""Gain of a step, against the zone, below which it is the smallest."""
 _NULL = 1e-7
 """Motions that change deviations by less than this part of the greatest do nothing."""
 _FIRST_TRUST_MM = 1.0
@@ -101,7 +101,7 @@ def smallest_length(deviations: Deviations, size: int) -> Smallest:
         new_value = float(np.linalg.norm(new_vectors, axis=1).max())
         gain, hoped = value - new_value, value - bound
         shares = duals
-        if hoped <= _CONVERGED * (1.0 + value):
+        if hoped <= _CONVERGED * value + _LEAST_TRUST_MM:
             return Smallest(motion, value, shares)
         if gain > 0.0:
             motion, vectors, slopes, value = moved, new_vectors, new_slopes, new_value

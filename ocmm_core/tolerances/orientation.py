@@ -15,7 +15,7 @@ from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.derived import derived_points
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.surface import surface_points
-from ocmm_core.tolerances.zone_frame import frame_of_datums
+from ocmm_core.tolerances.zone_frame import Frames
 from ocmm_core.tolerances.zones import Surface, derived_zone, surface_zone
 
 _MEANT = np.sin(np.deg2rad(0.5))
@@ -25,7 +25,7 @@ _AXES = "xyz"
 
 
 def orientation(
-    characteristic: Characteristic, actual: Mapping[str, ActualFeature]
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
 ) -> Evaluation:
     """Return the width of the zone of a face, or the width or diameter of that of an axis.
 
@@ -42,7 +42,7 @@ def orientation(
     name = characteristic.features[0]
     feature, datum = actual[name], actual[characteristic.datums[0]]
     direction = true_direction(characteristic, feature, datum)
-    frame = frame_of_datums(characteristic.datums, [name], actual).with_shifts()
+    frame = frames.of_datums(characteristic.datums, [name]).with_shifts()
     if feature.fit.shape is Shape.PLANE:
         plane = element(np.zeros(3), direction)
         return surface_zone([Surface(surface_points(feature), Shape.PLANE, plane)], frame)

@@ -14,11 +14,13 @@ from ocmm_core.geometry import Float, unit
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.surface import SurfacePoints, surface_points
-from ocmm_core.tolerances.zone_frame import ZoneFrame, frame_of_datums
+from ocmm_core.tolerances.zone_frame import Frames, ZoneFrame
 from ocmm_core.tolerances.zones import Surface, surface_zone
 
 
-def profile(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> Evaluation:
+def profile(
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
+) -> Evaluation:
     """Return twice the greatest distance of surface points from the nominal surface.
 
     Its place follows from the datums; without them, and where they leave motions open, it is the
@@ -30,7 +32,7 @@ def profile(characteristic: Characteristic, actual: Mapping[str, ActualFeature])
     FitError
         A feature has no points of its own, or the datums do not hold.
     """
-    frame = frame_of_datums(characteristic.datums, characteristic.features, actual)
+    frame = frames.of_datums(characteristic.datums, characteristic.features)
     surfaces = [
         _surface(surface_points(actual[name]), frame, characteristic.offset)
         for name in characteristic.features

@@ -55,7 +55,7 @@ class SurfacePoints:
 
         nothing = np.zeros(1)
         by_geometry = np.zeros(GEOMETRY_SIZE)
-        for k in np.flatnonzero(np.any(self.feature.jacobian != 0.0, axis=1)):
+        for k in np.flatnonzero(np.any(self.feature.jacobian, axis=1)).tolist():
             step = np.zeros(GEOMETRY_SIZE)
             step[k] = _STEP
             by_geometry[k] = -radius * np.sum(

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ocmm_core.alignment.datum_frame import MOST_DATUMS, datum_frame
+from ocmm_core.alignment.datums import frame_of, nominal_frame
+from ocmm_core.alignment.frame_slopes import frame_slopes
+from ocmm_core.alignment.rules import (
+    AnyAlignment,
+    BoundAlignment,
+    DatumReferenceFrame,
+    frame_name,
+)
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.nominal import nominal_geometry
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Shape
+from ocmm_core.features.shapes import POINT
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
-
-_STEP = 1e-5
-"""Step of the central differences over geometry: mm, and of directions a fraction of one."""
 
 BEST_FIT = "best fit"
 """Word for a frame that the toleranced points set alone."""
-
-_UNSTEADY = 1.0
-"""A frame that turns by more radians or moves by more fold than a datum jumps, and has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,10 @@ class ZoneFrame:
     def moved(self, motion: Float) -> ZoneFrame:
         """Return the frame after an open motion (k,)."""
         twist = self.motions @ motion
-        further = RigidTransform(rotation_from_vector(twist[:3]), _shift(twist))
+        return self.after(RigidTransform(rotation_from_vector(twist[:3]), _shift(twist)))
+
+    def after(self, further: RigidTransform) -> ZoneFrame:
+        """Return the frame moved further, by a motion that leaves what is open as it is."""
         return ZoneFrame(
             further.compose(self.T_frame_from_world),
             _transported(further, self.by_coordinates),
@@ -88,38 +93,110 @@ def _shift(twist: Float) -> Float:
     return np.asarray(shift + a * k @ shift + b * k @ k @ shift, dtype=np.float64)
 
 
-def frame_of_datums(
-    datums: Sequence[str], features: Sequence[str], actual: Mapping[str, ActualFeature]
-) -> ZoneFrame:
-    """Return the frame of datums in their precedence, of none or up to three.
+class Frames:
+    """Frames of datums and of the part, each made once for all characteristics of a job.
 
-    What the datums leave open is set by the toleranced features, so that the search for the
-    smallest zone starts near it.
-
-    Raises
-    ------
-    FitError
-        A datum hardly says how the part lies.
+    Parameters
+    ----------
+    actual
+        All features as measured: which way an axis runs may rest on any of them.
+    alignment
+        Rule of the part frame, bound to nominals where its kind needs them.
     """
-    geometries = {name: feature.fit.geometry for name, feature in actual.items()}
-    shapes = {name: feature.nominal.shape for name, feature in actual.items()}
-    nominals = {name: nominal_geometry(feature.nominal) for name, feature in actual.items()}
-    coordinates = next(iter(actual.values())).jacobian.shape[1]
 
-    started = _started(datums, features, geometries, shapes, nominals)
-    if not datums:
-        points = np.array([actual[name].fit.point for name in features])
-        return free_frame(started, points.mean(axis=0), coordinates)
+    def __init__(
+        self, actual: Mapping[str, ActualFeature], alignment: AnyAlignment | None
+    ) -> None:
+        self._actual = actual
+        self._alignment = alignment
+        self._geometries = {name: feature.fit.geometry for name, feature in actual.items()}
+        self._shapes = {name: feature.fit.shape for name, feature in actual.items()}
+        self._nominals = (
+            alignment.nominals
+            if isinstance(alignment, BoundAlignment)
+            else {name: nominal_geometry(item.nominal) for name, item in actual.items()}
+        )
+        self._held: dict[tuple[str, ...], ZoneFrame] = {}
+        self._part: ZoneFrame | None = None
 
-    def held(moved: Mapping[str, Float]) -> RigidTransform:
-        return datum_frame(datums, moved, shapes, nominals).T_frame_from_world
+    def of_datums(self, datums: Sequence[str], features: Sequence[str]) -> ZoneFrame:
+        """Return the frame of up to three datums in their precedence, or of none.
 
-    frame = datum_frame(datums, geometries, shapes, nominals)
-    by_datums = _by_coordinates(held, datums, geometries, actual)
-    further = started.compose(frame.T_frame_from_world.inverse())
-    return ZoneFrame(
-        started, _transported(further, by_datums), frame.free.motions(), "|".join(datums)
-    )
+        What the datums leave open is set by the toleranced features, so that the search for the
+        smallest zone starts near it.
+
+        Raises
+        ------
+        FitError
+            A datum hardly says how the part lies, or nothing is known of its nominal place.
+        """
+        started = self._started(datums, features)
+        if not datums:
+            points = np.array([self._geometries[name][POINT] for name in features])
+            coordinates = self._actual[features[0]].jacobian.shape[1]
+            return free_frame(started, points.mean(axis=0), coordinates)
+        key = tuple(datums)
+        if key not in self._held:
+            self._held[key] = self._of(key)
+        held = self._held[key]
+        return held.after(started.compose(held.T_frame_from_world.inverse()))
+
+    def of_part(self, name: str) -> ZoneFrame:
+        """Return the frame in which nominals are written, of the plan's alignment.
+
+        Parameters
+        ----------
+        name
+            Of the characteristic that needs it, for errors.
+
+        Raises
+        ------
+        FitError
+            There is no alignment, or its features do not say where the part is.
+        """
+        if self._alignment is None:
+            raise FitError(
+                "characteristic.no_frame",
+                f"{name} needs datums or a part frame, and the plan has neither.",
+                "Name its datums, or add an alignment to the plan.",
+            )
+        if self._part is None:
+            rule = self._alignment
+            words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
+            T_part_from_world = frame_of(rule, self._geometries)
+            slopes = frame_slopes(rule, self._actual, T_part_from_world)
+            part = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)
+            if isinstance(rule, BoundAlignment):
+                part = part.after(nominal_frame(rule).inverse())
+            self._part = part
+        return self._part
+
+    def _of(self, datums: tuple[str, ...]) -> ZoneFrame:
+        frame = datum_frame(datums, self._geometries, self._shapes, self._nominals)
+        rule = BoundAlignment(
+            DatumReferenceFrame(datums=datums), self._shapes, self._nominals, choice=frame.choice
+        )
+        slopes = frame_slopes(rule, self._actual, frame.T_frame_from_world)
+        return ZoneFrame(
+            frame.T_frame_from_world, slopes, frame.free.motions(), "|".join(datums)
+        )
+
+    def _started(self, datums: Sequence[str], features: Sequence[str]) -> RigidTransform:
+        """Return the frame of the datums with what they leave open set by the features."""
+        least = max(len(datums), 1)
+        names = tuple(dict.fromkeys((*datums, *features)))[: max(MOST_DATUMS, least)]
+        for count in range(len(names), least, -1):
+            try:
+                return self._placed(names[:count])
+            except FitError:
+                # A further feature that hardly turns the frame leaves it where it is.
+                continue
+        return self._placed(names[:least])
+
+    def _placed(self, names: Sequence[str]) -> RigidTransform:
+        return datum_frame(
+            names, self._geometries, self._shapes, self._nominals
+        ).T_frame_from_world
 
 
 def free_frame(
@@ -130,60 +207,6 @@ def free_frame(
     motions = np.eye(6)
     motions[3:, :3] = skew(middle)
     return ZoneFrame(T_frame_from_world, np.zeros((6, coordinates)), motions, BEST_FIT)
-
-
-def frame_of_part(
-    T_part_from_world: Callable[[Mapping[str, Float]], RigidTransform],
-    features: Sequence[str],
-    actual: Mapping[str, ActualFeature],
-    words: str,
-) -> ZoneFrame:
-    """Return the part frame of an alignment that rests on ``features``, and leaves nothing open."""
-    geometries = {name: feature.fit.geometry for name, feature in actual.items()}
-    by_coordinates = _by_coordinates(T_part_from_world, features, geometries, actual)
-    return ZoneFrame(T_part_from_world(geometries), by_coordinates, np.zeros((6, 0)), words)
-
-
-def _started(
-    datums: Sequence[str],
-    features: Sequence[str],
-    geometries: Mapping[str, Float],
-    shapes: Mapping[str, Shape],
-    nominals: Mapping[str, Float],
-) -> RigidTransform:
-    """Return the frame of the datums with what they leave open set by the features."""
-    least = max(len(datums), 1)
-    names = tuple(dict.fromkeys((*datums, *features)))[: max(MOST_DATUMS, least)]
-    for count in range(len(names), least, -1):
-        try:
-            return datum_frame(names[:count], geometries, shapes, nominals).T_frame_from_world
-        except FitError:
-            # A further feature that hardly turns the frame leaves it where it is.
-            continue
-    return datum_frame(names[:least], geometries, shapes, nominals).T_frame_from_world
-
-
-def _by_coordinates(
-    transform: Callable[[Mapping[str, Float]], RigidTransform],
-    names: Sequence[str],
-    geometries: Mapping[str, Float],
-    actual: Mapping[str, ActualFeature],
-) -> Float:
-    """Return how a frame answers to every coordinate, (6, 3 N + 1), by central differences."""
-    now = transform(geometries)
-    total = np.zeros((6, next(iter(actual.values())).jacobian.shape[1]))
-    for name in dict.fromkeys(names):
-        jacobian = actual[name].jacobian
-        slopes = np.zeros((6, GEOMETRY_SIZE))
-        for k in range(GEOMETRY_SIZE):
-            if np.any(jacobian[k]):
-                sides = [
-                    _twist(now, transform(moved_geometry(geometries, name, k, step)))
-                    for step in (_STEP, -_STEP)
-                ]
-                slopes[:, k] = (sides[0] - sides[1]) / (2.0 * _STEP)
-        total += slopes @ jacobian
-    return total
 
 
 def moved_geometry(
@@ -197,25 +220,6 @@ def moved_geometry(
         if part.start <= k < part.stop and length > 0.0:
             moved[part] /= length
     return {**geometries, name: moved}
-
-
-def _twist(now: RigidTransform, moved: RigidTransform) -> Float:
-    """Return the small motion (6,) from one frame to another: turn over shift."""
-    change = moved.compose(now.inverse())
-    turn = 0.5 * np.array(
-        [
-            change.rotation[2, 1] - change.rotation[1, 2],
-            change.rotation[0, 2] - change.rotation[2, 0],
-            change.rotation[1, 0] - change.rotation[0, 1],
-        ]
-    )
-    if float(np.linalg.norm(turn)) > _UNSTEADY or float(np.trace(change.rotation)) < 1.0:
-        raise FitError(
-            "characteristic.frame",
-            "The frame of the datums jumps when a datum moves a little.",
-            "Name datums that hold the part, or give the features their nominal places.",
-        )
-    return np.concatenate([turn, change.translation])
 
 
 def _transported(further: RigidTransform, twists: Float) -> Float:

@@ -23,7 +23,7 @@ from ocmm_core.tolerances.zone_frame import ZoneFrame
 _OUTER_STEPS = 6
 _FOLLOWED = 1e-7
 """Effect of a motion, against the strongest, below which it does nothing."""
-_SETTLED = 1e-9
+_SETTLED = 1e-5
 """Motion, mm, after which the small motions of the program are taken anew about the new place."""
 
 

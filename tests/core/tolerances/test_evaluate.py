@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.errors import FitError
@@ -159,7 +160,8 @@ def test_a_form_and_its_gradient(name: str) -> None:
     rng = np.random.default_rng(3)
     needed = [point for point in POINTS if point.feature in (name, "top")]
     points = moved(needed, rng.normal(0.0, 0.005, (len(needed), 3)))
-    evaluation = evaluate(_characteristic("form", [name]), _actual(points), None)
+    by_least_squares = replace(_characteristic("form", [name]), association="least squares")
+    evaluation = evaluate(by_least_squares, _actual(points), None)
     assert evaluation.value == pytest.approx(np.ptp(_actual(points)[name].fit.residuals))
     step = 1e-5
     for i in range(3 * len(points) + 1):
