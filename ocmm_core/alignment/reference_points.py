@@ -20,7 +20,7 @@ LEAST_HOLD = 0.01
 """Part of the best held motion that the worst held one must have, turns at the points' distance."""
 
 _MOST_STEPS = 30
-_CONVERGED = 1e-11
+_CONVERGED = 1e-12
 """mm for every metre of the size: what the conditions may miss by."""
 
 
