@@ -20,6 +20,8 @@ from ocmm_core.features.nominal_checks import shape_fault
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.inspection.step_checks import step_fault
 from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.checks import characteristic_fault
+from ocmm_core.tolerances.evaluate import involved_features
 
 SCHEMA = "ocmm.plan/1"
 MAX_EXPANSION_PPM = 200.0
@@ -97,6 +99,16 @@ class Plan(Document, frozen=True, kw_only=True):
         """Return the probed features that a feature, probed or constructed, rests on."""
         return probed_features(name, self.constructions)
 
+    def rests_on(self, item: Characteristic) -> list[str]:
+        """Return the probed features that a characteristic rests on, also those projected onto."""
+        found: dict[str, None] = {}
+        for name in involved_features(item, self.bound_alignment):
+            found |= dict.fromkeys(self.probed(name))
+        for name in list(found):
+            plane = self.feature(name).projection
+            found |= dict.fromkeys(self.probed(plane) if plane else ())
+        return list(found)
+
     def feature(self, name: str) -> NominalFeature:
         """Return the feature called ``name``; KeyError if there is none."""
         for feature in self.features:
@@ -146,16 +158,11 @@ def check_plan(path: Path, plan: Plan) -> None:
     probed = {item.name: item.shape for item in plan.features}
     if fault := construction_fault(probed, plan.constructions):
         raise _error(path, *fault)
-    for index, characteristic in enumerate(plan.characteristics):
-        _check_characteristic(path, plan, index, characteristic)
+    _check_characteristics(path, plan)
     if plan.alignment is not None and (fault := alignment_fault(plan.alignment, plan.shapes)):
         raise _error(path, *fault)
     if plan.material is not None:
         _check_material(path, plan.material)
-
-
-_ROUND = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
-_CENTRED = (Shape.POINT, Shape.CIRCLE, Shape.SPHERE)
 
 
 def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) -> None:
@@ -179,32 +186,15 @@ def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) 
         _need(path, plan, f"{at}.projection", feature.projection, (Shape.PLANE,))
 
 
-def _check_characteristic(
-    path: Path, plan: Plan, index: int, characteristic: Characteristic
-) -> None:
-    at = f"characteristics[{index}]"
-    count = 2 if characteristic.kind == "distance" else 1
-    if len(characteristic.features) != count:
-        raise _error(
-            path,
-            f"{at}.features",
-            f"names {len(characteristic.features)} feature(s); a {characteristic.kind} needs "
-            f"{count}",
+def _check_characteristics(path: Path, plan: Plan) -> None:
+    nominals = nominal_geometries(plan.features, plan.constructions)
+    probed = {item.name for item in plan.features}
+    for index, item in enumerate(plan.characteristics):
+        fault = characteristic_fault(
+            item, plan.shapes, nominals, probed, aligned=plan.alignment is not None
         )
-    wanted = {
-        "diameter": _ROUND,
-        "distance": (*_CENTRED, Shape.PLANE),
-        "coordinate": _CENTRED,
-        "form": tuple(Shape),
-    }[characteristic.kind]
-    for name in characteristic.features:
-        _need(path, plan, f"{at}.features", name, wanted)
-    if characteristic.upper < characteristic.lower:
-        raise _error(path, f"{at}.upper", "is below 'lower'")
-    if (characteristic.kind == "coordinate") != (characteristic.axis != ""):
-        raise _error(path, f"{at}.axis", "goes with coordinates, and only with them")
-    if characteristic.kind == "coordinate" and plan.alignment is None:
-        raise _error(path, "alignment", "is missing, but a coordinate needs a part frame")
+        if fault is not None:
+            raise _error(path, f"characteristics[{index}].{fault[0]}", fault[1])
 
 
 def _check_material(path: Path, material: Material) -> None:

@@ -41,7 +41,7 @@ def orientation(
     """
     name = characteristic.features[0]
     feature, datum = actual[name], actual[characteristic.datums[0]]
-    direction = true_direction(characteristic, feature, datum)
+    direction = _true_direction(characteristic, feature, datum)
     frame = frames.of_datums(characteristic.datums, [name]).with_shifts()
     if feature.fit.shape is Shape.PLANE:
         plane = element(np.zeros(3), direction)
@@ -51,23 +51,46 @@ def orientation(
     return derived_zone(ends, np.zeros(3), rows, frame)
 
 
-def true_direction(
+def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:
+    """Return the direction (3,), unit, that a feature should have, or None if it is not meant so.
+
+    Parameters
+    ----------
+    kind
+        Parallelism, perpendicularity or angularity.
+    own, base
+        (3,), unit: nominal directions of the feature and of the primary datum.
+    alike
+        Both are planes, or both are axes: their directions are parallel where they are.
+    """
+    if kind == "angularity":
+        return own
+    along = float(own @ base)
+    if alike == (kind == "parallelism"):
+        if np.linalg.norm(own - along * base) > _MEANT:
+            return None
+        return base if along > 0.0 else -base
+    if abs(along) > _MEANT:
+        return None
+    return unit(own - along * base)
+
+
+def _true_direction(
     characteristic: Characteristic, feature: ActualFeature, datum: ActualFeature
 ) -> Float:
     """Return the direction (3,), unit, frame of the plan, that a feature should have."""
-    own = nominal_geometry(feature.nominal)[DIRECTION]
-    base = nominal_geometry(datum.nominal)[DIRECTION]
-    if characteristic.kind == "angularity":
-        return own
-    along = float(own @ base)
     alike = (feature.fit.shape is Shape.PLANE) == (datum.fit.shape is Shape.PLANE)
-    if alike == (characteristic.kind == "parallelism"):
-        if np.linalg.norm(own - along * base) > _MEANT:
-            raise _not_meant(characteristic, feature, datum)
-        return base if along > 0.0 else -base
-    if abs(along) > _MEANT:
-        raise _not_meant(characteristic, feature, datum)
-    return unit(own - along * base)
+    own, base = (nominal_geometry(item.nominal)[DIRECTION] for item in (feature, datum))
+    meant = meant_direction(characteristic.kind, own, base, alike=alike)
+    if meant is None:
+        word = "parallel" if characteristic.kind == "parallelism" else "square"
+        raise FitError(
+            "characteristic.direction",
+            f"{characteristic.name}: the directions of {feature.nominal.name} and "
+            f"{datum.nominal.name} in the plan are not {word}.",
+            "Correct the directions, or use angularity.",
+        )
+    return meant
 
 
 def zone_of_axis(characteristic: Characteristic, datum: Shape) -> str:
@@ -96,15 +119,3 @@ def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float
             "Give it the 'axis' across the planes, or the zone 'cylinder'.",
         )
     return unit(across)[None]
-
-
-def _not_meant(
-    characteristic: Characteristic, feature: ActualFeature, datum: ActualFeature
-) -> FitError:
-    word = "parallel" if characteristic.kind == "parallelism" else "square"
-    return FitError(
-        "characteristic.direction",
-        f"{characteristic.name}: the directions of {feature.nominal.name} and "
-        f"{datum.nominal.name} in the plan are not {word}.",
-        "Correct the directions, or use angularity.",
-    )
