@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.reopen import ReopenedJob
+from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
 from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
 from ocmm_core.tolerances.capability import Capability, ControlChart, capability, control_chart
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
@@ -74,6 +75,71 @@ class Trend:
         return np.array([part.value for part in self.parts if part.value is not None])
 
 
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """The jobs of a folder side by side.
+
+    Attributes
+    ----------
+    plan
+        Name of the plan that they were measured by.
+    jobs
+        Names of the jobs, in the order in which they were begun.
+    trends
+        One for every characteristic.
+    left_out
+        Why files of the folder are not compared, a sentence each.
+    """
+
+    plan: str
+    jobs: tuple[str, ...]
+    trends: tuple[Trend, ...]
+    left_out: tuple[str, ...]
+
+
+def compare_folder(
+    folder: Path, progress: Callable[[str, float], None] | None = None
+) -> Comparison:
+    """Return what the jobs of a folder say together: those by the plan of the latest one.
+
+    Parameters
+    ----------
+    folder
+        Its job files are opened read-only.
+    progress
+        Told what is read next, and the share that is done.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or it has fewer than two jobs of one plan.
+    """
+    if not folder.is_dir():
+        raise InputError(
+            "compare.folder", f"{folder}: there is no such folder.", "Check its name."
+        )
+    opened: list[ReopenedJob] = []
+    left_out: list[str] = []
+    paths = sorted(folder.glob("*.ocmm"))
+    for done, path in enumerate(paths):
+        if progress is not None:
+            progress(f"Reading {path.name}", done / len(paths))
+        try:
+            opened.append(reopen_job(path))
+        except OcmmError as error:
+            left_out.append(error.what)
+    opened.sort(key=lambda job: job.head.created_utc)
+    same = [job for job in opened if job.head.plan_text == opened[-1].head.plan_text]
+    left_out += [
+        f"{job.path.name} was measured by another plan, {job.plan.name}."
+        for job in opened
+        if all(job is not other for other in same)
+    ]
+    trends = compare_jobs(same)
+    names = tuple(job.path.stem for job in same)
+    return Comparison(same[0].plan.name, names, trends, tuple(left_out))
+
+
 def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     """Return what the jobs of one plan say together, characteristic by characteristic.
 
@@ -87,7 +153,9 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     """
     if len(jobs) < 2:
         raise InputError(
-            "compare.too_few", "There is only one job to compare.", "Choose two jobs or more."
+            "compare.too_few",
+            f"There {'is 1 job' if jobs else 'is no job'} to compare.",
+            "Choose two jobs of one plan or more.",
         )
     first = jobs[0]
     for job in jobs[1:]:

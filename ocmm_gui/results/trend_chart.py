@@ -11,7 +11,7 @@ from ocmm_core.inspection.compare import Trend
 from ocmm_gui.painted import SCENE_LEAST, SCENE_SIZE, Painted
 from ocmm_gui.theme import digit_font, text_font
 
-_HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 92.0
+_HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
 _ROOM = 1.12
 
 

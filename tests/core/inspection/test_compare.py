@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.compare import compare_jobs
+from ocmm_core.inspection.compare import compare_folder, compare_jobs
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
 from ocmm_core.tolerances.result import Verdict
 
@@ -92,6 +92,21 @@ def test_one_job_or_the_same_twice_or_of_another_plan_is_refused(
         with pytest.raises(InputError) as caught:
             compare_jobs(jobs)
         assert caught.value.code == code
+
+
+def test_a_folder_is_compared_by_the_plan_of_its_latest_job(
+    batch: tuple[ReopenedJob, ...], tmp_path: Path
+) -> None:
+    for job in batch[:3]:
+        shutil.copy(job.path, tmp_path / job.path.name)
+    (tmp_path / "spoiled.ocmm").write_bytes(b"no job")
+    told: list[float] = []
+    found = compare_folder(tmp_path, lambda what, share: told.append(share))
+    assert found.jobs == tuple(job.path.stem for job in batch[:3])
+    assert found.plan == batch[0].plan.name
+    assert len(found.left_out) == 1
+    assert "spoiled.ocmm" in found.left_out[0]
+    assert told == [0.0, 0.25, 0.5, 0.75]
 
 
 def test_the_command_prints_what_a_stranger_can_read(

@@ -1,0 +1,75 @@
+"""The batch side by side in the window: read in a process of its own, and given up at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.errors import OcmmError
+from ocmm_gui.results.compare_sheet import CompareSheet
+
+JOBS = 3
+TIMEOUT_MS = 30_000
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with jobs of one plan, measured on the virtual rig."""
+    found = tmp_path_factory.mktemp("batch")
+    for seed in range(JOBS):
+        request = StationRequest(
+            plan=resource("plans", "quick.toml"), out=found, frame_rate_hz=500, seed=seed
+        )
+        built = build_station(request)
+        try:
+            built.station.start()
+            assert built.station.wait_finished(30.0)
+        finally:
+            built.station.close()
+    return found
+
+
+@pytest.fixture
+def sheet(qtbot: QtBot) -> Iterator[CompareSheet]:
+    made = CompareSheet()
+    qtbot.addWidget(made)
+    made.resize(1280, 720)
+    made.show()
+    yield made
+    made.close_work()
+
+
+def test_the_jobs_of_a_folder_are_shown_with_the_count_they_rest_on(
+    qtbot: QtBot, sheet: CompareSheet, folder: Path
+) -> None:
+    sheet.open(folder)
+    assert sheet.is_reading()
+    qtbot.waitUntil(lambda: not sheet.is_reading(), timeout=TIMEOUT_MS)
+    assert f"{JOBS} jobs of plan QUICK" in sheet.about()
+    assert sheet.table.rowCount() == 2
+    assert f"{JOBS} of {JOBS}" in sheet.table.words(0)
+    # Three values are too few for a scatter, and that is said in place of numbers.
+    assert sheet.table.words(0)[3:5] == ("–", "–")
+    assert "Measure 2 more parts" in sheet.words.text()
+    assert "3 parts" in sheet.chart.accessibleDescription()
+
+
+def test_reading_is_given_up_at_once(qtbot: QtBot, sheet: CompareSheet, folder: Path) -> None:
+    sheet.read(folder)
+    sheet.keys["stop"].trigger()
+    assert not sheet.is_reading()
+    assert "stopped" in sheet.about()
+
+
+def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_path: Path) -> None:
+    errors: list[OcmmError] = []
+    sheet.failed.connect(errors.append)
+    sheet.read(tmp_path)
+    qtbot.waitUntil(lambda: bool(errors), timeout=TIMEOUT_MS)
+    assert errors[0].code == "compare.too_few"
+    assert "no job" in errors[0].what
