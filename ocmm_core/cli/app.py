@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from ocmm_core import __version__
+from ocmm_core.cli.align import align_command
 from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.calibrate import calibrate_app
 from ocmm_core.cli.calibrate_probe import probe_command
@@ -52,6 +53,7 @@ from ocmm_core.cli.options import (
     TipOption,
     UncalibratedOption,
 )
+from ocmm_core.cli.plan import plan_app
 from ocmm_core.cli.probe import probe_app
 from ocmm_core.cli.probe_status import mount_tip, probe_history, probe_status
 from ocmm_core.cli.report import report_command
@@ -80,6 +82,7 @@ app = typer.Typer(
     epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
     "resources folder are examples for your own.",
 )
+app.command(name="align")(align_command)
 app.command(name="compare")(compare_command)
 app.command(name="report")(report_command)
 app.add_typer(rig_app, name="rig")
@@ -87,6 +90,7 @@ app.add_typer(bus_app, name="bus")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(study_app, name="study")
 app.add_typer(probe_app, name="probe")
+app.add_typer(plan_app, name="plan")
 calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)

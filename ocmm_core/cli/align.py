@@ -1,0 +1,101 @@
+"""``ocmm align``: the alignment of a job from its own file."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ocmm_core.alignment.frame_document import frame_document, save_frame
+from ocmm_core.alignment.report import AlignmentReport, report_lines
+from ocmm_core.errors import InputError
+from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.construct_checks import CENTRED
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.alignment_preview import alignment_of_points
+from ocmm_core.inspection.evaluation import checked_features
+from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
+from ocmm_core.measuring.temperature import reported_points
+
+
+def align_command(
+    *,
+    job: Annotated[Path, typer.Argument(help="Job file (.ocmm), finished or being measured.")],
+    save: Annotated[
+        Path | None,
+        typer.Option("--save", help="Save the frame as a document, e.g. that of the machine."),
+    ] = None,
+    name: Annotated[
+        str, typer.Option("--name", help="Name of the saved frame. Default: that of its file.")
+    ] = "",
+    control: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--control",
+            help="Feature to save as a control point, to find the frame again after the part was "
+            "moved; may be given several times.",
+        ),
+    ] = None,
+) -> None:
+    """Show the alignment of a job: residuals, uncertainty, open degrees of freedom.
+
+    Read-only. With --save the frame is written as a document that other plans take over.
+    """
+    console = Console(soft_wrap=True)
+    opened = reopen_job(job)
+    for doubt in opened.doubts:
+        console.print(f"{job.name}: {doubt}", style="yellow", highlight=False, markup=False)
+    report = alignment_of_points(
+        opened.plan,
+        opened.points,
+        opened.sensitivities,
+        opened.rig,
+        opened.body,
+        opened.options,
+    )
+    for line in report_lines(report):
+        console.print(line, highlight=False, markup=False)
+    if save is not None:
+        _save(save, name or save.stem, opened, report, control or [])
+        console.print(f"Frame  {save}", highlight=False, markup=False)
+    if not report.can_be_accepted:
+        raise typer.Exit(2)
+
+
+def _save(
+    path: Path, name: str, job: ReopenedJob, report: AlignmentReport, control: list[str]
+) -> None:
+    if report.T_nominal_from_world is None or report.free:
+        raise InputError(
+            "frame.open",
+            f"{job.path}: its alignment does not hold the part, so there is no frame to save.",
+            "Measure what is missing, or align to features that hold it.",
+        )
+    centres = _centres(job)
+    for feature in control:
+        if feature not in centres:
+            raise InputError(
+                "frame.no_centre",
+                f"{job.path}: {feature} is no measured feature with a centre.",
+                f"Choose among {', '.join(centres) or 'none'}.",
+            )
+    document = frame_document(
+        name=name,
+        made=datetime.now(UTC).isoformat(timespec="seconds"),
+        source=f"{job.plan.part} {job.view.header.serial}, {job.path.name}".strip(),
+        T_frame_from_world=report.T_nominal_from_world,
+        control_world={feature: centres[feature] for feature in control},
+    )
+    save_frame(path, document)
+
+
+def _centres(job: ReopenedJob) -> dict[str, Float]:
+    points = reported_points(job.points, job.options.climate.part)
+    return {
+        name: feature.fit.point
+        for name, feature in checked_features(job.plan, points, job.options).items()
+        if isinstance(feature, ActualFeature) and feature.fit.shape in CENTRED
+    }
