@@ -125,7 +125,8 @@ def _names_fault(item: Characteristic, shapes: Mapping[str, Shape]) -> Fault | N
     ):
         if not least <= len(names) <= most:
             count = f"{least}" if least == most else f"{least} to {most}"
-            return field, f"names {len(names)}; {item.kind} needs {count}"
+            article = "an" if item.kind[0] in "aeiou" else "a"
+            return field, f"names {len(names)} feature(s); {article} {item.kind} needs {count}"
         for place, name in enumerate(names):
             allowed = wanted if field == "features" or place == 0 else _ALL
             if name not in shapes:

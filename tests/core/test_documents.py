@@ -349,10 +349,10 @@ def test_a_number_that_is_not_finite_is_named_down_to_its_place(tmp_path: Path) 
         ('features = ["A"]', 'features = ["TOP"]', "'TOP', but needs one of: circle, sphere"),
         ('features = ["B"]', 'features = ["TOP"]', "'TOP', but needs one of: point, circle"),
         ("upper = 0.05", "upper = -0.06", "'characteristics[0].upper' is below 'lower'"),
-        ('axis = "x"', "", "'characteristics[2].axis' goes with coordinates"),
+        ('axis = "x"', "", "'characteristics[2].axis' is missing: a coordinate is x, y or z"),
         ('axis = "x"', 'axis = "w"', "characteristics[2].axis"),
         ('kind = "form"', 'kind = "form"\naxis = "z"', "'characteristics[3].axis' goes"),
-        ('kind = "form"', 'kind = "roundness"', "characteristics[3].kind"),
+        ('kind = "form"', 'kind = "ovality"', "characteristics[3].kind"),
         ('shape = "Sphere"', 'shape = "Ball"', "features[2].shape"),
         ('side = "inner"', 'side = "left"', "features[1].side"),
         ('primary = "TOP"', 'primary = "A"', "alignment.primary"),
@@ -375,7 +375,7 @@ def test_a_plan_without_features_or_without_the_frame_it_needs(tmp_path: Path) -
     assert "'features' is empty" in error.what
     no_frame = without(PLAN, "[alignment]", "[[features]]")
     error = refusal(tmp_path / "a.toml", no_frame, load_plan)
-    assert "'alignment' is missing" in error.what
+    assert "the plan has no 'alignment'" in error.what
 
 
 @pytest.mark.parametrize(
