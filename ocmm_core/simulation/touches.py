@@ -21,7 +21,7 @@ from ocmm_core.simulation.surfaces import (
     TorusEntry,
 )
 
-_CORNER = 0.15
+_CORNER = 0.4
 """Part of a side at each end that is left out: a ball does not reach into a corner."""
 _TUBE = np.radians([25.0, 90.0, 155.0])
 """Where the tube of a ring is touched, from outside over its top."""
