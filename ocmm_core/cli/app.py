@@ -30,6 +30,7 @@ from ocmm_core.cli.climate import (
 )
 from ocmm_core.cli.compare import compare_command
 from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.cli.fit import fit_command
 from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
 from ocmm_core.cli.options import (
     DEFAULT_SEED,
@@ -66,6 +67,8 @@ from ocmm_core.cli.stream_options import (
 )
 from ocmm_core.cli.study import study_app
 from ocmm_core.cli.truth import true_values
+from ocmm_core.cli.uncertainty import uncertainty_command
+from ocmm_core.cli.verify_fits import verify_fits_command
 from ocmm_core.cli.write_cameras import write_cameras
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.batch import next_serial
@@ -84,7 +87,10 @@ app = typer.Typer(
 )
 app.command(name="align")(align_command)
 app.command(name="compare")(compare_command)
+app.command(name="uncertainty")(uncertainty_command)
 app.command(name="report")(report_command)
+app.command(name="fit")(fit_command)
+app.command(name="verify-fits")(verify_fits_command)
 app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
 app.add_typer(calibrate_app, name="calibrate")

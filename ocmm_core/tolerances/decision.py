@@ -129,7 +129,9 @@ def _verdict(spread: Spread, value: float, low: float, high: float, rule: Rule) 
             guard = 2.0 * spread.sigma
             if low + guard <= value <= high - guard:
                 return Verdict.CONFORM
-            if value < low - guard or value > high + max(guard, expanded(spread, value)):
+            if value < low - guard:
+                return Verdict.NOT_CONFORM
+            if value > high + guard and value > high + expanded(spread, value):
                 return Verdict.NOT_CONFORM
             return Verdict.NOT_PROVEN
         case "iso14253-1":

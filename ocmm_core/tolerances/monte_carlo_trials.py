@@ -63,6 +63,10 @@ class Task:
     constructions: tuple[Construction, ...] = ()
     nominals: Mapping[str, Float] = field(default_factory=dict)
 
+    def only(self, characteristics: tuple[Characteristic, ...]) -> Task:
+        """Return the task with these characteristics alone."""
+        return replace(self, characteristics=characteristics)
+
 
 @dataclass(frozen=True, slots=True)
 class Range:

@@ -1,0 +1,234 @@
+"""Values at and near their limits: how often each rule is wrong, and how often U holds the truth.
+
+    python -m benchmarks.decisions [--results N] [--processes N]
+
+Every part has a form of its own (deviations of 0 or 3 µm from point to point along the normals) and
+is measured with errors that all points share (place, scale, ball) and errors of each point, drawn
+from the covariance that the evaluation is given. It goes the whole way: fits, frame,
+characteristic, uncertainty, decision. A part has seven to nine toleranced values; they are what is
+counted, 100,000 of them unless told otherwise. The limit is put where the true value is (the worst
+case) and at places up to two standard uncertainties beside it.
+
+- *covered*: how often value ± U holds the true value; 94 to 97 % wanted. A form cannot be stated so
+  tightly, as what noise adds depends on the form itself: 94 % and more.
+- *false accept, false reject*: share of parts whose true value lies exactly at the limit that
+  CONFORM or do NOT CONFORM; at most 2.5 % under the default rule, within three standard errors.
+- *near*: the same over true values from 0 to 2 u beyond (within) the limit.
+
+Ends with 1 if one of them is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from multiprocessing import get_context
+
+import numpy as np
+
+from benchmarks.decision_parts import GROUPS, Group, group_of
+from ocmm_core.blas import use_one_thread
+from ocmm_core.errors import OcmmError
+from ocmm_core.features.actual import ActualFeature, actual_features
+from ocmm_core.geometry import Float
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.decision import RULES, decide
+from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.interval import expanded
+from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.sampling import form_samples
+from ocmm_core.tolerances.spread import of_own_form, spreads_of
+
+FORM_MM = 0.003
+LEAST_COVERED, MOST_COVERED = 0.94, 0.97
+MOST_WRONG = 0.025
+BESIDE = (0.0, 1.0, 2.0)
+"""Distances of the true value from the limit, in standard uncertainties, to each side."""
+FAR = 1e3
+"""The other limit of a two-sided tolerance, in standard uncertainties: out of the way."""
+
+
+@dataclass(slots=True)
+class Count:
+    """What is counted of one characteristic under one form."""
+
+    parts: int = 0
+    covered: int = 0
+    failed: int = 0
+    accepted: dict[str, list[int]] = field(default_factory=dict)
+    rejected: dict[str, list[int]] = field(default_factory=dict)
+
+    def add(self, other: Count) -> None:
+        """Add what another process counted."""
+        self.parts += other.parts
+        self.covered += other.covered
+        self.failed += other.failed
+        for mine, theirs in ((self.accepted, other.accepted), (self.rejected, other.rejected)):
+            for rule, counts in theirs.items():
+                present = mine.setdefault(rule, [0] * len(counts))
+                mine[rule] = [a + b for a, b in zip(present, counts, strict=True)]
+
+
+Counts = dict[tuple[str, bool], Count]
+
+
+def run(name: str, seed: int, parts: int) -> Counts:
+    """Measure ``parts`` parts of the group called ``name``, every second one with form."""
+    group = group_of(name)
+    rng = np.random.default_rng([seed, GROUPS.index(name)])
+    factor = np.linalg.cholesky(group.covariance + 1e-18 * np.eye(len(group.covariance)))
+    truths = _values(group, group.points)
+    counts: Counts = {}
+    for index in range(parts):
+        with_form = bool(index % 2)
+        shapes = FORM_MM * rng.normal(size=(len(group.points), 1)) if with_form else 0.0
+        real = _moved(group.points, shapes * group.normals, 0.0)
+        own = truths if not with_form else {**truths, **_values(group, real, only_form=True)}
+        errors = factor @ rng.normal(size=len(factor))
+        measured = _moved(real, errors[:-1].reshape(-1, 3), float(errors[-1]))
+        _measure(group, measured, own, with_form, counts)
+    return counts
+
+
+def _moved(points: Sequence[MeasuredPoint], by: Float, radius: float) -> list[MeasuredPoint]:
+    return [
+        replace(point, tip_world=point.tip_world + shift, tip_radius=point.tip_radius + radius)
+        for point, shift in zip(points, by, strict=True)
+    ]
+
+
+def _actual(group: Group, points: Sequence[MeasuredPoint]) -> dict[str, ActualFeature]:
+    found = actual_features(group.features, points)
+    return {name: item for name, item in found.items() if isinstance(item, ActualFeature)}
+
+
+def _values(
+    group: Group, points: Sequence[MeasuredPoint], *, only_form: bool = False
+) -> dict[str, float]:
+    """Return the true values: those of points without error."""
+    actual = _actual(group, points)
+    return {
+        item.name: evaluate(item, actual, group.alignment).value
+        for item in group.characteristics
+        if not only_form or of_own_form(item, actual)
+    }
+
+
+def _measure(
+    group: Group,
+    points: Sequence[MeasuredPoint],
+    truths: Mapping[str, float],
+    with_form: bool,
+    counts: Counts,
+) -> None:
+    actual = _actual(group, points)
+    samples = form_samples(actual, group.covariance)
+    for item in group.characteristics:
+        count = counts.setdefault((item.name, with_form), Count())
+        count.parts += 1
+        try:
+            evaluation = evaluate(item, actual, group.alignment)
+        except OcmmError:
+            count.failed += 1
+            continue
+        spread = spreads_of(item, evaluation, actual, group.covariance, samples).of_value
+        value, true = evaluation.value, truths[item.name]
+        count.covered += abs(value - true) <= expanded(spread, value)
+        for rule in RULES:
+            accepted = count.accepted.setdefault(rule, [0] * len(BESIDE))
+            rejected = count.rejected.setdefault(rule, [0] * len(BESIDE))
+            for place, distance in enumerate(BESIDE):
+                by = distance * spread.sigma
+                low = -FAR * spread.sigma
+                # True values beyond the limit that are accepted, and within that are rejected.
+                beyond = decide(spread, value, true, low, -by, rule).verdict
+                accepted[place] += beyond is Verdict.CONFORM
+                inside = decide(spread, value, true, low, by, rule).verdict
+                rejected[place] += inside is Verdict.NOT_CONFORM
+
+
+def run_all(results: int, processes: int, seed: int) -> Counts:
+    """Share ``results`` between the groups and the processes."""
+    jobs = []
+    for name in GROUPS:
+        group = group_of(name)
+        parts = results * group.share / len(group.characteristics)
+        chunks = processes * 4
+        each = 2 * max(round(0.5 * parts / chunks), 1)
+        jobs += [(name, seed + 1000 * i, each) for i in range(chunks)]
+    total: Counts = {}
+    if processes == 1:
+        found = [run(*item) for item in jobs]
+    else:
+        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+            found = list(pool.map(run, *zip(*jobs, strict=True)))
+    for counts in found:
+        for key, count in counts.items():
+            total.setdefault(key, Count()).add(count)
+    return total
+
+
+def faults(counts: Counts) -> list[str]:
+    """Return what is beyond its limit by more than three standard errors."""
+    found = []
+    for (name, with_form), count in counts.items():
+        what = f"{name}, {'with' if with_form else 'without'} form"
+        done = max(count.parts - count.failed, 1)
+        covered = count.covered / done
+        slack = 3.0 * np.sqrt(covered * (1.0 - covered) / done)
+        if covered < LEAST_COVERED - slack:
+            found.append(f"{what}: U holds only {100.0 * covered:.1f} %")
+        if covered > MOST_COVERED + slack and not _is_zone(name):
+            found.append(f"{what}: U is too wide, {100.0 * covered:.1f} %")
+        allowed = MOST_WRONG + 3.0 * np.sqrt(MOST_WRONG * (1.0 - MOST_WRONG) / done)
+        for words, counted in (("accept", count.accepted), ("reject", count.rejected)):
+            wrong = counted.get("iso14253-1", [0])[0] / done
+            if wrong > allowed:
+                found.append(f"{what}: false {words} {100.0 * wrong:.1f} %")
+        if count.failed > 0.001 * count.parts:
+            found.append(f"{what}: {count.failed} of {count.parts} parts gave no value")
+    return found
+
+
+def _is_zone(name: str) -> bool:
+    asked: dict[str, Characteristic] = {
+        item.name: item for group in GROUPS for item in group_of(group).characteristics
+    }
+    return asked[name].one_sided
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table and return 0, or 1 with what is beyond its limit."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--results", type=int, default=100_000)
+    parser.add_argument("--processes", type=int, default=2)
+    asked = parser.parse_args(arguments)
+    use_one_thread()
+    counts = run_all(asked.results, asked.processes, 1)
+    print(f"{'':<30}{'':>8}{'covered':>9}   false accept, reject % at the limit (and near it)")
+    print(f"{'characteristic':<24}{'form':>6}{'parts':>8}{'%':>9}   " + "".join(
+        f"{rule:<26}" for rule in RULES))  # fmt: skip
+    for (name, with_form), count in counts.items():
+        done = max(count.parts - count.failed, 1)
+        cells = []
+        for rule in RULES:
+            at = [100.0 * c[rule][0] / done for c in (count.accepted, count.rejected)]
+            near = [
+                100.0 * float(np.mean(c[rule])) / done for c in (count.accepted, count.rejected)
+            ]
+            cells.append(f"{at[0]:5.1f} {at[1]:5.1f} ({near[0]:4.1f} {near[1]:4.1f})")
+        form = "3 um" if with_form else "none"
+        print(f"{name:<24}{form:>6}{done:>8}{100.0 * count.covered / done:>9.1f}   "
+              + "".join(f"{cell:<26}" for cell in cells))  # fmt: skip
+    broken = faults(counts)
+    for line in broken:
+        print(f"BEYOND ITS LIMIT: {line}")
+    return int(bool(broken))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
