@@ -23,7 +23,6 @@ from ocmm_core.measuring.temperature import reported_points
 from ocmm_core.measuring.uncertainty import joint_covariance
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.decision import not_measured, not_proven
-from ocmm_core.tolerances.evaluate import involved_features
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
@@ -111,21 +110,13 @@ def evaluate_job(
     judged: list[CharacteristicResult] = []
     provisional: set[str] = set()
     for item, result in zip(plan.characteristics, results, strict=True):
-        open_ = [name for name in features_of(plan, item) if name not in done]
+        open_ = [name for name in plan.rests_on(item) if name not in done]
         if open_ and result.verdict is not Verdict.NOT_MEASURED:
             provisional.add(item.name)
             judged.append(_without_verdict(item, result, open_[0]))
         else:
             judged.append(result)
     return JobResults(tuple(reported), actual, tuple(judged), frozenset(provisional))
-
-
-def features_of(plan: Plan, item: Characteristic) -> list[str]:
-    """Return all features that a characteristic rests on, also those projected onto."""
-    involved = involved_features(item, plan.alignment)
-    names = [probed for name in involved for probed in plan.probed(name)]
-    names += [plane for name in names if (plane := plan.feature(name).projection)]
-    return list(dict.fromkeys(names))
 
 
 def _without_verdict(

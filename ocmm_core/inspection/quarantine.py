@@ -14,7 +14,6 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.storage.rows import JobEvent
 from ocmm_core.tolerances.decision import not_proven
-from ocmm_core.tolerances.evaluate import involved_features
 from ocmm_core.tolerances.result import CharacteristicResult
 
 
@@ -97,9 +96,6 @@ def with_doubt(
     if not held:
         return result
     item = next(item for item in plan.characteristics if item.name == result.name)
-    involved = involved_features(item, plan.alignment)
-    features = [probed for name in involved for probed in plan.probed(name)]
-    # What is projected onto a plane rests on it, too.
-    features += [plane for name in features if (plane := plan.feature(name).projection)]
+    features = plan.rests_on(item)
     notes = [note for name in features if (note := feature_note(name, points, held))]
     return not_proven(result, notes[0]) if notes else result

@@ -23,6 +23,7 @@ from ocmm_core.inspection.quarantine import Ward
 from ocmm_core.inspection.reference_use import ReferenceUse
 from ocmm_core.inspection.steps import JobSteps
 from ocmm_core.inspection.surfaces import nearness
+from ocmm_core.inspection.teach import taught_plan
 from ocmm_core.inspection.view import JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import StablePoint
@@ -224,6 +225,14 @@ class InspectionSession(JobSteps):
             if isinstance(outcome, Refusal):
                 self._note(outcome)
             return outcome
+
+    def taught_plan(self, decimals: int = 3) -> Plan:
+        """Return the plan with the nominals that this part shows; see `teach.taught_plan`."""
+        with self._lock:
+            points = reported_points(self._points.counting, self._options.climate.part)
+            actual = checked_features(self._plan, points, self._options)
+            frame = frame_of(self._plan, actual)
+            return taught_plan(self._plan, actual, frame, decimals)
 
     def refit(self) -> None:
         """Compute everything again from the raw observations of the points."""
