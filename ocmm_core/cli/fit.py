@@ -1,0 +1,231 @@
+"""``ocmm fit``: one element through the points of a text file."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.cli.headless import make_console
+from ocmm_core.errors import FitError, InputError
+from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.outliers import outliers
+from ocmm_core.features.points_file import read_points
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    HALF_ANGLE,
+    MINIMUM_POINTS,
+    POINT,
+    RADIUS,
+    SECOND,
+    Criterion,
+    Fit,
+    Shape,
+)
+from ocmm_core.geometry import Float
+
+COVERAGE = 2.0
+"""Coverage factor of the printed uncertainties."""
+
+LISTED = 20
+"""Outliers that are printed one by one."""
+
+AMBIGUOUS = (Shape.CYLINDER, Shape.CONE, Shape.TORUS, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+
+
+class ShapeWord(StrEnum):
+    """Shapes on the command line."""
+
+    POINT = "point"
+    LINE = "line"
+    PLANE = "plane"
+    CIRCLE = "circle"
+    SPHERE = "sphere"
+    CYLINDER = "cylinder"
+    ELLIPSE = "ellipse"
+    ROUND_SLOT = "round-slot"
+    SQUARE_SLOT = "square-slot"
+    RECTANGLE = "rectangle"
+    CONE = "cone"
+    TORUS = "torus"
+
+
+class CriterionWord(StrEnum):
+    """Criteria on the command line."""
+
+    LEAST_SQUARES = "least-squares"
+    MINIMUM_ZONE = "minimum-zone"
+    INSCRIBED = "inscribed"
+    CIRCUMSCRIBED = "circumscribed"
+
+
+_RADII = {
+    Shape.CIRCLE: ("Diameter", ""),
+    Shape.SPHERE: ("Diameter", ""),
+    Shape.CYLINDER: ("Diameter", ""),
+    Shape.CONE: ("Diameter there", ""),
+    Shape.TORUS: ("Diameter of the centre line", "Diameter of the tube"),
+    Shape.ELLIPSE: ("Long axis", "Short axis"),
+    Shape.ROUND_SLOT: ("Length", "Width"),
+    Shape.SQUARE_SLOT: ("Length", "Width"),
+    Shape.RECTANGLE: ("Length", "Width"),
+}
+_PARAMETERS = {
+    Shape.POINT: 3,
+    Shape.LINE: 4,
+    Shape.PLANE: 3,
+    Shape.CIRCLE: 3,
+    Shape.SPHERE: 4,
+    Shape.CYLINDER: 5,
+    Shape.ELLIPSE: 5,
+    Shape.ROUND_SLOT: 5,
+    Shape.SQUARE_SLOT: 5,
+    Shape.RECTANGLE: 5,
+    Shape.CONE: 6,
+    Shape.TORUS: 7,
+}
+"""How many numbers the residuals determine; those of a circle leave its plane out."""
+_POINTS = {
+    Shape.LINE: "Point on it",
+    Shape.PLANE: "Point on it",
+    Shape.CYLINDER: "Point of the axis",
+    Shape.CONE: "Point of the axis",
+}
+
+
+def fit_command(
+    file: Annotated[
+        Path, typer.Argument(help="Text file, a row x y z in mm for every point.", metavar="FILE")
+    ],
+    shape: Annotated[ShapeWord, typer.Option("--shape", help="What to fit.")],
+    criterion: Annotated[
+        CriterionWord, typer.Option("--criterion", help="How it is associated with the points.")
+    ] = CriterionWord.LEAST_SQUARES,
+    free: Annotated[
+        bool,
+        typer.Option("--free", help="Circle: fit in space as one problem, not plane first."),
+    ] = False,
+) -> None:
+    """Fit one element to points and print it with its form, uncertainty and outliers.
+
+    The points are taken as they are: no ball is taken off. The uncertainty is what the scatter of
+    the residuals says, as if it were random and equal everywhere; it knows nothing of the measuring
+    system.
+    """
+    wanted = Shape[shape.name]
+    if free and wanted is not Shape.CIRCLE:
+        raise InputError(
+            "fit.free", f"--free is for circles, not for a {shape.value}.", "Leave it out."
+        )
+    if free and criterion is not CriterionWord.LEAST_SQUARES:
+        raise InputError(
+            "fit.free", "--free goes with the criterion least-squares only.", "Leave one out."
+        )
+    points = read_points(file)
+    try:
+        fit = fit_shape(wanted, points, criterion=Criterion[criterion.name], free=free)
+    except FitError as error:
+        raise FitError(error.code, f"{file}: {error.what}", error.remedy) from error
+    console = make_console()
+    _print_fit(console, fit, len(points), criterion, free=free)
+    if fit.criterion is Criterion.LEAST_SQUARES:
+        _print_outliers(console, fit, points)
+    if wanted in AMBIGUOUS and len(points) <= MINIMUM_POINTS[wanted]:
+        console.print(
+            f"[yellow]{len(points)} points are as few as a {shape.value} needs: others may pass "
+            "through them as well. Take more points.[/]",
+            highlight=False,
+        )
+
+
+def _print_fit(
+    console: Console, fit: Fit, n: int, criterion: CriterionWord, *, free: bool
+) -> None:
+    how = f"{criterion.value} ({fit.criterion.value})" + (", one problem in space" if free else "")
+    table = Table(
+        title=f"{fit.shape.value} through {n} points, {how}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column("")
+    table.add_column("Value", justify="right", no_wrap=True)
+    table.add_column("U (k=2)", justify="right", no_wrap=True)
+    expanded = _expanded(fit, n)
+    for name, value, own, unit in _rows(fit, expanded):
+        table.add_row(name, value, "–" if own is None else f"{own:.2g} {unit}")
+    console.print(table)
+    if fit.contacts:
+        rows = ", ".join(str(row + 1) for row in fit.contacts)
+        console.print(f"Held by points {rows} (rows of the file, counted from 1).")
+    if expanded is None:
+        console.print(
+            "No uncertainty: it follows from the residuals of least squares with more points than "
+            "determine the element.",
+            style="dim",
+        )
+
+
+def _rows(fit: Fit, expanded: Float | None) -> list[tuple[str, str, float | None, str]]:
+    """Return name, value, expanded uncertainty and its unit of everything the shape has."""
+
+    def length(place: slice) -> float | None:
+        return None if expanded is None else float(np.linalg.norm(expanded[place]))
+
+    def own(place: int, factor: float = 1.0) -> float | None:
+        return None if expanded is None else factor * float(expanded[place])
+
+    rows = [(_POINTS.get(fit.shape, "Centre"), _vector(fit.point, 6), length(POINT), "mm")]
+    if fit.direction.any():
+        word = "Axis" if fit.shape in (Shape.CYLINDER, Shape.CONE, Shape.TORUS) else "Normal"
+        word = "Direction" if fit.shape is Shape.LINE else word
+        rows.append((word, _vector(fit.direction, 9), length(DIRECTION), "rad"))
+    if fit.across.any():
+        rows.append(("Direction of its length", _vector(fit.across, 9), length(ACROSS), "rad"))
+    first, second = _RADII.get(fit.shape, ("", ""))
+    if first:
+        rows.append((first, f"{2.0 * fit.radius:.6f}", own(RADIUS, 2.0), "mm"))
+    if second:
+        rows.append((second, f"{2.0 * fit.second:.6f}", own(SECOND, 2.0), "mm"))
+    if fit.shape is Shape.CONE:
+        angle = 2.0 * np.degrees(fit.half_angle)
+        rows.append(("Full angle", f"{angle:.6f}", own(HALF_ANGLE, float(np.degrees(2.0))), "deg"))
+    rows.append(("Form (peak to valley)", f"{fit.form:.6f}", None, ""))
+    rows.append(("RMS of the residuals", f"{fit.rms:.6f}", None, ""))
+    return rows
+
+
+def _expanded(fit: Fit, n: int) -> Float | None:
+    """Return expanded uncertainties (12,) of the geometry from the scatter of the residuals."""
+    # A point and a line in space have residuals with several components each.
+    components = {Shape.POINT: 3, Shape.LINE: 2}.get(fit.shape, 1)
+    freedom = components * n - _PARAMETERS[fit.shape]
+    if fit.criterion is not Criterion.LEAST_SQUARES or freedom < 1:
+        return None
+    sigma = np.sqrt(np.sum(fit.residuals**2) / freedom)
+    expanded: Float = COVERAGE * sigma * np.linalg.norm(fit.jacobian, axis=1)
+    return expanded
+
+
+def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
+    found = outliers(fit, points)
+    for row in found[:LISTED]:
+        console.print(
+            f"[yellow]Outlier: point {row + 1} lies {fit.residuals[row]:+.6f} mm off; it is in the "
+            "fit all the same.[/]",
+            highlight=False,
+        )
+    if len(found) > LISTED:
+        console.print(f"[yellow]{len(found) - LISTED} more outliers.[/]", highlight=False)
+    if not found:
+        console.print("No outliers.", style="dim")
+
+
+def _vector(vector: Float, digits: int) -> str:
+    return "  ".join(f"{value:.{digits}f}" for value in vector)
