@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.profile import load_profile
 from ocmm_core.export.registry import EXPORTERS, preview, preview_text, write_report
 from ocmm_core.export.report_data import ReportData, report_of_job
 from ocmm_core.inspection.reopen import reopen_job
 
-_ALL = "all"
+_ALL, _PDF = "all", "pdf"
 
 
 def report_command(
@@ -26,7 +28,7 @@ def report_command(
         list[str] | None,
         typer.Option(
             "--format",
-            help=f"One of {', '.join(EXPORTERS)} or all; may be given several times.",
+            help=f"One of {', '.join(EXPORTERS)}, pdf or all; may be given several times.",
         ),
     ] = None,
     profile: Annotated[
@@ -55,26 +57,49 @@ def report_command(
     chosen = _formats(formats or ["polyworks"])
     layout = None if profile is None else load_profile(profile)
     data = [_data(path, console) for path in jobs]
+    written = [name for name in chosen if name != _PDF]
     if preview_only:
-        for name in chosen:
+        for name in written:
             typer.echo(f"== {EXPORTERS[name].title}")
             typer.echo(preview_text(preview(data, name, layout)))
+        if _PDF in chosen:
+            typer.echo("The pages of the PDF report are shown by the window (Results, Report).")
         return
-    for path in write_report(data, chosen, out if out is not None else jobs[0].parent, layout):
-        console.print(f"Report  {path}", highlight=False, markup=False)
+    folder = out if out is not None else jobs[0].parent
+    if written:
+        for path in write_report(data, written, folder, layout):
+            console.print(f"Report  {path}", highlight=False, markup=False)
+    if _PDF in chosen:
+        for line in _print_pages(jobs, folder):
+            console.print(f"Report  {line}", highlight=False, markup=False)
+
+
+def _print_pages(jobs: list[Path], folder: Path) -> list[str]:
+    """Write the PDF reports in a process with the drawing of the window; return their paths."""
+    # The core knows no Qt: what draws is a program of its own, as the window is.
+    command = [sys.executable, "-m", "ocmm_gui.reports", *map(str, jobs), "--out", str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
+    if done.returncode != 0:
+        last = done.stderr.strip().splitlines()[-1:] or ["the program that draws it ended"]
+        raise StorageError(
+            "export.pdf",
+            f"The PDF report was not written: {last[0]}",
+            "The other formats are not affected.",
+        )
+    return done.stdout.splitlines()
 
 
 def _formats(names: list[str]) -> list[str]:
     """Return the formats that are meant; raise InputError for one that is none."""
     found = []
     for name in names:
-        if name != _ALL and name not in EXPORTERS:
+        if name not in (_ALL, _PDF) and name not in EXPORTERS:
             raise InputError(
                 "export.format",
                 f"There is no format {name!r} of a report.",
-                f"Choose among {', '.join(EXPORTERS)} and all.",
+                f"Choose among {', '.join(EXPORTERS)}, pdf and all.",
             )
-        found += list(EXPORTERS) if name == _ALL else [name]
+        found += [*EXPORTERS, _PDF] if name == _ALL else [name]
     return list(dict.fromkeys(found))
 
 

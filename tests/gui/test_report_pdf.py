@@ -11,7 +11,9 @@ import pytest
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSizeF, Qt
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtSvg import QSvgGenerator
+from typer.testing import CliRunner
 
+from ocmm_core.cli.app import app
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
@@ -26,8 +28,8 @@ from ocmm_gui.reports.symbols import has_symbol, paint_symbol
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> ReportData:
-    """Return the quick plan measured on the virtual rig."""
+def job_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the job of the quick plan, measured on the virtual rig."""
     folder = tmp_path_factory.mktemp("job")
     request = StationRequest(plan=resource("plans", "quick.toml"), out=folder, frame_rate_hz=500)
     built = build_station(request)
@@ -36,7 +38,13 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> ReportData:
         assert built.station.wait_finished(30.0)
     finally:
         built.station.close()
-    return report_of_job(reopen_job(built.job_path))
+    return built.job_path
+
+
+@pytest.fixture(scope="module")
+def data(job_path: Path) -> ReportData:
+    """Return what is reported about it."""
+    return report_of_job(reopen_job(job_path))
 
 
 def texts(canvas: Canvas) -> str:
@@ -104,6 +112,22 @@ def test_the_file_is_whole_and_holds_the_numbers_for_programs(
     assert made.startswith(b"%PDF-")
     inside = [stream for stream in pdf.streams(made) if b"ocmm.report/" in stream]
     assert json.loads(inside[0])["job"]["uuid"] == data.head.job_uuid
+
+
+def test_the_command_line_writes_it_by_the_program_that_draws(
+    job_path: Path, data: ReportData, tmp_path: Path
+) -> None:
+    said = CliRunner().invoke(
+        app, ["report", str(job_path), "--format", "pdf", "--out", str(tmp_path)]
+    )
+    assert said.exit_code == 0, said.output
+    assert (tmp_path / f"{data.stem}_report.pdf").read_bytes().startswith(b"%PDF-")
+    (tmp_path / "file").touch()
+    said = CliRunner().invoke(
+        app, ["report", str(job_path), "--format", "pdf", "--out", str(tmp_path / "file" / "x")]
+    )
+    assert isinstance(said.exception, StorageError)
+    assert "cannot be written" in said.exception.what
 
 
 @pytest.mark.usefixtures("qapp")
