@@ -326,7 +326,7 @@ def test_the_preview_shows_what_the_files_hold() -> None:
         assert wanted in text
 
 
-@pytest.mark.parametrize("where", range(3, 2000, 97))
+@pytest.mark.parametrize("where", range(3, 2000, 397))
 def test_a_file_that_does_not_come_back_as_written_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: int
 ) -> None:
