@@ -48,6 +48,8 @@ BROAD = 0.01
 """Width of the zone against the size of the points from which local minima lie far apart."""
 FEW_POINTS = 12
 POLISHES = 4
+ONE_PLANE = 1e-11
+"""Extent, against the size of the points, that is none."""
 WELL_BALANCED = 1e-12
 
 
@@ -78,6 +80,9 @@ def fit_zone(start: Fit, points: Points3) -> Fit:
         that its contacts prove to be a smallest one.
     """
     points = checked_points(start.shape, points)
+    if start.shape is Shape.LINE and _in_one_plane(points):
+        # The thinnest cylinder about them has its axis in that plane, where it has a kink.
+        return fit_zone_line_in_plane(start, points)
     surface = ZONES.get(start.shape)
     if surface is None:
         raise FitError(
@@ -125,7 +130,7 @@ def fit_zone_line_in_plane(
     if plane_normal is None:
         _, _, axes = np.linalg.svd(about, full_matrices=True)
         across = axes[1] - start.direction * (axes[1] @ start.direction)
-        normal = unit(np.cross(start.direction, across))
+        normal = np.cross(start.direction, unit(across))
     else:
         normal = unit(np.asarray(plane_normal, dtype=np.float64))
     direction = start.direction - normal * (normal @ start.direction)
@@ -150,7 +155,18 @@ def fit_zone_line_in_plane(
     flat_start = make_fit(
         Shape.LINE, geometry, jacobian, task.size * (about @ across)
     )
-    return settled_fit(task, flat_start, Criterion.MINIMUM_ZONE, search(task))
+    fit = settled_fit(task, flat_start, Criterion.MINIMUM_ZONE, search(task))
+    if plane_normal is None:
+        fit.jacobian[DIRECTION] += np.outer(normal, normal) @ start.jacobian[DIRECTION]
+    return fit
+
+
+def _in_one_plane(points: Points3) -> bool:
+    """Return whether points that are not on a line lie in a plane, to rounding."""
+    centroid, about, size = centred(Shape.LINE, points)
+    extents = np.linalg.svd(about, compute_uv=False)
+    rounding = ONE_PLANE * (1.0 + 1e-3 * float(np.abs(centroid).max()) / size)
+    return len(points) > 2 and bool(extents[1] > 1e3 * rounding and extents[2] < rounding)
 
 
 def search(task: Task) -> Zone:
