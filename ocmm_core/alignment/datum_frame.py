@@ -29,7 +29,9 @@ from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
 
 MOST_DATUMS = 3
 
-_AXES = (Shape.LINE, Shape.CYLINDER)
+_WITH_HEIGHT = (Shape.POINT, Shape.SPHERE, Shape.CONE, Shape.TORUS)
+"""Shapes that have a place in every direction; a circle or slot lies as deep as it was probed."""
+
 _POINTS = (Shape.POINT, Shape.SPHERE)
 _ACROSS = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
 _CLEARLY = 1e-6
@@ -88,9 +90,11 @@ def datum_frame(
 ) -> DatumFrame:
     """Return the frame of one to three datums in the order of their precedence.
 
-    Points and spheres hold as points; lines and cylinders as axes; circles, cones and tori as axes
-    with a point; ellipses, slots and rectangles in every way; planes as planes. A cone's point is
-    where it has the nominal radius. Which way a measured axis runs is chosen so that the datums,
+    Points and spheres hold as points; lines, cylinders and circles as axes; cones and tori as axes
+    with a point; ellipses, slots and rectangles as axes with a direction across; planes as planes.
+    A cone's point is where it has the nominal radius. How deep a circle or slot lies is not its own
+    but where it was probed; its centre alone (`features.construct.PartOf`) holds there, too. Which
+    way a measured axis runs is chosen so that the datums,
     and if they do not tell then all features that have a nominal, lie as near to their nominals as
     can be; so do not leave features out that are known.
 
@@ -231,9 +235,9 @@ def _rows(element: _Element) -> Float:
     direction = element.nominal[DIRECTION]
     if element.shape is Shape.PLANE:
         return direction[None]
-    if element.shape in _AXES:
-        return np.stack(perpendicular_pair(direction))
-    return np.eye(3)
+    if element.shape in _WITH_HEIGHT:
+        return np.eye(3)
+    return np.stack(perpendicular_pair(direction))
 
 
 def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfit:

@@ -13,6 +13,15 @@ from ocmm_core.geometry import Float, RigidTransform, unit
 WITH_SENSE = (Shape.PLANE, Shape.CONE)
 """Shapes whose direction says more than a line: away from the material, to the growing radius."""
 
+DEEP_AS_PROBED = (
+    Shape.CIRCLE,
+    Shape.ELLIPSE,
+    Shape.ROUND_SLOT,
+    Shape.SQUARE_SLOT,
+    Shape.RECTANGLE,
+)
+"""Shapes whose place along their axis is where they were probed."""
+
 LEVER_MM = 100.0
 """A direction that is wrong counts as much as a place wrong by it, where senses are chosen."""
 
@@ -39,6 +48,9 @@ def misfit_of_all(
         measured = T.apply(np.array([geometries[name][POINT] for name in places]))
         wanted = np.array([nominals[name][POINT] for name in places])
         off = measured - wanted
+        flat = [shapes[name] in DEEP_AS_PROBED for name in places]
+        axes = np.array([nominals[name][DIRECTION] for name in places]) * np.array(flat)[:, None]
+        off = off - np.sum(off * axes, axis=1, keepdims=True) * axes
         if len(free.turn):
             axis = free.turn[0]
             off = (off @ axis)[:, None] * axis

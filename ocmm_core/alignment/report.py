@@ -9,6 +9,7 @@ import numpy as np
 
 from ocmm_core.alignment.datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment.frame_slopes import frame_slopes
+from ocmm_core.alignment.misfit import DEEP_AS_PROBED
 from ocmm_core.alignment.residuals import Residual, residuals_of
 from ocmm_core.alignment.rules import (
     BestFit,
@@ -177,6 +178,12 @@ def _advice(
             "datum, or tolerance only what does not."
         )
     aligned = [item for item in residuals if item.aligned]
+    deep = [name for name in rule.features if bound.shapes.get(name) in DEEP_AS_PROBED]
+    if deep and isinstance(rule, (BestFit, ReferencePoints, Relocation)):
+        said.append(
+            f"{', '.join(deep)}: a circle or slot lies as deep as it was touched. Unless that is "
+            "meant, construct its projection onto a face and align to that."
+        )
     count = {BestFit: 3, Relocation: 3}.get(type(rule))
     if count is not None and len(rule.features) <= count:
         said.append("Three points check each other hardly: take a fourth.")

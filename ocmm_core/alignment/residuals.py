@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.alignment.misfit import WITH_SENSE
-from ocmm_core.alignment.rules import BoundAlignment, Relocation
+from ocmm_core.alignment.misfit import DEEP_AS_PROBED, WITH_SENSE
+from ocmm_core.alignment.rules import BestFit, BoundAlignment, ReferencePoints, Relocation
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.construct_checks import CENTRED
 from ocmm_core.features.construct_geometry import gauge_point
@@ -74,6 +74,7 @@ def residuals_of(
         (3 N + 1, 3 N + 1), mm^2, of the points, or None.
     """
     nominals = _compared_with(bound)
+    pointwise = isinstance(bound.rule, (BestFit, ReferencePoints, Relocation))
     first = [name for name in bound.features if name in nominals]
     rest = [name for name in nominals if name in measured and name not in first]
     return tuple(
@@ -84,6 +85,7 @@ def residuals_of(
             slopes,
             covariance,
             aligned=name in first,
+            whole=pointwise and name in first and bound.shapes[name] in CENTRED,
         )
         for name in (*first, *rest)
     )
@@ -105,6 +107,7 @@ def _residual(
     covariance: Float | None,
     *,
     aligned: bool,
+    whole: bool,
 ) -> Residual:
     shape, geometry = feature.fit.shape, feature.fit.geometry
     place, gain = geometry[POINT], feature.jacobian[POINT]
@@ -115,7 +118,8 @@ def _residual(
     rotation = T_nominal_from_world.rotation
     at = T_nominal_from_world.apply(place)
     moved = slopes[3:] - skew(at) @ slopes[:3] + rotation @ gain
-    keep = _directions(shape, nominal)
+    # Where places were brought together as points, the depth of a circle counted as well.
+    keep = np.eye(3) if whole else _directions(shape, nominal)
     offset = keep @ (at - nominal[POINT])
     angle, tilted = 0.0, np.zeros_like(moved)
     if np.any(nominal[DIRECTION]) and np.any(direction):
@@ -149,7 +153,7 @@ def _gauge_gain(feature: ActualFeature, nominal: Float) -> Float:
 
 def _directions(shape: Shape, nominal: Float) -> Float:
     """Return the projection (3, 3) on the directions along which a shape has a place."""
-    if shape in CENTRED or shape is Shape.CONE:
+    if shape in (Shape.CONE, *CENTRED) and shape not in DEEP_AS_PROBED:
         return np.eye(3)
     along = unit(nominal[DIRECTION])
     own: Float = np.outer(along, along)

@@ -54,10 +54,13 @@ def anywhere(rng: np.random.Generator) -> RigidTransform:
     return RigidTransform(rotation_from_vector(turn), shift)
 
 
-def measured(T_world_from_part: RigidTransform, rng: np.random.Generator) -> dict[str, Float]:
+def measured(
+    T_world_from_part: RigidTransform, rng: np.random.Generator, depth: float = 0.0
+) -> dict[str, Float]:
     """Return the part without error, probed elsewhere on its planes and axes, in the world.
 
-    Directions without a sense run either way by chance.
+    Directions without a sense run either way by chance; circles and slots were probed at any height
+    of some ``depth``, mm.
     """
     found = {}
     for name, nominal in NOMINALS.items():
@@ -68,6 +71,8 @@ def measured(T_world_from_part: RigidTransform, rng: np.random.Generator) -> dic
             point = point + 20.0 * np.cross(direction, rng.normal(size=3))
         if shape is Shape.CYLINDER:
             point = point + 10.0 * rng.normal() * direction
+        if shape in (Shape.CIRCLE, Shape.ROUND_SLOT):
+            point = point + depth * rng.normal() * direction
         if shape is Shape.CONE:
             higher = 3.0 * rng.normal()
             point = point + higher * direction
