@@ -26,6 +26,7 @@ FAR_MM, NEAR_MM = 100.0, 1.0
 """Beyond the first the ring has its full size; within the second it is closed."""
 _LOWEST_HZ, _HIGHEST_HZ = 220.0, 1760.0
 _SMALLEST_RING = 0.06
+_WHOLE = (Shape.POINT, Shape.SPHERE, Shape.TORUS)
 _CENTRED = (
     Shape.POINT, Shape.CIRCLE, Shape.SPHERE, Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT,
     Shape.RECTANGLE, Shape.TORUS,
@@ -129,7 +130,14 @@ def _by_features(
         if nominal.shape is Shape.PLANE:
             normals.append((geometry, feature.fit.geometry))
         elif nominal.shape in _CENTRED:
-            centres.append((geometry[0:3], feature.fit.point))
+            plane = actual.get(nominal.projection)
+            if isinstance(plane, ActualFeature):
+                # How deep a bore was touched says nothing about where it is.
+                up = plane.fit.direction
+                depth = float((feature.fit.point - plane.fit.point) @ up)
+                centres.append((geometry[0:3], feature.fit.point - depth * up))
+            elif nominal.shape in _WHOLE:
+                centres.append((geometry[0:3], feature.fit.point))
     pairs = [(there[3:6], here[3:6]) for there, here in normals]
     for there, here in centres[1:]:
         if float(np.linalg.norm(there - centres[0][0])) > 1.0:

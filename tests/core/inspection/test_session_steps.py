@@ -1,0 +1,254 @@
+"""What an inspector decides while measuring: delete, put back, skip, repeat, undo, pause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ocmm_core.errors import InputError, MeasuringError
+from ocmm_core.inspection.quarantine import Ward
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.inspection.view import FeatureState, JobView
+from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.result import Verdict
+from tests.core.inspection.conftest import Bench
+
+
+def take(session: InspectionSession, bench: Bench, first: int, last: int) -> None:
+    for touch in bench.touches[first:last]:
+        assert isinstance(session.take_touch(touch), MeasuredPoint)
+
+
+def numbers(view: JobView, name: str) -> list[int]:
+    return [point.number for point in view.feature(name).points]
+
+
+def test_any_point_can_be_deleted_with_a_reason_and_put_back(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 14)
+    whole = session.view
+    session.delete_point(2, "chip on the surface")
+    view = session.view
+    assert numbers(view, "BED") == [1, 3, 4]
+    assert [(d.point.number, d.reason) for d in view.feature("BED").deleted] == [
+        (2, "chip on the surface")
+    ]
+    # The job was complete: the feature with the missing point takes points again.
+    assert view.active == "BED"
+    assert view.feature("BED").state is FeatureState.ACTIVE
+    assert view.characteristics[1].verdict is Verdict.NOT_MEASURED
+    assert "Block step" in view.provisional
+    assert whole.characteristics[0] == view.characteristics[0]
+    session.restore_point(2)
+    again = session.view
+    assert numbers(again, "BED") == [1, 3, 4, 15]
+    assert again.complete
+    assert not again.feature("BED").deleted
+    # The same observation under another number, and last in the job instead of second.
+    before, after = whole.characteristics[1], again.characteristics[1]
+    assert before.measured is not None
+    assert after.measured == pytest.approx(before.measured, abs=1e-9)
+    assert after.uncertainty == pytest.approx(before.uncertainty, abs=1e-6)
+    assert job.verify() == []
+    np.testing.assert_array_equal(
+        whole.feature("BED").points[1].tip_world, again.feature("BED").points[-1].tip_world
+    )
+
+
+@pytest.mark.parametrize("reason", ["", "  \n", "bell\x07"])
+def test_no_point_is_deleted_without_a_reason(bench: Bench, job: JobFile, reason: str) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 1)
+    with pytest.raises(MeasuringError, match="reason"):
+        session.delete_point(1, reason)
+    assert len(job.points()) == 1
+
+
+def test_what_is_not_there_is_neither_deleted_nor_put_back_twice(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 3)
+    with pytest.raises(MeasuringError, match="point 9"):
+        session.delete_point(9, "why not")
+    session.delete_point(2, "slipped")
+    with pytest.raises(MeasuringError, match="point 2"):
+        session.delete_point(2, "slipped")
+    session.restore_point(2)
+    with pytest.raises(MeasuringError, match="back already"):
+        session.restore_point(2)
+    assert [point.number for point in job.points()] == [1, 3, 4]
+
+
+def test_steps_are_undone_and_done_again_in_turn(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 4)
+    session.delete_point(1, "slipped")
+    session.skip("BLOCK_TOP")
+    assert session.view.undo == "skipping of BLOCK_TOP"
+    session.undo()
+    assert session.view.feature("BLOCK_TOP").state is not FeatureState.SKIPPED
+    session.undo()
+    assert len(numbers(session.view, "BED")) == 4
+    session.undo()
+    # The last point was taken away; the one that was deleted and is back stays.
+    assert numbers(session.view, "BED") == [2, 3, 5]
+    session.redo()
+    session.redo()
+    session.redo()
+    view = session.view
+    assert view.redo == ""
+    assert view.feature("BLOCK_TOP").skipped
+    kept = {tuple(point.tip_world) for point in view.feature("BED").points}
+    first = {tuple(point.tip_world) for point in bench_points(job, [2, 3, 4])}
+    assert kept == first
+    with pytest.raises(MeasuringError, match="Nothing was undone"):
+        session.redo()
+    assert job.verify() == []
+
+
+def bench_points(job: JobFile, wanted: list[int]) -> list[MeasuredPoint]:
+    everything = [*job.points(), *(point for point, _ in job.annulled())]
+    return [point for point in everything if point.number in wanted]
+
+
+def test_a_flip_that_is_undone_does_not_leave_the_flipped_point_to_be_put_back(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 4)
+    session.flip(2)
+    assert session.view.feature("BED").points[-1].approach == "flipped"
+    session.undo()
+    view = session.view.feature("BED")
+    assert [point.approach for point in view.points] == ["trail"] * 4
+    assert view.deleted == ()
+
+
+def test_a_skipped_feature_is_left_out_and_comes_back_when_it_is_selected(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    session.skip()
+    assert session.view.active == "BLOCK_TOP"
+    assert ("BED", 4) not in session.missing()
+    take(session, bench, 4, 14)
+    view = session.view
+    assert view.complete
+    assert view.feature("BED").skipped
+    assert view.characteristics[1].verdict is Verdict.NOT_MEASURED
+    assert view.characteristics[0].verdict is Verdict.CONFORM
+    session.select("BED")
+    take(session, bench, 0, 4)
+    assert session.view.characteristics[1].verdict is Verdict.CONFORM
+
+
+def test_a_repeated_feature_begins_anew_and_its_points_are_annulled_with_a_reason(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 14)
+    session.repeat("BLOCK_TOP")
+    assert session.view.active == "BLOCK_TOP"
+    assert numbers(session.view, "BLOCK_TOP") == []
+    assert {reason for _, reason in job.annulled()} == {"BLOCK_TOP is measured anew"}
+    take(session, bench, 4, 8)
+    assert session.view.complete
+    session.repeat("BLOCK_TOP")
+    session.undo()
+    assert session.view.complete
+    assert len(numbers(session.view, "BLOCK_TOP")) == 4
+
+
+def test_a_paused_job_takes_no_points_also_after_it_is_opened_again(bench: Bench) -> None:
+    with bench.job() as job:
+        session = bench.session(job)
+        take(session, bench, 0, 3)
+        session.skip("SPHERE")
+        session.finish()
+        session.set_order("any")
+        session.set_compensation("shank", "BLOCK_TOP")
+        session.pause()
+        refused = session.take_touch(bench.touches[4])
+        assert isinstance(refused, Refusal)
+        assert refused.code is RefusalCode.PAUSED
+        before = session.view
+    with JobFile.open(job.path) as again:
+        session = bench.session(again)
+        after = session.view
+        assert after.paused
+        assert after.active == "BLOCK_TOP"
+        assert after.probing == "any"
+        assert [f.state for f in after.features] == [f.state for f in before.features]
+        assert after.feature("BLOCK_TOP").compensation == "shank"
+        session.go_on("anna")
+        take(session, bench, 4, 8)
+        assert session.view.complete
+        assert any(e.kind == "gone on" and "anna" in e.text for e in again.events())
+
+
+def test_points_of_an_earlier_run_can_be_undone(bench: Bench) -> None:
+    with bench.job() as job:
+        take(bench.session(job), bench, 0, 5)
+    with JobFile.open(job.path) as again:
+        session = bench.session(again)
+        assert session.view.undo == "point 5 of BLOCK_TOP"
+        session.undo()
+        session.undo()
+        assert session.view.active == "BED"
+        assert numbers(session.view, "BED") == [1, 2, 3]
+
+
+def test_no_verdict_is_shown_while_a_feature_is_probed(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 13)
+    view = session.view
+    ball = view.characteristics[0]
+    # Five points fit a sphere; the sixth is still to come.
+    assert ball.measured is not None
+    assert ball.uncertainty is not None
+    assert (ball.verdict, view.provisional) == (Verdict.NOT_MEASURED, ("Ball diameter",))
+    assert "Provisional" in ball.note
+    assert view.feature("SPHERE").verdict is None
+    session.finish()
+    assert session.view.characteristics[0].verdict is not Verdict.NOT_MEASURED
+    assert session.view.provisional == ()
+
+
+def test_a_point_that_was_held_back_stays_so_when_it_is_put_back(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 14)
+    session.delete_point(3, "slipped")
+    # Held back while it is out: it must not come back as if nothing had been.
+    session.hold_back(None, "The cameras moved.")
+    session.restore_point(3)
+    assert 15 in session.view.held
+    session.release("Verified.", Ward.CAMERAS)
+    assert session.view.held == ()
+
+
+def test_a_touch_beside_the_feature_is_flagged_and_kept(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 14)
+    assert all(feature.outliers == () for feature in session.view.features)
+    # The third point of the sphere, as if it were taken 0.3 mm off.
+    points = session._points.counting  # noqa: SLF001 - nothing public moves a point
+    sphere = [index for index, point in enumerate(points) if point.feature == "SPHERE"]
+    moved = points[sphere[2]]
+    points[sphere[2]] = replace(moved, tip_world=moved.tip_world + 0.3 * moved.direction)
+    session.refit()
+    view = session.view.feature("SPHERE")
+    assert view.outliers == (moved.number,)
+    assert len(view.points) == 6
+
+
+def test_nominals_are_taught_only_in_a_part_frame(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 14)
+    with pytest.raises(InputError, match="part frame"):
+        session.taught_plan()
