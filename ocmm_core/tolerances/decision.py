@@ -73,7 +73,7 @@ def rule_words(identity: str) -> str:
     """Return the words for what `rule_id` gave; the identity itself if it is unknown here."""
     for rule, statement in RULES.items():
         if identity == f"{rule}/{statement.version}":
-            return f"{statement.words} [{identity}]"
+            return f"{statement.words} ({identity})"
     return identity
 
 

@@ -1,0 +1,111 @@
+"""Named parts of the joint covariance: together they are it, and each is what its source makes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ocmm_core.calibration.probe_design import ProbeDesign, load_design
+from ocmm_core.calibration.probe_shape import Warmth, body_in_use, contact_force
+from ocmm_core.calibration.thermal import Expansion, Temperature
+from ocmm_core.camera.model import project
+from ocmm_core.camera.rig import Rig
+from ocmm_core.documents import resource
+from ocmm_core.measuring.contributions import (
+    CAMERAS,
+    FORCE,
+    IMAGE_NOISE,
+    PART,
+    PATTERN,
+    PROBE,
+    TIP_RADIUS,
+    WARMTH,
+    WEIGHT,
+    Contribution,
+    ProbeState,
+    contributions,
+)
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring.temperature import PartWarmth
+from ocmm_core.measuring.uncertainty import joint_covariance, sum_of
+from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+from tests.core.measuring.test_temperature import point
+
+TIPS = np.array([[20.0, 0.0, 10.0], [40.0, 5.0, 10.0], [30.0, 60.0, -20.0]])
+WARM = PartWarmth(
+    Temperature(25.0, 0.5, "test"), Expansion("steel", 11.5e-6, 1e-6), compensated=True
+)
+
+
+@pytest.fixture(scope="module")
+def design(standard_probe: ProbeBody) -> ProbeDesign:
+    return load_design(resource("designs", "standard.toml"), standard_probe)
+
+
+def touched(rig: Rig, body: ProbeBody) -> tuple[list[MeasuredPoint], list[TipSensitivity]]:
+    points, found = [], []
+    for number, tip in enumerate(TIPS, start=1):
+        leds = body.leds_probe - body.tip_probe + tip
+        spots = np.stack([project(camera, leds) for camera in rig.cameras])
+        touch = replace(point(tip, np.array([0.0, 0.0, 1.0])), number=number, spots=spots)
+        points.append(touch)
+        found.append(tip_sensitivity(spots, rig, body))
+    return points, found
+
+
+def parts_of(rig: Rig, body: ProbeBody, design: ProbeDesign) -> tuple[Contribution, ...]:
+    warmth = Warmth()
+    used = body_in_use(body, design, warmth)
+    points, found = touched(rig, used)
+    force = contact_force(design, body)
+    return contributions(points, found, rig, used, force, WARM, ProbeState(design, warmth))
+
+
+def test_the_parts_are_the_joint_covariance(
+    recommended: Rig, standard_probe: ProbeBody, design: ProbeDesign
+) -> None:
+    parts = parts_of(recommended, standard_probe, design)
+    used = body_in_use(standard_probe, design, Warmth())
+    points, found = touched(recommended, used)
+    force = contact_force(design, standard_probe)
+    joint = joint_covariance(points, found, recommended, used, force, WARM)
+    # Warmth and weight are taken off the probe's covariance and added again: rounding.
+    assert sum_of(parts, len(points)) == pytest.approx(joint, rel=1e-9, abs=1e-18)
+    assert joint_covariance(points, found, recommended, used, force, WARM).tolist() == (
+        sum_of(contributions(points, found, recommended, used, force, WARM), 3).tolist()
+    )
+
+
+def test_every_source_has_its_name_once(
+    recommended: Rig, standard_probe: ProbeBody, design: ProbeDesign
+) -> None:
+    parts = parts_of(recommended, standard_probe, design)
+    assert [part.source for part in parts] == [
+        IMAGE_NOISE, PATTERN, CAMERAS, PROBE, WARMTH, WEIGHT, TIP_RADIUS, FORCE, PART,
+    ]  # fmt: skip
+    assert [part.source.kind for part in parts].count("A") == 1
+    for part in parts:
+        matrix = part.matrix(3)
+        assert matrix.max() > 0.0, part.source.name
+        floor = -1e-9 * float(np.abs(matrix).max())
+        assert np.linalg.eigvalsh(matrix)[0] > floor, part.source.name
+
+
+def test_the_calibration_of_the_probe_is_what_its_document_says(
+    recommended: Rig, standard_probe: ProbeBody, design: ProbeDesign
+) -> None:
+    parts = parts_of(recommended, standard_probe, design)
+    probe = next(part for part in parts if part.source is PROBE)
+    assert probe.covariance == pytest.approx(standard_probe.geometry_covariance, abs=1e-15)
+
+
+def test_what_a_part_gives_a_value_is_its_matrix_between_two_gradients(
+    recommended: Rig, standard_probe: ProbeBody, design: ProbeDesign
+) -> None:
+    gradients = np.random.default_rng(0).normal(size=(2, 10))
+    for part in parts_of(recommended, standard_probe, design):
+        expected = gradients @ part.matrix(3) @ gradients.T
+        assert part.of(gradients) == pytest.approx(expected, rel=1e-9, abs=1e-18), part.source.name

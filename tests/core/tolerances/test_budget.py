@@ -1,0 +1,117 @@
+"""Budgets add up to the uncertainty of the result, whatever the value is like; form counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ocmm_core.features.actual import ActualFeature
+from ocmm_core.measuring.contributions import (
+    CAMERAS,
+    IMAGE_NOISE,
+    TIP_RADIUS,
+    Contribution,
+)
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring.uncertainty import sum_of
+from ocmm_core.tolerances.budget import Budget, budget_of
+from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.results import evaluate_all
+from ocmm_core.tolerances.sampling import form_samples
+from tests.core.tolerances.test_monte_carlo import (
+    ASKED,
+    JOB_FEATURES,
+    POINTS,
+    RULE,
+    SLOW,
+    _actual,
+)
+
+N = len(POINTS)
+
+
+def parts(noise: float) -> tuple[Contribution, ...]:
+    """Return noise of each point, an error that all share, and the ball."""
+    shared = np.vstack([np.tile(np.eye(3), (N, 1)), np.zeros((1, 3))])
+    radius = np.zeros((3 * N + 1, 1))
+    radius[-1] = 1.0
+    scale = np.append(np.concatenate([p.tip_world for p in POINTS]), 0.0)[:, None]
+    return (
+        Contribution(IMAGE_NOISE, own=np.tile(noise**2 * np.eye(3), (N, 1, 1))),
+        Contribution(CAMERAS, np.hstack([shared, 1e-3 * scale]), 0.006**2 * np.eye(4)),
+        Contribution(TIP_RADIUS, radius, np.array([[0.001**2]])),
+    )
+
+
+def budget(item: Characteristic, noise: float) -> tuple[Budget, float]:
+    """Return the budget, and U of the result."""
+    actual = _actual(POINTS, JOB_FEATURES)
+    found = parts(noise)
+    covariance = sum_of(found, N)
+    samples = form_samples(actual, covariance)
+    evaluation = evaluate(item, actual, RULE)
+    result = evaluate_all([item], RULE, actual, covariance, "iso14253-1")[0]
+    assert result.uncertainty is not None
+    return budget_of(item, evaluation, actual, found, covariance, samples), result.uncertainty
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.02])
+@pytest.mark.parametrize("item", [*ASKED, SLOW], ids=lambda item: item.name)
+def test_the_squares_add_up(item: Characteristic, noise: float) -> None:
+    found, uncertainty = budget(item, noise)
+    squares = sum(row.standard**2 for row in found.rows)
+    assert squares == pytest.approx(found.standard**2, rel=1e-9)
+    assert sum(row.share for row in found.rows) == pytest.approx(1.0)
+    assert [row.standard for row in found.rows] == sorted(
+        (row.standard for row in found.rows), reverse=True
+    )
+    assert found.expanded == uncertainty
+    assert found.expanded >= 2.0 * found.standard * (1.0 - 1e-12)
+
+
+def test_a_surface_that_scatters_more_than_its_points_do_counts() -> None:
+    # The points were taken with 0.010 mm of scatter: known noise of 0.001 leaves it to the form.
+    bore = ASKED[0]
+    rough, _ = budget(bore, 0.001)
+    by_name = {row.name: row for row in rough.rows}
+    assert by_name["Form of a"].kind == "A"
+    assert by_name["Form of a"].share > 0.5
+    assert rough.degrees < 20.0
+    smooth, _ = budget(bore, 0.03)
+    assert "Form of a" not in {row.name for row in smooth.rows}
+    assert smooth.degrees == np.inf
+
+
+def test_the_form_itself_is_not_uncertain_by_its_form() -> None:
+    found, _ = budget(SLOW, 0.001)
+    assert "Form of top" not in {row.name for row in found.rows}
+
+
+def test_form_is_what_noise_does_not_explain() -> None:
+    rng = np.random.default_rng(11)
+    covariance = np.zeros((3 * N + 1, 3 * N + 1))
+    covariance[:-1, :-1] = 0.004**2 * np.eye(3 * N)
+
+    def variances(points: Sequence[MeasuredPoint]) -> dict[str, float]:
+        actual: dict[str, ActualFeature] = _actual(points, JOB_FEATURES)
+        return {
+            sample.feature: sample.scatter for sample in form_samples(actual, covariance)
+        }
+
+    exact = [replace(p, tip_world=p.tip_world) for p in POINTS]
+    drawn = []
+    for _ in range(60):
+        shift = rng.normal(0.0, 0.005, (N, 1))
+        normals = np.array([p.direction for p in exact])
+        moved = [
+            replace(p, tip_world=p.tip_world + by)
+            for p, by in zip(exact, shift * normals, strict=True)
+        ]
+        drawn.append(variances(moved)["ball"])
+    own = variances(exact)["ball"]
+    # Twelve points, four numbers of a ball, sixty draws: a standard error of 6 %.
+    assert np.mean(drawn) == pytest.approx(own + 0.005**2, rel=0.25)
