@@ -52,7 +52,7 @@ ACTIONS = (
     ActionInfo("take", "Take", "Take a point now", TAKE_KEYS, True),
     ActionInfo("undo", "Undo", "Take the last point back", UNDO_KEYS, True),
     ActionInfo("finish", "Finish", "Accept this feature and go to the next", FINISH_KEYS, True),
-    ActionInfo("flip", "Flip side", "Turn the compensation of the last point round", ("X",)),
+    ActionInfo("flip", "Flip", "Turn the compensation of the last point round", ("X",)),
     ActionInfo("previous", "Previous", "Go to the previous feature of the plan", ("PgUp",)),
     ActionInfo("next", "Next", "Go to the next feature of the plan", ("PgDown",)),
     ActionInfo("skip", "Skip", "Leave this feature out; it can be measured later", ("S",)),

@@ -130,7 +130,7 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 sounds=SoundPlayer(enabled=options.sound),
                 theme=options.theme,
                 out=options.export,
-                pictures=parsed.plan.parent,
+                plan_path=parsed.plan,
             )
             _show(window, options)
             bridge.start()

@@ -60,8 +60,8 @@ class MainWindow(QMainWindow):
         Name of the theme to begin with.
     out
         Folder of the report; None asks for one in the window.
-    pictures
-        Folder of the plan, where its pictures are.
+    plan_path
+        File of the plan; its pictures are beside it.
     """
 
     closed = Signal()
@@ -75,7 +75,7 @@ class MainWindow(QMainWindow):
         sounds: SoundPlayer | None = None,
         theme: str = "dark",
         out: Path | None = None,
-        pictures: Path | None = None,
+        plan_path: Path | None = None,
     ) -> None:
         super().__init__()
         self.setWindowTitle(f"OCMM – {bridge.station.plan.part}")
@@ -94,9 +94,11 @@ class MainWindow(QMainWindow):
             bridge.station.rig, bridge.station.body, self.actions_by_key, guarded=guarded
         )
         self.far = FarView(self.actions_by_key, guarded=guarded)
-        self.desk.use_plan(bridge.station.plan, pictures)
+        self.desk.use_plan(
+            bridge.station.plan, None if plan_path is None else plan_path.parent
+        )
         self.choice = PointChoice(bridge, self.desk, notices)
-        self.sheets = Sheets(bridge, notices, self._folder)
+        self.sheets = Sheets(bridge, notices, self._folder, plan_path)
         self.bus = BusPage(bridge.bus)
         self.calibration = CalibrationPage(
             bridge.station.rig, bridge.calibration, bridge.calibration_overview
@@ -279,7 +281,7 @@ class MainWindow(QMainWindow):
             "restore": lambda: self.choice.restore(),
             "results": lambda: self.sheets.open_results(),
             "job": lambda: self.sheets.open_job(),
-            "plan": lambda: self.sheets.open_results(),
+            "plan": lambda: self.sheets.open_plan(),
             "alignment": lambda: self.sheets.open_results(),
             "previous": lambda: self._bridge.select_neighbour(-1),
             "next": lambda: self._bridge.select_neighbour(1),

@@ -12,6 +12,7 @@ from ocmm_core.inspection.view import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.job_sheet import JobSheet
+from ocmm_gui.plan_editor.plan_sheet import PlanSheet
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.report_sheet import ReportSheet
 from ocmm_gui.results.results_sheet import ResultsSheet
@@ -29,6 +30,8 @@ class Sheets(QObject):
         Where errors and news go.
     folder
         Where files go unless somebody says otherwise.
+    plan_path
+        File of the plan that is measured, where that is known.
     """
 
     wanted = Signal(object)
@@ -37,7 +40,11 @@ class Sheets(QObject):
     """Back to the measuring."""
 
     def __init__(
-        self, bridge: StationBridge, notices: NoticeCentre, folder: Callable[[], Path]
+        self,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        folder: Callable[[], Path],
+        plan_path: Path | None,
     ) -> None:
         super().__init__()
         guarded = bridge.station.plan.rule != "simple"
@@ -47,6 +54,12 @@ class Sheets(QObject):
         )
         self.report = ReportSheet(folder)
         self.job = JobSheet(bridge)
+        self.plan = PlanSheet(bridge.station.plan, plan_path, lambda: bridge.station.job_path)
+        self.plan.saved.connect(
+            lambda path: notices.inform(
+                f"The plan is in {path}. Start the program with --plan {path} to measure by it."
+            )
+        )
         self._bridge = bridge
         self.job.begun.connect(self._on_begun)
         for sheet in self.all():
@@ -60,7 +73,7 @@ class Sheets(QObject):
 
     def all(self) -> tuple[Sheet, ...]:
         """Return every sheet, for the stack of the window."""
-        return (self.results, self.report, self.job)
+        return (self.results, self.report, self.job, self.plan)
 
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
@@ -76,6 +89,11 @@ class Sheets(QObject):
         self.wanted.emit(self.job)
         self.job.open(self._bridge.job())
 
+    def open_plan(self) -> None:
+        """Write or change a plan."""
+        self.wanted.emit(self.plan)
+        self.plan.open()
+
     def job_changed(self, job: JobView) -> None:
         """Let the sheets show what was measured since."""
         self.results.job_changed()
@@ -83,6 +101,7 @@ class Sheets(QObject):
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
         self.results.close_work()
+        self.plan.close_work()
 
     def _on_begun(self) -> None:
         self.results.forget_file()

@@ -197,6 +197,13 @@ def make_style_sheet(theme: Theme) -> str:
     QHeaderView, QHeaderView::section, QTableCornerButton::section {{ background: {theme.panel};
         color: {theme.muted}; border: none; padding: 2px 4px; }}
     QLineEdit {{ background: {theme.panel}; border: {line}; border-radius: 4px; padding: 4px; }}
+    QComboBox {{ background: {theme.panel}; color: {theme.text}; border: {line};
+        border-radius: 4px; padding: 4px; }}
+    QComboBox:focus {{ border: 2px solid {theme.accent}; }}
+    QScrollArea, QScrollArea > QWidget > QWidget {{ background: transparent; border: none; }}
+    QPlainTextEdit {{ background: {theme.panel}; color: {theme.text}; border: {line};
+        border-radius: 6px; }}
+    QPlainTextEdit:focus {{ border: 2px solid {theme.accent}; }}
     QLineEdit:focus {{ border: 2px solid {theme.accent}; }}
     """
 

@@ -222,7 +222,9 @@ def step_text(job: JobView) -> str:
     feature = active_feature(job)
     if feature is None:
         return ""
-    warning = "" if feature.coverage is None else feature.coverage.warning
+    # While points are missing anyway the next target says where.
+    late = feature.coverage is not None and len(feature.points) >= feature.needed - 1
+    warning = feature.coverage.warning if late and feature.coverage is not None else ""
     return f"{feature.text} {warning}".strip()
 
 
@@ -233,7 +235,7 @@ def mode_words(job: JobView) -> str:
     if feature is None:
         return f"{order}."
     side = COMPENSATION_WORDS.get(feature.compensation, feature.compensation)
-    return f"{order}. Side of the material: {side}."
+    return f"{order}. Side: {side}."
 
 
 def approach_words(job: JobView | None, live: LiveView | None) -> str:
@@ -246,7 +248,7 @@ def approach_words(job: JobView | None, live: LiveView | None) -> str:
 
 COMPENSATION_WORDS = {
     "approach": "as the probe came",
-    "pulled": "pull the probe away after the touch",
+    "pulled": "pull away after the touch",
     "shank": "along the shank",
     "nominal": "as the plan says",
 }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
@@ -12,13 +11,6 @@ from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.view import FeatureView
 from ocmm_gui.painted import Painted
 from ocmm_gui.theme import text_font
-
-SECTORS = 72
-"""Parts of the turn that are painted as covered or not."""
-_REACH = 0.65
-"""A point covers the turn on both sides of it up to so many parts of the pitch of even points."""
-
-BoolArray = NDArray[np.bool_]
 
 _ROUND = (
     Shape.CIRCLE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TORUS, Shape.ELLIPSE,
@@ -59,7 +51,7 @@ class CoverageView(Painted):
         places = picture_places(feature)
         inner = box.adjusted(_MARGIN * side, _MARGIN * side, -_MARGIN * side, -_MARGIN * side)
         if feature.shape in _ROUND:
-            self._paint_dial(painter, box, inner, covered_sectors(places, feature.needed))
+            self._paint_dial(painter, box, inner, feature)
         else:
             painter.setPen(QPen(QColor(self._theme.border), max(1.5, 0.012 * side)))
             painter.setBrush(QColor(self._theme.zone_good if len(places) else self._theme.panel))
@@ -67,26 +59,32 @@ class CoverageView(Painted):
         self._paint_points(painter, inner, places, feature)
 
     def _paint_dial(
-        self, painter: QPainter, box: QRectF, inner: QRectF, covered: BoolArray
+        self, painter: QPainter, box: QRectF, inner: QRectF, feature: FeatureView
     ) -> None:
         side = box.width()
+        good, empty = QColor(self._theme.zone_good), QColor(self._theme.background)
+        cells = () if feature.coverage is None else feature.coverage.cells
+        pole = False
+        if feature.shape is Shape.SPHERE and cells:
+            # The first patch is the pole, the others are sectors round it.
+            pole, cells = cells[0], cells[1:]
         rim = box.adjusted(0.03 * side, 0.03 * side, -0.03 * side, -0.03 * side)
-        step = 16 * 360 // SECTORS
-        for sector, hit in enumerate(covered):
-            colour = QColor(self._theme.zone_good if hit else self._theme.background)
-            painter.setPen(QPen(colour, 1.0))
-            painter.setBrush(colour)
+        painter.setPen(QPen(QColor(self._theme.panel), max(1.0, 0.012 * side)))
+        step = round(16 * 360 / max(len(cells), 1))
+        for sector, hit in enumerate(cells):
+            painter.setBrush(good if hit else empty)
             painter.drawPie(rim, sector * step, step)
         painter.setPen(QPen(QColor(self._theme.border), max(1.0, 0.01 * side)))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(rim)
-        painter.setBrush(QColor(self._theme.panel))
+        painter.setBrush(good if pole else QColor(self._theme.panel))
         hole = inner.adjusted(0.12 * side, 0.12 * side, -0.12 * side, -0.12 * side)
         painter.drawEllipse(hole)
-        painter.setPen(QColor(self._theme.text))
-        painter.setFont(text_font(max(11.0, 0.1 * side), bold=True))
-        share = f"{100.0 * float(covered.mean()):.0f} %"
-        painter.drawText(hole, Qt.AlignmentFlag.AlignCenter, share)
+        if feature.coverage is not None:
+            painter.setPen(QColor(self._theme.text))
+            painter.setFont(text_font(max(11.0, 0.1 * side), bold=True))
+            share = f"{100.0 * feature.coverage.fraction:.0f} %"
+            painter.drawText(hole, Qt.AlignmentFlag.AlignCenter, share)
 
     def _paint_points(
         self, painter: QPainter, inner: QRectF, places: Float, feature: FeatureView
@@ -130,16 +128,3 @@ def picture_places(feature: FeatureView) -> Float:
         reach = float(np.linalg.norm(flat, axis=1).max())
     shown: Float = flat / max(reach, 1e-9)
     return shown
-
-
-def covered_sectors(places: Float, needed: int) -> BoolArray:
-    """Return which sectors, counted counter-clockwise from three o'clock, have a point near them.
-
-    Points in the middle, such as the pole of a ball, belong to no sector.
-    """
-    far = places[np.linalg.norm(places, axis=1) > 0.2] if len(places) else places
-    turns = np.arctan2(far[:, 1], far[:, 0])
-    middles = 2.0 * np.pi * (np.arange(SECTORS) + 0.5) / SECTORS
-    between = np.abs((middles[:, None] - turns + np.pi) % (2.0 * np.pi) - np.pi)
-    reach = _REACH * 2.0 * np.pi / max(needed, 3)
-    return np.asarray((between <= reach).any(axis=1))

@@ -73,7 +73,8 @@ class FarView(QWidget):
         self._step = FitText("Next step", limit=60)
         self._trouble = FitText("What stands in the way", limit=44)
         self._captions = {
-            key: FitText(f"{name}, what it is", limit=34) for key, name, _ in _VALUES
+            key: FitText(f"{name}, what it is", limit=34, reserve="perpendicularity")
+            for key, name, _ in _VALUES
         }
         side = QGridLayout()
         side.setHorizontalSpacing(10)
@@ -134,8 +135,6 @@ class FarView(QWidget):
         """Show the active feature."""
         self._job = job
         self._step.show_text(next_step(job))
-        where = "At 20 °C" if job.at_20_c else "Measured"
-        self._captions["measured"].show_text(where, self._theme.muted)
         self._show_trouble()
         self._show_ring()
         feature = shown_feature(job)
@@ -143,6 +142,9 @@ class FarView(QWidget):
             return
         result = main_characteristic(job, feature.name)
         self._feature.show_text(f"{feature.shape.value} {feature.name}")
+        what = "Measured" if result is None else result.kind.capitalize()
+        warm = ", 20 °C" if job.at_20_c else ""
+        self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")
         self._coverage.show_feature(feature, 0)
         self._bar.show_result(result)

@@ -52,8 +52,6 @@ _TIGHT_PX = 420
 """A lower panel has no room for large digits."""
 _LOW_PX = 353
 """A lower panel has no room for form and position."""
-_LOWEST_PX = 300
-"""A lower panel has no room for the dots; the plan counts the points as well."""
 _NOTE_PX = 24
 _PICTURE_PX = 104
 
@@ -216,7 +214,6 @@ class FeaturePanel(QFrame):
             self._captions[name].setFont(text_font(13 if tight else 14))
             for label in (value, self._captions[name]):
                 label.setVisible(not (low and name in _LESS))
-        self._dots.setVisible(high >= _LOWEST_PX)
 
     def _show_values(
         self, job: JobView, feature: FeatureView, result: CharacteristicResult | None
@@ -231,9 +228,9 @@ class FeaturePanel(QFrame):
             if fit is not None and fit.radius > 0.0:
                 size = millimetres(2.0 * fit.radius)
         self._basis.setText(basis_words(feature, result))
-        for caption in ("Measured", "Deviation"):
-            so_far = result is not None and is_provisional(job, result)
-            self._captions[caption].setText(f"{caption} so far" if so_far else caption)
+        so_far = result is not None and is_provisional(job, result)
+        for value in self._values.values():
+            value.setStyleSheet(f"color: {self._theme.muted};" if so_far else "")
         texts = {
             "Measured": size or millimetres(None),
             "Nominal": DASHES if result is None else quantity(result, result.nominal),

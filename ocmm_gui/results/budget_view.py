@@ -16,7 +16,7 @@ _COLUMNS = (
     ("u, µm", "standard uncertainty that it gives the result; m° for angles"),
     ("Share", "of the variance"),
 )
-_ROW_PX = 26.0
+_ROW_PX, _LINE_PX = 26.0, 23
 _LEAST_SHARE, _MOST_ROWS = 1e-4, 9
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -26,8 +26,14 @@ class BudgetTable(NumberTable):
     """The sources, greatest first."""
 
     def __init__(self) -> None:
-        super().__init__("Uncertainty budget", _COLUMNS, whole=True)
+        super().__init__("Uncertainty budget", _COLUMNS, whole=False)
         self.setFont(text_font(13))
+        self.verticalHeader().setDefaultSectionSize(_LINE_PX)
+        self.setMinimumHeight(round(4.5 * _LINE_PX))
+        for column in (2, 3):
+            head = self.horizontalHeaderItem(column)
+            if head is not None:
+                head.setTextAlignment(_RIGHT)
 
     def show_budget(self, budget: Budget | None) -> None:
         """Show the sources of one result; None hides the table."""

@@ -2,63 +2,75 @@
 
 from __future__ import annotations
 
-import contextlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ocmm_core.errors import OcmmError
-from ocmm_core.features.actual import ActualFeature
+from ocmm_core.alignment.report import AlignmentReport, preview_alignment
+from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import checked_features
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.measuring.contributions import contributions
+from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
+from ocmm_core.inspection.uncertainty import JobUncertainty, job_uncertainty
 from ocmm_core.measuring.temperature import reported_points
-from ocmm_core.measuring.uncertainty import sum_of
-from ocmm_core.tolerances.budget import Budget, budget_of
-from ocmm_core.tolerances.evaluate import evaluate, involved_features
-from ocmm_core.tolerances.sampling import form_samples
+from ocmm_core.measuring.uncertainty import joint_covariance
+from ocmm_core.tolerances.budget import Budget
+from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
 from ocmm_gui.maintain.side_process import Tell
 
 
 @dataclass(frozen=True, slots=True)
-class Trials:
-    """What trials say about one result, in sentences."""
+class Budgets:
+    """The budgets of a job by the name of the characteristic, and why others have none."""
 
-    name: str
-    words: str
+    found: Mapping[str, Budget]
+    missing: Mapping[str, str]
 
 
-def budgets_of_file(path: Path, tell: Tell) -> dict[str, Budget]:
-    """Return the budgets of all results of a job file that have one, by name.
+def budgets_of_file(path: Path, tell: Tell) -> Budgets:
+    """Return the budgets of all results of a job file; OcmmError where it cannot be read."""
+    known = _uncertainty(path, tell)
+    return Budgets(dict(known.budgets), dict(known.missing))
+
+
+def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
+    """Return what trials say about one result of a job file.
 
     Raises
     ------
     OcmmError
-        The file cannot be read.
+        The file cannot be read, or the result has no value that could be tried.
     """
-    tell("Reading the job", 0.1)
+    for task in _uncertainty(path, tell).tasks:
+        own = tuple(item for item in task.characteristics if item.name == name)
+        if own:
+            asked = replace(task, characteristics=own)
+            return simulate(asked, MonteCarloOptions(), tell).values[0]
+    raise MeasuringError(
+        "monte_carlo.no_value",
+        f"{name} has no value yet that could be tried.",
+        "Measure the features that it rests on.",
+    )
+
+
+def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport | None:
+    """Return how the part of a job file lies; None where its plan has no alignment."""
+    tell("Reading the job", 0.2)
     job = reopen_job(path)
+    bound = job.plan.bound_alignment
+    if bound is None:
+        return None
     points = reported_points(job.points, job.climate.part)
-    tell("Computing what each point is worth", 0.5)
-    parts = contributions(
+    tell("Computing the alignment", 0.6)
+    covariance = joint_covariance(
         points, job.sensitivities, job.rig, job.body, job.contact, job.climate.part
     )
-    covariance = sum_of(parts, len(points))
-    actual = checked_features(job.plan, points, job.options)
-    samples = form_samples(actual, covariance)
-    measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
-    tell("Computing the budgets", 0.8)
-    found: dict[str, Budget] = {}
-    alignment = job.plan.bound_alignment
-    for item in job.plan.characteristics:
-        if any(name not in measured for name in involved_features(item, alignment)):
-            continue
-        # Why there is no value stands in the result already.
-        with contextlib.suppress(OcmmError):
-            evaluation = evaluate(item, measured, alignment)
-            found[item.name] = budget_of(item, evaluation, measured, parts, covariance, samples)
-    return found
+    return preview_alignment(bound, checked_features(job.plan, points, job.options), covariance)
 
 
-def trials_of_file(path: Path, name: str, tell: Tell) -> Trials:
-    """Return what trials say about one result of a job file."""
-    raise NotImplementedError
+def _uncertainty(path: Path, tell: Tell) -> JobUncertainty:
+    tell("Reading the job", 0.1)
+    job: ReopenedJob = reopen_job(path)
+    tell("Computing the uncertainties", 0.5)
+    return job_uncertainty(
+        job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
+    )

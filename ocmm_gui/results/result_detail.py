@@ -8,8 +8,8 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QProgressBar, QVBoxLayout
 
-from ocmm_core.tolerances.budget import Budget
 from ocmm_core.tolerances.decision import rule_words
+from ocmm_core.tolerances.monte_carlo import MonteCarloValue
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.maintain.side_process import SideProcess
@@ -17,11 +17,12 @@ from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark, verdict_mark
 from ocmm_gui.operator.tolerance_bar import ToleranceBar
 from ocmm_gui.results.budget_view import BudgetBars, BudgetTable
-from ocmm_gui.results.drill import Trials, budgets_of_file, trials_of_file
+from ocmm_gui.results.drill import Budgets, budgets_of_file, trials_of_file
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, verdict_colour
 from ocmm_gui.words import PROVISIONAL, quantity
 
+_NONE = Budgets({}, {})
 _BUSY = "The budget is being computed from the job file."
 
 
@@ -50,8 +51,8 @@ class ResultDetail(QFrame):
         self._provisional = False
         self._of: object = None
         self._path: Path | None = None
-        self._budgets: dict[str, Budget] = {}
-        self._trials: dict[str, Trials] = {}
+        self._budgets = _NONE
+        self._trials: dict[str, MonteCarloValue] = {}
         self._title = FitText("Characteristic", limit=20)
         self._title.setFixedHeight(28)
         self._verdict = FitText("Verdict", limit=28, reserve="NOT MEASURED")
@@ -80,10 +81,10 @@ class ResultDetail(QFrame):
         layout.setSpacing(5)
         for widget in (
             self._title, self._verdict, self.bar, self._rule, self._standing, self._note,
-            self.budget,
         ):  # fmt: skip
             layout.addWidget(widget)
-        layout.addWidget(self.bars, 1)
+        layout.addWidget(self.budget, 4)
+        layout.addWidget(self.bars, 3)
         layout.addWidget(self._check)
         layout.addWidget(self.progress)
 
@@ -152,12 +153,14 @@ class ResultDetail(QFrame):
 
     def _show_numbers(self) -> None:
         name = "" if self._result is None else self._result.name
-        found = self._budgets.get(name)
+        found = self._budgets.found.get(name)
         self.budget.show_budget(found)
         self.bars.show_budget(found)
         trials = self._trials.get(name)
-        if trials is not None:
-            self._check.setText(trials.words)
+        if trials is not None and self._result is not None:
+            self._check.setText(trial_words(self._result, trials))
+        elif name in self._budgets.missing:
+            self._check.setText(self._budgets.missing[name])
         elif not self._simulation.is_running():
             waits = self._drill.is_running()
             self._check.setText(_BUSY if waits else "F6 checks U by Monte Carlo (JCGM 101).")
@@ -171,7 +174,7 @@ class ResultDetail(QFrame):
         if state == self._of or (self._drill.is_running() and source.path == self._path):
             return
         if source.path != self._path:
-            self._budgets = {}
+            self._budgets = _NONE
         self._of, self._path, self._trials = state, source.path, {}
         self._simulation.cancel()
         self._wait("Reading the job")
@@ -179,14 +182,14 @@ class ResultDetail(QFrame):
 
     def _on_budgets(self, found: object) -> None:
         self.progress.setVisible(self._simulation.is_running())
-        if isinstance(found, dict):
+        if isinstance(found, Budgets):
             self._budgets = found
         self._look_again()
         self._show_numbers()
 
     def _on_trials(self, found: object) -> None:
         self.progress.setVisible(self._drill.is_running())
-        if isinstance(found, Trials):
+        if isinstance(found, MonteCarloValue):
             self._trials[found.name] = found
         self._show_numbers()
 
@@ -226,3 +229,15 @@ def decision_words(result: CharacteristicResult) -> str:
     if result.bonus:
         parts.append(f"Bonus {quantity(result, result.bonus)}.")
     return " ".join(parts)
+
+
+def trial_words(result: CharacteristicResult, trials: MonteCarloValue) -> str:
+    """Return what trials say beside linear propagation, in sentences."""
+    low, high = (quantity(result, value) for value in trials.symmetric)
+    agrees = "confirms" if trials.validated else "does not confirm"
+    settled = "" if trials.settled else " More trials would be needed to be sure."
+    return (
+        f"Monte Carlo (JCGM 101), {trials.trials:,} trials: 2 u = "
+        f"{quantity(result, 2.0 * trials.sigma)}, interval {low} to {high}. It {agrees} linear "
+        f"propagation within {quantity(result, trials.tolerance)}.{settled}"
+    )

@@ -158,9 +158,10 @@ class ResultTable(Table):
         self.resizeColumnsToContents()
         # Kind and features stand beside the table as well.
         self.setColumnHidden(1, self.viewport().width() < _NARROW_PX)
-        rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != 1)
-        rest += 4
-        self.setColumnWidth(1, max(self.viewport().width() - rest, 60))
+        wide = 0 if self.isColumnHidden(1) else 1
+        rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != wide)
+        room = self.viewport().width() - rest - 4
+        self.setColumnWidth(wide, max(room, self.columnWidth(wide) if wide == 0 else 60))
 
     def _on_row(self, row: int) -> None:
         if 0 <= row < len(self._results):
