@@ -1,9 +1,10 @@
-"""A part with known errors of form, direction and place: touches without noise, nominals, datums."""
+"""A part with known errors of form, direction and place: touches without noise, nominals."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import msgspec
 import numpy as np
 
 from ocmm_core.features.actual import ActualFeature, actual_features
@@ -79,10 +80,8 @@ class KnownPart:
     ) -> KnownPart:
         """Add a feature with its points and normals in the part frame."""
         surface, normals = probed
-        said: dict[str, object] = {"point": (0.0, 0.0, 0.0), **nominal}
-        self.nominals.append(
-            NominalFeature(name=name, shape=shape, points=len(surface), **said)  # type: ignore[arg-type]
-        )
+        said = {"name": name, "shape": shape.value, "points": len(surface), "point": (0, 0, 0)}
+        self.nominals.append(msgspec.convert({**said, **nominal}, NominalFeature, strict=False))
         self.points += touches(
             name,
             self.place.apply(surface),

@@ -17,9 +17,11 @@ from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.floor import noise_floor
 from ocmm_core.tolerances.measure import geometry_value
 from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.results import evaluate_all, expected_range, form_floor
+from ocmm_core.tolerances.results import evaluate_all
 from tests.core.features.exact_touches import (
     flat_touches,
     moved,
@@ -176,24 +178,25 @@ def test_what_the_frame_is_made_of_is_no_measurement(name: str, axis: Literal["x
         evaluate(_characteristic("coordinate", [name], axis), _actual(POINTS), RULE)
 
 
-@pytest.mark.parametrize(
-    ("n", "d2"), [(2, 1.128379), (5, 2.325929), (10, 3.077505), (25, 3.930629)]
-)
-def test_expected_range_is_the_tabulated_d2(n: int, d2: float) -> None:
-    assert expected_range(n) == pytest.approx(d2, abs=2e-6)
-
-
-def test_the_floor_is_the_form_that_a_perfect_sphere_shows() -> None:
+@pytest.mark.parametrize("association", ["least squares", "minimum zone"])
+def test_the_floor_is_the_form_that_a_perfect_sphere_shows(
+    association: Literal["least squares", "minimum zone"],
+) -> None:
     rng = np.random.default_rng(4)
     sigma = 0.004
-    covariance = np.diag(np.append(np.full(3 * len(POINTS), sigma**2), 0.0))
-    floor = form_floor(_actual(POINTS)["ball"], covariance)
-    forms = [
-        _actual(moved(POINTS, rng.normal(0.0, sigma, (len(POINTS), 3))))["ball"].fit.form
-        for _ in range(100)
-    ]
-    # The residuals are correlated by the fit, which the range of independent ones leaves out.
-    assert np.mean(forms) == pytest.approx(floor, rel=0.1)
+    points = [point for point in POINTS if point.feature == "ball"]
+    covariance = np.diag(np.append(np.full(3 * len(points), sigma**2), 0.0))
+    item = replace(_characteristic("form", ["ball"]), association=association)
+
+    def form_of(scatter: float) -> Evaluation:
+        noise = rng.normal(0.0, scatter, (len(points), 3))
+        return evaluate(item, _actual(moved(points, noise)), None)
+
+    noise = form_of(1e-6).noise
+    assert noise is not None
+    forms = [form_of(sigma).value for _ in range(60)]
+    # Means of 60 and of 100 ranges that scatter by some 25 %.
+    assert noise_floor(noise, covariance) == pytest.approx(np.mean(forms), rel=0.1)
 
 
 def test_results_of_a_plan() -> None:
