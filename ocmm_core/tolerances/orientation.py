@@ -16,7 +16,7 @@ from ocmm_core.tolerances.derived import derived_points
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.surface import surface_points
 from ocmm_core.tolerances.zone_frame import Frames
-from ocmm_core.tolerances.zones import Surface, derived_zone, surface_zone
+from ocmm_core.tolerances.zones import DerivedPoint, Surface, derived_zone, surface_zone
 
 _MEANT = np.sin(np.deg2rad(0.5))
 """Nominal directions further off parallel or square than this are not meant to be."""
@@ -42,13 +42,18 @@ def orientation(
     name = characteristic.features[0]
     feature, datum = actual[name], actual[characteristic.datums[0]]
     direction = _true_direction(characteristic, feature, datum)
-    frame = frames.of_datums(characteristic.datums, [name]).with_shifts()
+    frame = frames.of_datums(characteristic.datums, [name])
     if feature.fit.shape is Shape.PLANE:
         plane = element(np.zeros(3), direction)
-        return surface_zone([Surface(surface_points(feature), Shape.PLANE, plane)], frame)
+        surface = Surface(surface_points(feature), Shape.PLANE, plane)
+        return surface_zone([surface], frame.with_shifts())
     rows = _rows(characteristic, datum, direction)
-    ends = derived_points(feature, characteristic.length or feature.nominal.length)
-    return derived_zone(ends, np.zeros(3), rows, frame)
+    low, high = derived_points(feature, characteristic.length or feature.nominal.length)
+    # The zone shifts freely: half of the axis about its middle is all that counts.
+    half = DerivedPoint(
+        0.5 * (high.point - low.point), 0.5 * (high.by_coordinates - low.by_coordinates)
+    )
+    return derived_zone([half], np.zeros(3), rows, frame.turning())
 
 
 def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:

@@ -68,6 +68,17 @@ class ZoneFrame:
         by_frame = -skew(point_frame) @ self.by_coordinates[:3] + self.by_coordinates[3:]
         return np.asarray(rotation @ by_coordinates_world + by_frame, dtype=np.float64)
 
+    def turning(self) -> ZoneFrame:
+        """Return what of the frame acts on directions: no shifts."""
+        by_coordinates, motions = self.by_coordinates.copy(), self.motions.copy()
+        by_coordinates[3:] = motions[3:] = 0.0
+        return ZoneFrame(
+            RigidTransform(self.T_frame_from_world.rotation, np.zeros(3)),
+            by_coordinates,
+            motions[:, np.any(motions != 0.0, axis=0)],
+            self.words,
+        )
+
     def with_shifts(self) -> ZoneFrame:
         """Return the frame free to shift in every direction, as zones of orientation are."""
         turning = self.motions[:, np.any(self.motions[:3] != 0.0, axis=0)].copy()

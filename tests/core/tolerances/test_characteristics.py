@@ -14,8 +14,10 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.characteristic import COAXIAL, ORIENTATIONS, Characteristic
 from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.zone_frame import Frames
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import PLACES, KnownPart, ball, edge, face, motion, ring
 
@@ -84,6 +86,12 @@ def known(place: int = 0) -> KnownPart:
 def measured(place: int = 0) -> dict[str, ActualFeature]:
     """Return the features of the part."""
     return known(place).actual()
+
+
+@lru_cache(maxsize=4)
+def frames(place: int = 0) -> Frames:
+    """Return the frames of the part."""
+    return Frames(measured(place), RULE)
 
 
 def asked(kind: str, features: str, datums: str = "", **more: object) -> Characteristic:
@@ -175,12 +183,13 @@ def name_of(item: object) -> str:
 @pytest.mark.parametrize(("item", "truth"), KNOWN, ids=name_of)
 def test_exact_touches_give_the_known_value(item: Characteristic, truth: float) -> None:
     # Tilts of 1e-3 and waves of 0.02 mm bend contact points by their squares over the size.
-    assert evaluate(item, measured(), RULE).value == pytest.approx(truth, abs=3e-5)
+    found = evaluate(item, measured(), RULE, frames())
+    assert found.value == pytest.approx(truth, abs=3e-5)
 
 
 @pytest.mark.parametrize("item", [item for item, _ in KNOWN], ids=name_of)
 def test_the_place_of_the_part_changes_nothing(item: Characteristic) -> None:
-    here, there = (evaluate(item, measured(place), RULE) for place in (0, 1))
+    here, there = (evaluate(item, measured(place), RULE, frames(place)) for place in (0, 1))
     # Contact points follow the fits, which know directions to some 1e-12 at 1 m.
     assert there.value == pytest.approx(here.value, abs=1e-8)
 
@@ -203,51 +212,59 @@ def scattered_at(way: int, by: float) -> dict[str, ActualFeature]:
     return part.actual([structs_replace(point, tip_radius=radius) for point in points])
 
 
+@lru_cache(maxsize=16)
+def scattered_frames(way: int, by: float) -> Frames:
+    """Return their frames."""
+    return Frames(scattered_at(way, by), RULE)
+
+
+@lru_cache(maxsize=200)
+def of_scattered(index: int, way: int = 0, by: float = 0.0) -> Evaluation:
+    """Return the evaluation of one of `KNOWN` on the noisy part."""
+    return evaluate(KNOWN[index][0], scattered_at(way, by), RULE, scattered_frames(way, by))
+
+
 def a_way(way: int) -> tuple[Float, float]:
     """Return a direction in the space of all coordinates: of the ball centres, and the ball."""
     rng = np.random.default_rng(100 + way)
     return rng.normal(size=(len(known().points), 3)), float(rng.normal())
 
 
-WAYS = 1
 STEP = 1e-5
+INDICES = range(len(KNOWN))
 
 
-@pytest.mark.parametrize("item", [item for item, _ in KNOWN], ids=name_of)
-def test_the_gradient_is_that_of_the_whole_way(item: Characteristic) -> None:
-    found = evaluate(item, scattered_at(0, 0.0), RULE)
-    for way in range(WAYS):
-        shift, ball_shift = a_way(way)
-        ahead, behind = (
-            evaluate(item, scattered_at(way, by), RULE).value for by in (STEP, -STEP)
-        )
-        difference = (ahead - behind) / (2.0 * STEP)
-        slope = float(found.gradient @ np.append(shift.ravel(), ball_shift))
-        # Jacobians are first order in the residuals: 0.03 mm on 6 to 20 mm, of some ten
-        # coordinates of size one each.
-        assert slope == pytest.approx(difference, abs=0.03), way
+VECTORS = ORIENTATIONS | COAXIAL | {"position"}
+"""Kinds whose value is the length of a vector where it is of a centre or an axis."""
 
 
-@pytest.mark.parametrize(
-    "item", [item for item, _ in KNOWN if item.kind in ("position", "coaxiality")], ids=name_of
-)
-def test_components_are_what_the_value_is_the_length_of(item: Characteristic) -> None:
-    found = evaluate(item, scattered_at(0, 0.0), RULE)
-    if found.components is None or found.component_gradients is None:
-        assert found.noise is not None
-        return
-    assert float(np.linalg.norm(found.components)) == pytest.approx(found.value, rel=1e-9)
-    along = found.components / found.value
-    assert along @ found.component_gradients == pytest.approx(found.gradient, abs=1e-9)
+def name_at(index: int) -> str:
+    return name_of(KNOWN[index][0])
 
 
-@pytest.mark.parametrize("item", [item for item, _ in KNOWN], ids=name_of)
-def test_deviations_range_over_the_value(item: Characteristic) -> None:
-    found = evaluate(item, scattered_at(0, 0.0), RULE)
+@pytest.mark.parametrize("index", INDICES, ids=name_at)
+def test_the_gradient_is_that_of_the_whole_way(index: int) -> None:
+    shift, ball_shift = a_way(0)
+    ahead, behind = (of_scattered(index, 0, by).value for by in (STEP, -STEP))
+    slope = float(of_scattered(index).gradient @ np.append(shift.ravel(), ball_shift))
+    # Jacobians are first order in the residuals: 0.03 mm on 6 to 20 mm, of some ten coordinates
+    # of size one each.
+    assert slope == pytest.approx((ahead - behind) / (2.0 * STEP), abs=0.03)
+
+
+@pytest.mark.parametrize("index", INDICES, ids=name_at)
+def test_components_and_deviations_make_the_value(index: int) -> None:
+    found = of_scattered(index)
+    if found.components is not None and found.component_gradients is not None:
+        assert float(np.linalg.norm(found.components)) == pytest.approx(found.value, rel=1e-9)
+        along = found.components / found.value
+        assert along @ found.component_gradients == pytest.approx(found.gradient, abs=1e-9)
     if found.noise is not None:
         assert float(np.ptp(found.noise.deviations)) == pytest.approx(found.value, abs=1e-6)
         size = (len(found.noise.deviations), found.gradient.size)
         assert found.noise.by_coordinates.shape == size
+    kind = KNOWN[index][0].kind
+    assert (found.components is None) == (kind not in VECTORS or found.noise is not None)
 
 
 @pytest.mark.parametrize(
