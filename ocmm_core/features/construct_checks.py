@@ -64,11 +64,14 @@ def construction_fault(
     probed
         Shapes of the probed features, by name.
     """
-    places = {item.name: index for index, item in enumerate(constructions)}
+    names = [item.name for item in constructions]
+    places = {name: index for index, name in enumerate(names)}
     for index, item in enumerate(constructions):
         at = f"constructions[{index}]"
-        if item.name in probed or places[item.name] != index:
+        if item.name in probed or names.index(item.name) != index:
             return f"{at}.name", f"repeats the name {item.name!r}"
+    for index, item in enumerate(constructions):
+        at = f"constructions[{index}]"
         for name in needed_features(item):
             if name not in probed and name not in places:
                 return f"{at}.features", f"names {name!r}, which is not a feature of the plan"

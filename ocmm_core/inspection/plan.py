@@ -153,11 +153,11 @@ def check_plan(path: Path, plan: Plan) -> None:
             if item.name in seen:
                 raise _error(path, f"{group}[{index}].name", f"repeats the name {item.name!r}")
             seen.add(item.name)
-    for index, feature in enumerate(plan.features):
-        _check_feature(path, plan, index, feature)
     probed = {item.name: item.shape for item in plan.features}
     if fault := construction_fault(probed, plan.constructions):
         raise _error(path, *fault)
+    for index, feature in enumerate(plan.features):
+        _check_feature(path, plan, index, feature)
     _check_characteristics(path, plan)
     if plan.alignment is not None and (fault := alignment_fault(plan.alignment, plan.shapes)):
         raise _error(path, *fault)
@@ -184,6 +184,13 @@ def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) 
         raise _error(path, f"{at}.{fault[0]}", fault[1])
     if feature.projection:
         _need(path, plan, f"{at}.projection", feature.projection, (Shape.PLANE,))
+        if feature.projection in {item.name for item in plan.constructions}:
+            raise _error(
+                path,
+                f"{at}.projection",
+                f"names {feature.projection!r}, which is constructed: project the circle onto it "
+                "by a construction instead",
+            )
 
 
 def _check_characteristics(path: Path, plan: Plan) -> None:
