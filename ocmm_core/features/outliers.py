@@ -14,6 +14,9 @@ from ocmm_core.geometry import Float, Points3
 FALSE_ALARM = 0.01
 """Probability that any point of a good set is flagged."""
 
+MOST = 5
+"""At most one point in so many is flagged."""
+
 SMALLEST_SHARE = 1e-6
 """Share of its own shift that a point must show in its residual to be judged."""
 
@@ -28,9 +31,9 @@ def outliers(
 
     Each residual is compared with the scatter of the others by Student's distribution (deleted
     residuals, R. D. Cook and S. Weisberg, Residuals and Influence in Regression, 1982, 2.2), with
-    Bonferroni's bound over all points. Scatter and leverage are those without the points that are
-    flagged already, so that two of them do not hide each other: as long as one more is found, and
-    never half of the points.
+    Bonferroni's bound over all points. The worst point is taken out of scatter and leverage, then
+    the next, up to a fifth of them; all up to the last that is beyond its limit are flagged, so
+    that two of them do not hide each other (B. Rosner, Technometrics 25, 1983).
 
     Parameters
     ----------
@@ -57,14 +60,15 @@ def outliers(
     freedom = round(float(own_shares.sum()))
     columns: list[tuple[Float, float]] = []
     size = float(np.sqrt(np.mean(np.sum((points - points.mean(axis=0)) ** 2, axis=1))))
-    flagged: list[int] = []
+    taken: list[int] = []
+    flagged = 0
     residuals = fit.residuals.copy()
-    while freedom - len(flagged) >= 2 and len(flagged) < n // 2:
+    while freedom - len(taken) >= 2 and len(taken) < max(1, n // MOST):
         own = np.clip(own_shares[kept], 0.0, 1.0)
         judged = own > SMALLEST_SHARE
         deleted = np.zeros(len(kept))
         deleted[judged] = residuals[kept][judged] / own[judged]
-        left = freedom - len(flagged) - 1
+        left = freedom - len(taken) - 1
         others = (np.sum(residuals[kept] ** 2) - residuals[kept] * deleted) / left
         scatter = np.sqrt(np.maximum(others, 0.0) / np.maximum(own, SMALLEST_SHARE))
         scatter = np.maximum(scatter, AGAINST_ALL * size)
@@ -77,10 +81,12 @@ def outliers(
             known = np.sqrt(variance / np.maximum(own, SMALLEST_SHARE))
             ratio[np.abs(deleted) <= -ndtri(0.5 * FALSE_ALARM / n) * known] = 0.0
         worst = int(np.argmax(ratio))
-        if not ratio[worst] > limit:
+        if not ratio[worst] > 0.0:
             break
         row = int(kept[worst])
-        flagged.append(row)
+        taken.append(row)
+        if ratio[worst] > limit:
+            flagged = len(taken)
         # Without that point the others move: one step of the elimination of Gauss and Jordan.
         column = by_geometry @ blocks[:, row]
         column[row] += 1.0
@@ -90,4 +96,4 @@ def outliers(
         own_shares = own_shares - column**2 / column[row]
         columns.append((column, float(column[row])))
         kept = np.delete(kept, worst)
-    return tuple(sorted(flagged))
+    return tuple(sorted(taken[:flagged]))

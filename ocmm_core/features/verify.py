@@ -31,6 +31,7 @@ _WORDS = (
     ("cyl", Shape.CYLINDER),
     ("lin", Shape.LINE),
     ("pla", Shape.PLANE),
+    ("pln", Shape.PLANE),
     ("sph", Shape.SPHERE),
 )
 _NUMBERS = {

@@ -1,0 +1,60 @@
+"""``ocmm fit`` and ``ocmm verify-fits`` as a stranger uses them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.features.shapes import Shape
+from tests.core.cli.conftest import Ocmm
+from tests.core.features.shape_samples import HALF_ANGLE, ideal_points
+
+
+def _points(file: Path, shape: Shape, n: int = 20, outlier: float = 0.0) -> Path:
+    rng = np.random.default_rng(71)
+    points = ideal_points(shape, rng, n) + rng.normal(0.0, 0.002, (n, 3))
+    points[4] *= 1.0 + outlier
+    np.savetxt(file, points, fmt="%.6f")
+    return file
+
+
+def test_a_cone_with_an_outlier(ocmm: Ocmm, tmp_path: Path) -> None:
+    done = ocmm("fit", _points(tmp_path / "cone.txt", Shape.CONE, outlier=0.02), "--shape", "cone")
+    assert (done.returncode, done.stderr) == (0, "")
+    angle = re.search(r"Full angle +([\d.]+) +([\d.]+) deg", done.stdout)
+    assert angle is not None
+    value, expanded = map(float, angle.groups())
+    assert abs(value - np.degrees(2.0 * HALF_ANGLE)) < 2.0 * expanded < 5.0
+    assert "Outlier: point 5 lies" in done.stdout
+    assert "Form (peak to valley)" in done.stdout
+
+
+def test_a_circle_as_one_problem_and_what_goes_with_it(ocmm: Ocmm, tmp_path: Path) -> None:
+    file = _points(tmp_path / "circle.txt", Shape.CIRCLE)
+    done = ocmm("fit", file, "--shape", "circle", "--free")
+    assert done.returncode == 0
+    assert "one problem in space" in done.stdout
+    assert "No outliers." in done.stdout
+    done = ocmm("fit", file, "--shape", "plane", "--free")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "--free is for circles" in done.stderr
+    done = ocmm("fit", file, "--shape", "line")
+    assert done.returncode == 2
+    assert "circle.txt: The points do not determine a line" in done.stderr
+
+
+def test_verify_fits_prints_a_table_and_fails_beyond_a_limit(ocmm: Ocmm, tmp_path: Path) -> None:
+    folder = tmp_path / "pairs" / "Plane"
+    folder.mkdir(parents=True)
+    points = ideal_points(Shape.PLANE, np.random.default_rng(72), 9)
+    np.savetxt(folder / "pln1.ds", points, header="9", comments="")
+    assert ocmm("verify-fits", folder).returncode == 2
+    for tilt, code, word in ((0.0, 0, "PASS"), (2e-8, 1, "FAIL")):
+        certified = [0.0, 0.0, 0.0, tilt, 0.0, 1.0]
+        np.savetxt(folder / "pln1.fit", certified, fmt="%.17g")
+        done = ocmm("verify-fits", tmp_path / "pairs")
+        assert (done.returncode, done.stderr) == (code, "")
+        assert re.search(rf"Plane +1 .* {word}", done.stdout)
+    assert "Plane/pln1: beyond a limit." in done.stdout
