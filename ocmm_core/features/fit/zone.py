@@ -44,6 +44,8 @@ from ocmm_core.geometry import Float, Points3, unit
 STARTS = 12
 """Starts around the least-squares element; more where the zone is broad or the points are few."""
 STARTS_BROAD = 40
+STARTS_LINE = 4
+BROAD_LINE = 0.1
 BROAD = 0.01
 """Width of the zone against the size of the points from which local minima lie far apart."""
 FEW_POINTS = 12
@@ -175,9 +177,13 @@ def search(task: Task) -> Zone:
     found, _ = distances(task.surface, task.start.local(task.points), task.start.size)
     if np.ptp(found) <= _noise(task, found):
         return first
-    few = len(task.points) <= FEW_POINTS or np.ptp(found) > BROAD
-    zone = best_zone(task.surface, task.points, task.start, STARTS_BROAD if few else STARTS)
-    return balanced(task, zone)
+    few = len(task.points) <= FEW_POINTS
+    if task.shape is Shape.LINE:
+        # All but convex: lengths of vectors that are linear in the step, but for the lean.
+        starts = STARTS if few or np.ptp(found) > BROAD_LINE else STARTS_LINE
+    else:
+        starts = STARTS_BROAD if few or np.ptp(found) > BROAD else STARTS
+    return balanced(task, best_zone(task.surface, task.points, task.start, starts))
 
 
 def balanced(task: Task, zone: Zone) -> Zone:

@@ -32,6 +32,9 @@ ACTIVE = 1e-4
 """Gap to the bound, against the width of the zone, below which a point may touch."""
 LARGEST_GAP = 1e-9
 """The same against the size of the points."""
+NO_FORCE = 1e-12
+SHARING = 1e6
+"""Weight of balance against short vectors of forces."""
 FLAT_CURVATURE = 1e-7
 """Least curvature, against the greatest, that does not pin the element."""
 
@@ -162,18 +165,29 @@ def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
     touch = np.concatenate([by_step[rows].T * signs, np.array(sides, dtype=np.float64)])
     right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
     forces, unbalanced = nnls(touch, right)
-    holding = forces > 1e-12
-    rows, signs, forces = rows[holding], signs[holding], forces[holding]
-    free = list(surface.free)
-    curvature, _, _ = second_derivatives(surface, local[rows], placed.size, signs * forces)
+    least = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
+    if least < FLAT_CURVATURE and np.count_nonzero(forces) < len(rows) and unbalanced < IN_BALANCE:
+        # More points touch than are needed. The shortest vector of forces uses them all.
+        heavy = np.concatenate([SHARING * touch, np.eye(len(rows))])
+        forces, _ = nnls(heavy, np.concatenate([SHARING * right, np.zeros(len(rows))]))
+        unbalanced = np.linalg.norm(touch @ forces - right)
+        least = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
+    holding = forces > NO_FORCE
+    rows = rows[holding].astype(np.int64)
+    return Balance(rows, signs[holding], forces[holding], float(unbalanced), least)
+
+
+def _least_curvature(
+    task: Task, placed: Placed, local: Float, weights: Float, touch: Float, steps: Float
+) -> float:
+    """Return the least curvature along which points with a force stay at their bounds."""
+    free = list(task.surface.free)
+    holding = np.abs(weights) > NO_FORCE
+    curvature, _, _ = second_derivatives(
+        task.surface, local[holding], placed.size, weights[holding]
+    )
     hessian = steps.T @ curvature[np.ix_(free, free)] @ steps
-    # Directions in which every contact stays at its bound, the bounds moving along.
     loose = null_space(touch[:, holding].T, rcond=1e-10)[: len(steps)]
-    least = _least_curvature(loose, hessian)
-    return Balance(rows.astype(np.int64), signs, forces, float(unbalanced), least)
-
-
-def _least_curvature(loose: Float, hessian: Float) -> float:
     directions, strength, _ = np.linalg.svd(loose, full_matrices=False)
     directions = directions[:, strength > 1e-9]
     if not directions.shape[1]:

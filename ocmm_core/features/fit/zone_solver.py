@@ -18,6 +18,7 @@ import numpy as np
 from ocmm_core.features.fit.zone_kernel import narrowest_zone
 from ocmm_core.features.fit.zone_surfaces import (
     STEP_SIZE,
+    Kind,
     Placed,
     Surface,
     distances,
@@ -79,8 +80,16 @@ def _bounds(surface: Surface, found: Float) -> tuple[float, float]:
 
 
 def natural_steps(surface: Surface, points: Float, placed: Placed) -> Float:
-    """Return steps (k, k), columns, that each change the distances by one (root mean square)."""
-    _, slopes = distances(surface, placed.local(points), placed.size)
+    """Return steps (k, k), columns, that each change the distances by one (root mean square).
+
+    About an axis that all points may lie near, distances turn with every step; there a step
+    changes the vectors from the axis by one, whichever way.
+    """
+    local = placed.local(points)
+    if surface.kind is Kind.AXIS and not surface.lower:
+        along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
+        return np.diag([1.0 if place < 3 else 1.0 / along for place in surface.free])
+    _, slopes = distances(surface, local, placed.size)
     slopes = slopes[:, surface.free]
     if surface.lower:
         slopes = slopes - slopes.mean(axis=0)
