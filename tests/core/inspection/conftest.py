@@ -36,8 +36,11 @@ class Bench:
     folder: Path
 
     def job(self) -> JobFile:
+        return self.job_at(self.folder / "job.ocmm")
+
+    def job_at(self, path: Path) -> JobFile:
         head = make_head(plan=PLAN, rig=RIG, probe=PROBE, operator="me", part="P", serial="1")
-        return JobFile.create(self.folder / "job.ocmm", head)
+        return JobFile.create(path, head)
 
     def session(self, job: JobFile) -> InspectionSession:
         return InspectionSession(self.plan, self.rig, self.body, job, SessionOptions())

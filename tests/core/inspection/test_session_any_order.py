@@ -1,0 +1,227 @@
+"""Any order of probing and other ways of compensation, with real touches of the virtual rig."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError, MeasuringError
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.batch import next_serial, parts_of_batch
+from ocmm_core.inspection.header import check_header
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.plan import Plan, load_plan
+from ocmm_core.inspection.plan_file import save_plan
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.inspection.view import JobHeader
+from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.simulation.artefacts import load_part
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.result import Verdict
+from tests.core.inspection.conftest import Bench
+
+
+def touched_part(bench: Bench, index: int, up: Float) -> tuple[float, float, float]:
+    """Return where a touch of the bench met the part, part frame."""
+    pose = load_part(resource("parts", "demo.toml")).T_world_from_part
+    tip = bench.touches[index].window.tip_world.mean(axis=0)
+    x, y, z = pose.inverse().apply(tip) - bench.body.tip_radius * up
+    return (float(x), float(y), float(z))
+
+
+@pytest.fixture
+def aligned(bench: Bench) -> Plan:
+    """Return the quick plan with an alignment, and a pole of the ball that nobody touches yet."""
+    up = np.array([0.0, 0.0, 1.0])
+    bed, block, ball = bench.plan.features
+    block = msgspec.structs.replace(block, points=3, length=54.0, width=34.0)
+    corner = NominalFeature(
+        name="CORNER", shape=Shape.POINT, points=1, point=touched_part(bench, 4, up)
+    )
+    pole = NominalFeature(
+        name="POLE", shape=Shape.POINT, points=1, point=(-140.0, 0.0, 59.99), text="Touch the pole"
+    )
+    alignment = DatumAlignment(primary="BED", secondary=("SPHERE", "CORNER"), origin="SPHERE")
+    features = [bed, ball, corner, pole, block]
+    return msgspec.structs.replace(bench.plan, features=features, alignment=alignment)
+
+
+@pytest.fixture
+def session(bench: Bench, job: JobFile, aligned: Plan) -> InspectionSession:
+    session = InspectionSession(aligned, bench.rig, bench.body, job, SessionOptions())
+    session.set_order("any")
+    # Before the part frame is known the order of the plan holds.
+    for touch in (*bench.touches[:4], *bench.touches[8:14], bench.touches[4]):
+        assert isinstance(session.take_touch(touch), MeasuredPoint)
+    assert session.view.active == "POLE"
+    return session
+
+
+def test_the_feature_that_was_touched_gets_the_point(
+    bench: Bench, session: InspectionSession
+) -> None:
+    taken = session.take_touch(bench.touches[5])
+    assert isinstance(taken, MeasuredPoint)
+    assert taken.feature == "BLOCK_TOP"
+    assert session.view.active == "BLOCK_TOP"
+    session.take_touch(bench.touches[6])
+    session.take_touch(bench.touches[7])
+    # The block is done: what was left before it is next.
+    assert session.view.active == "POLE"
+    assert session.view.characteristics[1].verdict is Verdict.CONFORM
+
+
+def test_a_feature_that_is_done_takes_no_more_by_itself(
+    bench: Bench, session: InspectionSession
+) -> None:
+    refused = session.take_touch(bench.touches[1])
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.NO_FEATURE
+    assert "BED has all its points" in refused.what
+    session.select("BED")
+    assert isinstance(session.take_touch(bench.touches[1]), MeasuredPoint)
+
+
+def test_a_touch_that_fits_two_features_is_refused_with_both_named(
+    bench: Bench, session: InspectionSession
+) -> None:
+    # Where the corner is, the ball touches the top of the block, too.
+    refused = session.take_touch(bench.touches[4])
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.AMBIGUOUS
+    assert "BLOCK_TOP" in refused.what
+    assert "CORNER" in refused.what
+
+
+def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSession) -> None:
+    session.select("BLOCK_TOP")
+    view = session.view
+    targets = view.feature("BLOCK_TOP").targets
+    assert len(targets) == 3
+    assert view.target == targets[0]
+    assert not view.target.approximate
+    # All balls stand on the true top of the block: part and alignment differ by hundredths.
+    pose = load_part(resource("parts", "demo.toml")).T_world_from_part
+    heights = [pose.inverse().apply(target.surface_world)[2] for target in targets]
+    np.testing.assert_allclose(heights, 20.342, atol=0.15)
+    session.take_touch(bench.touches[5])
+    assert len(session.view.feature("BLOCK_TOP").targets) == 2
+    coverage = session.view.feature("BED").coverage
+    assert coverage is not None
+    assert coverage.fraction == 1.0
+
+
+def test_the_nominal_normal_compensates_once_the_part_is_aligned(
+    bench: Bench, session: InspectionSession, aligned: Plan, tmp_path: Path
+) -> None:
+    session.set_compensation("nominal", "BLOCK_TOP")
+    blind = replace(bench.touches[5], trail_world=np.empty((0, 3)))
+    taken = session.take_touch(blind)
+    assert isinstance(taken, MeasuredPoint)
+    assert taken.approach == "nominal"
+    up = load_part(resource("parts", "demo.toml")).T_world_from_part.rotation[:, 2]
+    # The bed of 330 mm fixes the tilt to some hundredths of a milliradian.
+    assert taken.direction @ up > 1.0 - 1e-6
+    with bench.job_at(tmp_path / "other.ocmm") as other:
+        early = InspectionSession(aligned, bench.rig, bench.body, other, SessionOptions())
+        early.set_compensation("nominal", "BED")
+        refused = early.take_touch(bench.touches[0])
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.NO_APPROACH
+
+
+def test_a_way_of_compensation_that_says_nothing_is_refused(session: InspectionSession) -> None:
+    with pytest.raises(MeasuringError, match="shank"):
+        session.set_compensation("shank", "SPHERE")
+    with pytest.raises(MeasuringError, match="guess"):
+        session.set_compensation("guess")
+    session.set_compensation("shank")
+    ways = {feature.name: feature.compensation for feature in session.view.features}
+    assert ways["BLOCK_TOP"] == "shank"
+    assert ways["SPHERE"] == "approach"
+
+
+@pytest.mark.slow
+def test_pulled_touches_of_the_whole_station_conform(tmp_path: Path) -> None:
+    quick = load_plan(resource("plans", "quick.toml"))
+    plan = tmp_path / "pulled.toml"
+    save_plan(msgspec.structs.replace(quick, compensation="pulled"), plan)
+    request = StationRequest(plan=plan, out=tmp_path, frame_rate_hz=500, batch="B", serial="SN-1")
+    built = build_station(request)
+    try:
+        built.station.start()
+        assert built.station.wait_finished(50.0)
+        view = built.station.job()
+    finally:
+        built.station.close()
+    assert view.complete
+    assert {p.approach for feature in view.features for p in feature.points} == {"pulled"}
+    assert [result.verdict for result in view.characteristics] == [Verdict.CONFORM] * 2
+    assert (view.header.batch, view.header.serial) == ("B", "SN-1")
+    (part,) = parts_of_batch(tmp_path, "B")
+    assert (part.serial, part.points) == ("SN-1", 14)
+    with pytest.raises(InputError, match="measured already"):
+        build_station(request)
+
+
+def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
+    bench: Bench, tmp_path: Path
+) -> None:
+    with bench.job() as job:
+        session = bench.session(job)
+        for touch in bench.touches[:6]:
+            session.take_touch(touch)
+        session.skip("SPHERE")
+        session.pause()
+    request = StationRequest(
+        plan=tmp_path / "is-not-looked-at.toml", out=tmp_path, frame_rate_hz=500, seed=1,
+        resume=job.path, operator="anna",
+    )  # fmt: skip
+    built = build_station(request)
+    try:
+        assert built.job_path == job.path
+        built.station.start()
+        assert built.station.wait_finished(50.0)
+        view = built.station.job()
+    finally:
+        built.station.close()
+    assert view.complete
+    assert not view.paused
+    assert [len(feature.points) for feature in view.features] == [4, 4, 0]
+    assert view.features[2].skipped
+    assert view.characteristics[1].verdict is Verdict.CONFORM
+
+
+@pytest.mark.parametrize(
+    ("serial", "following"),
+    [("SN-009", "SN-010"), ("99", "100"), ("A7-B", "A8-B"), ("1.2.3", "1.2.4")],
+)
+def test_serial_numbers_are_counted_on(serial: str, following: str) -> None:
+    assert next_serial(serial) == following
+
+
+def test_a_serial_number_without_a_number_is_not_counted_on() -> None:
+    with pytest.raises(InputError, match="no number"):
+        next_serial("PROTO")
+
+
+@pytest.mark.parametrize("name", ["=1+1", "../x", 'a"b', "a,b", "-x", "x" * 61, "Jörg", "$A", ""])
+@pytest.mark.parametrize("field", ["operator", "serial", "order", "batch"])
+def test_names_of_the_header_are_such_that_every_export_takes(name: str, field: str) -> None:
+    header = JobHeader("anna", "PART", "SN-1", "O 1", "B.2")
+    check_header(header)
+    if name == "" and field in ("order", "batch"):
+        return
+    with pytest.raises(InputError):
+        check_header(replace(header, **{field: name}))
+
+
