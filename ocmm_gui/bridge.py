@@ -198,6 +198,10 @@ class StationBridge(QObject):
         """Go on with a job that was left open, and say whether it was."""
         return self._command(lambda: self._station.go_on(path))
 
+    def accept_alignment(self, words: str) -> bool:
+        """Write into the job that the alignment was accepted, and say whether it was written."""
+        return self._change(lambda session: session.accept_alignment(words))
+
     def delete_point(self, number: int, reason: str) -> None:
         """Take a point out of its feature."""
         self._change(lambda session: session.delete_point(number, reason))
@@ -288,8 +292,8 @@ class StationBridge(QObject):
         self._writing = threading.Thread(target=write, name="ocmm-write-cameras")
         self._writing.start()
 
-    def _change(self, verb: Callable[[InspectionSession], object]) -> None:
-        self._command(lambda: self._station.change(verb))
+    def _change(self, verb: Callable[[InspectionSession], object]) -> bool:
+        return self._command(lambda: self._station.change(verb))
 
     def _command(self, call: Callable[[], None]) -> bool:
         """Give a command and say whether it was carried out; an error goes out by signal."""

@@ -24,6 +24,7 @@ from ocmm_gui.desk_view import DeskView
 from ocmm_gui.maintain.bus_page import BusPage
 from ocmm_gui.maintain.calibration_page import CalibrationPage
 from ocmm_gui.maintain.deeds import Deeds
+from ocmm_gui.maintain.fits_page import FitsPage
 from ocmm_gui.maintain.maintain_view import MaintainView, Page
 from ocmm_gui.maintain.probe_design_page import ProbeDesignPage, plain_body
 from ocmm_gui.maintain.probe_page import ProbePage
@@ -107,6 +108,7 @@ class MainWindow(QMainWindow):
         self.probe_design = ProbeDesignPage(
             bridge.station.rig, plain_body(bridge.station.probe_in_use)
         )
+        self.fits = FitsPage()
         pages = (
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(
@@ -118,6 +120,7 @@ class MainWindow(QMainWindow):
                 ("define", "mount", "check_tip", "qualify", "pivot"),
             ),
             Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
+            Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
         )  # fmt: skip
         self._deeds = Deeds(bridge, notices, self.probe)
         self.maintain = MaintainView(pages, self.actions_by_key)
@@ -252,6 +255,7 @@ class MainWindow(QMainWindow):
         begun = time.monotonic()
         self.probe_design.cancel()
         self.sheets.close_work()
+        self.fits.cancel()
         self.wizard.close_runner()
         self.definition.close_examination()
         self._bridge.close()
@@ -282,7 +286,7 @@ class MainWindow(QMainWindow):
             "results": lambda: self.sheets.open_results(),
             "job": lambda: self.sheets.open_job(),
             "plan": lambda: self.sheets.open_plan(),
-            "alignment": lambda: self.sheets.open_results(),
+            "alignment": lambda: self.sheets.open_alignment(),
             "previous": lambda: self._bridge.select_neighbour(-1),
             "next": lambda: self._bridge.select_neighbour(1),
             "view": lambda: self.show_far(not self.is_far()),

@@ -13,6 +13,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.job_sheet import JobSheet
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+from ocmm_gui.results.alignment_sheet import AlignmentSheet
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.report_sheet import ReportSheet
 from ocmm_gui.results.results_sheet import ResultsSheet
@@ -53,6 +54,7 @@ class Sheets(QObject):
             running, lambda: calibration_words(bridge), guarded=guarded
         )
         self.report = ReportSheet(folder)
+        self.alignment = AlignmentSheet(bridge)
         self.job = JobSheet(bridge)
         self.plan = PlanSheet(bridge.station.plan, plan_path, lambda: bridge.station.job_path)
         self.plan.saved.connect(
@@ -73,7 +75,7 @@ class Sheets(QObject):
 
     def all(self) -> tuple[Sheet, ...]:
         """Return every sheet, for the stack of the window."""
-        return (self.results, self.report, self.job, self.plan)
+        return (self.results, self.report, self.job, self.plan, self.alignment)
 
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
@@ -94,6 +96,11 @@ class Sheets(QObject):
         self.wanted.emit(self.plan)
         self.plan.open()
 
+    def open_alignment(self) -> None:
+        """Show how the part lies."""
+        self.wanted.emit(self.alignment)
+        self.alignment.open()
+
     def job_changed(self, job: JobView) -> None:
         """Let the sheets show what was measured since."""
         self.results.job_changed()
@@ -102,6 +109,7 @@ class Sheets(QObject):
         """Give up what is being calculated; call it before the window goes."""
         self.results.close_work()
         self.plan.close_work()
+        self.alignment.close_work()
 
     def _on_begun(self) -> None:
         self.results.forget_file()

@@ -240,6 +240,17 @@ class InspectionSession(JobSteps):
             self._points.forget_sensitivities()
             self._view = None
 
+    def accept_alignment(self, words: str) -> None:
+        """Make durable that somebody looked at the alignment and accepted it, and what he saw.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable.
+        """
+        with self._lock:
+            self._job.append_event("alignment", words)
+
     def refuse(self, refusal: Refusal) -> None:
         """Note that a trigger got no answer from the cameras."""
         with self._lock:

@@ -61,6 +61,11 @@ class Table(QTableWidget):
         if self.wordWrap():
             QTimer.singleShot(0, self, self.resizeRowsToContents)
 
+    def show_words(self, row: int, words: Sequence[str]) -> None:
+        """Write a row."""
+        for column, word in enumerate(words):
+            self._write(row, column, word)
+
     def words(self, row: int) -> tuple[str, ...]:
         """Return what stands in a row."""
         return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
@@ -112,16 +117,14 @@ class NumberTable(Table):
         self._colours = theme
         self.blockSignals(True)
         for row in range(self.rowCount()):
-            for column, word in enumerate(self.words(row)):
-                self._write(row, column, word)
+            self.show_words(row, self.words(row))
         self.blockSignals(False)
 
     def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
         """Show rows of words."""
         self.setRowCount(len(rows))
         for row, words in enumerate(rows):
-            for column, word in enumerate(words):
-                self._write(row, column, word)
+            self.show_words(row, words)
         if self._whole:
             head = self.horizontalHeader().sizeHint().height()
             self.setFixedHeight(head + _ROW_PX * len(rows) + 6)

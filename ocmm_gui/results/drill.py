@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ocmm_core.alignment.report import AlignmentReport, preview_alignment
+from ocmm_core.alignment.report import AlignmentReport
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.evaluation import checked_features
+from ocmm_core.inspection.alignment_preview import alignment_of_points
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
 from ocmm_core.inspection.uncertainty import JobUncertainty, job_uncertainty
-from ocmm_core.measuring.temperature import reported_points
-from ocmm_core.measuring.uncertainty import joint_covariance
 from ocmm_core.tolerances.budget import Budget
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
 from ocmm_gui.maintain.side_process import Tell
@@ -52,19 +50,20 @@ def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
     )
 
 
-def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport | None:
-    """Return how the part of a job file lies; None where its plan has no alignment."""
+def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
+    """Return how the part of a job file lies.
+
+    Raises
+    ------
+    OcmmError
+        The file cannot be read, or its plan has no alignment.
+    """
     tell("Reading the job", 0.2)
     job = reopen_job(path)
-    bound = job.plan.bound_alignment
-    if bound is None:
-        return None
-    points = reported_points(job.points, job.climate.part)
     tell("Computing the alignment", 0.6)
-    covariance = joint_covariance(
-        points, job.sensitivities, job.rig, job.body, job.contact, job.climate.part
+    return alignment_of_points(
+        job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
     )
-    return preview_alignment(bound, checked_features(job.plan, points, job.options), covariance)
 
 
 def _uncertainty(path: Path, tell: Tell) -> JobUncertainty:
