@@ -147,13 +147,14 @@ def fit_points_locked(
     motion = np.zeros(6)
     scale = np.array([1.0 / size] * 3 + [1.0] * 3)[free]
     least = np.inf
-    for _ in range(_MOST_STEPS):
+    for step_number in range(_MOST_STEPS):
         rotation = rotation_from_vector(motion[:3])
         turned = points @ rotation.T
         off = (turned + np.outer(ones, motion[3:]) - targets).ravel()
         by_turn = np.vstack([-skew(point) for point in turned]) @ _left_jacobian(motion[:3])
         by_motion = np.hstack([by_turn, np.kron(ones[:, None], np.eye(3))])[:, free] * scale
-        _check_held(free, by_motion)
+        if step_number == 0:
+            _check_held(free, by_motion)
         step = np.linalg.lstsq(by_motion, -off)[0]
         length = float(np.abs(step).max()) / size
         motion[free] += step * scale

@@ -14,7 +14,7 @@ from itertools import islice
 
 import numpy as np
 
-from ocmm_core.alignment.freedom import Freedom, Held, move_to, turn_to
+from ocmm_core.alignment.freedom import Freedom, Held, cross, move_to, square_pair, turn_to
 from ocmm_core.alignment.misfit import LEVER_MM, WITH_SENSE, misfit_of_all
 from ocmm_core.errors import FitError
 from ocmm_core.features.construct_geometry import gauge_point
@@ -25,7 +25,7 @@ from ocmm_core.features.shapes import (
     RADIUS,
     Shape,
 )
-from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
+from ocmm_core.geometry import Float, RigidTransform, unit
 
 MOST_DATUMS = 3
 
@@ -140,6 +140,7 @@ class _Element:
     shape: Shape
     measured: Float
     nominal: Float
+    rows: Float
 
 
 def _element(
@@ -167,7 +168,7 @@ def _element(
     if shape not in _POINTS:
         for geometry in (measured, nominal):
             geometry[DIRECTION] = unit(geometry[DIRECTION])
-    return _Element(name, shape, measured, nominal)
+    return _Element(name, shape, measured, nominal, _rows(shape, nominal))
 
 
 def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
@@ -179,7 +180,7 @@ def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
     both = (1.0,) if element.shape in WITH_SENSE else (1.0, -1.0)
     for turned in _turns(held, element, DIRECTION, () if element.shape in _POINTS else both):
         measured, nominal = element.measured[POINT], element.nominal[POINT]
-        placed = move_to(turned, measured, nominal, _rows(element), element.name)
+        placed = move_to(turned, measured, nominal, element.rows, element.name)
         ends = (1.0, -1.0) if element.shape in _ACROSS else ()
         for met in _turns(placed, element, ACROSS, ends):
             yield from _ways(met, elements[1:])
@@ -230,14 +231,13 @@ def _likeliest(
     return best
 
 
-def _rows(element: _Element) -> Float:
+def _rows(shape: Shape, nominal: Float) -> Float:
     """Return the directions along which a datum has a place, (m, 3), frame."""
-    direction = element.nominal[DIRECTION]
-    if element.shape is Shape.PLANE:
-        return direction[None]
-    if element.shape in _WITH_HEIGHT:
-        return np.eye(3)
-    return np.stack(perpendicular_pair(direction))
+    direction = nominal[DIRECTION]
+    if shape is Shape.PLANE:
+        rows: Float = direction[None]
+        return rows
+    return np.eye(3) if shape in _WITH_HEIGHT else square_pair(direction)
 
 
 def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfit:
@@ -246,11 +246,11 @@ def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfi
     if element.shape not in _POINTS:
         direction = T_frame_from_world.rotation @ element.measured[DIRECTION]
         angle = _angle(direction, element.nominal[DIRECTION], element.shape)
-    return DatumMisfit(element.name, float(np.linalg.norm(_rows(element) @ off)), angle)
+    return DatumMisfit(element.name, float(np.linalg.norm(element.rows @ off)), angle)
 
 
 def _angle(direction: Float, nominal: Float, shape: Shape) -> float:
     cosine = float(direction @ nominal)
     if shape not in WITH_SENSE:
         cosine = abs(cosine)
-    return float(np.arctan2(np.linalg.norm(np.cross(direction, nominal)), cosine))
+    return float(np.arctan2(np.linalg.norm(cross(direction, nominal)), cosine))

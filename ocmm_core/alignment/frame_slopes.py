@@ -7,10 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 
 from ocmm_core.alignment.datums import frame_of
-from ocmm_core.alignment.rules import AnyAlignment
+from ocmm_core.alignment.rules import (
+    AnyAlignment,
+    BestFit,
+    BoundAlignment,
+    ReferencePoints,
+    Relocation,
+)
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.shapes import GEOMETRY_SIZE, RADIUS, SECOND
+from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, RADIUS, SECOND
 from ocmm_core.geometry import Float, RigidTransform
+
+_POINT_PLACES = range(POINT.start, POINT.stop)
 
 _STEPS = np.full(GEOMETRY_SIZE, 1e-5)
 _STEPS[[0, 1, 2, RADIUS, SECOND]] = 1e-3
@@ -45,6 +53,8 @@ def frame_slopes(
     for name in rule.features:
         by_geometry = np.zeros((6, GEOMETRY_SIZE))
         for place in np.flatnonzero(np.any(actual[name].jacobian, axis=1)):
+            if place not in _POINT_PLACES and _only_points(rule, name):
+                continue
             ends = []
             for sign in (1.0, -1.0):
                 moved = geometries[name].copy()
@@ -54,6 +64,14 @@ def frame_slopes(
             by_geometry[:, place] = (ends[0] - ends[1]) / (2.0 * _STEPS[place])
         slopes += by_geometry @ actual[name].jacobian
     return slopes
+
+
+def _only_points(rule: AnyAlignment, name: str) -> bool:
+    """Return whether a frame rests on the place of a feature and on nothing else of it."""
+    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
+    if isinstance(kind, (BestFit, ReferencePoints)):
+        return kind.start is None or name not in kind.start.features
+    return isinstance(kind, Relocation)
 
 
 def _small_motion(motion: RigidTransform) -> Float:
