@@ -15,7 +15,7 @@ from scipy.optimize import nnls
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.fit import distance_derivatives, fit_zone
+from ocmm_core.features.fit import distance_derivatives
 from ocmm_core.features.shapes import (
     DIRECTION,
     MINIMUM_POINTS,
@@ -26,6 +26,7 @@ from ocmm_core.features.shapes import (
     element,
 )
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair
+from ocmm_core.tolerances.associated import associated
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.derived import (
     axis_sections,
@@ -85,7 +86,7 @@ def form(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
         return _least_squares(feature)
     touches = own_fit(feature)[0]
     try:
-        zone = fit_zone(least_squares(feature), touches.tips)
+        zone = associated(least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE)
     except FitError as error:
         # Never narrower than the smallest zone: what conforms, conforms all the more.
         return replace(
@@ -190,7 +191,9 @@ def _worst_section(feature: ActualFeature, *, smallest: bool) -> Evaluation:
         for row, place in enumerate(places):
             rows[row, 3 * place : 3 * place + 3] += normals[row]
         found.append(
-            _zone(fit_zone(circle, tips), feature, tips, places, rows)
+            _zone(
+                associated(circle, tips, Criterion.MINIMUM_ZONE), feature, tips, places, rows
+            )
             if smallest
             else _range(circle.residuals, rows, "least squares")
         )

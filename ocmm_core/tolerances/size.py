@@ -6,10 +6,10 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.fit import fit_bounded, fit_zone
 from ocmm_core.features.nominal import CRITERIA
 from ocmm_core.features.shapes import RADIUS, Criterion, Shape
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.associated import associated
 from ocmm_core.tolerances.characteristic import Association, Characteristic
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.surface import least_squares, own_fit
@@ -68,13 +68,9 @@ def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Float]
     # Ball centres lie on a parallel surface: their element and that of the part share the axis.
     touches = own_fit(feature)[0]
     start = least_squares(feature)
-    match criterion:
-        case Criterion.LEAST_SQUARES:
-            fit = start
-        case Criterion.MINIMUM_ZONE:
-            fit = fit_zone(start, touches.tips)
-        case _:
-            fit = fit_bounded(start, touches.tips, criterion)
+    fit = start
+    if criterion is not Criterion.LEAST_SQUARES:
+        fit = associated(start, touches.tips, criterion)
     sign = 1.0 if feature.nominal.side == "outer" else -1.0
     gradient = _spread(fit.jacobian[RADIUS], touches.places, feature.jacobian.shape[1])
     gradient[-1] -= sign
