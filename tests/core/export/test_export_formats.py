@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import re
@@ -301,6 +302,18 @@ def test_text_loses_controls_and_only_text_is_prefixed() -> None:
     assert spreadsheet_text("=1+1") == "'=1+1"
     assert spreadsheet_text("-4711") == "'-4711"
     assert spreadsheet_text("4711") == "4711"
+
+
+def test_a_note_that_a_spreadsheet_would_compute_is_prefixed_and_numbers_are_not(
+    tmp_path: Path,
+) -> None:
+    view = sample_view()
+    note = replace(view.characteristics[2], note="=HYPERLINK(A1);+1")
+    data = sample_report(replace(view, characteristics=(note,)))
+    paths = write_report(data, ("polyworks",), tmp_path, EUROPEAN)
+    (row,) = csv.DictReader(io.StringIO(paths[2].read_text("utf-8-sig")), delimiter=";")
+    assert row["Note"] == "'=HYPERLINK(A1),+1"
+    assert row["Deviation"] == "-0,0188"
 
 
 def test_two_jobs_of_one_name_do_not_overwrite_each_other(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.calibration.probe_in_use import TEXT_SCHEMA, ProbeText
@@ -21,8 +22,10 @@ from ocmm_core.calibration.records import rig_from_record
 from ocmm_core.calibration.sealed import canonical
 from ocmm_core.calibration.thermal import Expansion, Temperature
 from ocmm_core.camera.rig import load_rig
+from ocmm_core.cli.app import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.export.registry import EXPORTERS
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.reopen import reopen_job
@@ -307,3 +310,35 @@ def test_a_document_that_cannot_be_used_is_named_with_its_job(bench: Bench) -> N
     assert f"{path} (plan)" in caught.value.what
     assert "Egg" in caught.value.what
     assert isinstance(caught.value, OcmmError)
+
+
+def test_the_command_reports_a_job_in_every_format_of_data(finished: tuple[Path, JobView]) -> None:
+    path, view = finished
+    command = [sys.executable, "-m", "ocmm_core.cli", "report", path.name]
+    for name in EXPORTERS:
+        command += ["--format", name]
+    done = subprocess.run(
+        [*command, "--out", "out"], cwd=path.parent, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    written = sorted(file.name for file in (path.parent / "out").iterdir())
+    assert [f"Report  out/{name}" for name in written] == sorted(done.stdout.splitlines())
+    kinds = {file.rpartition(".")[2] for file in written}
+    assert kinds == {"csv", "asc", "pwmacro", "qif", "dfq", "xlsx", "json"}
+    report = (path.parent / "out" / f"{path.stem}_report.csv").read_text("ascii")
+    for result in view.characteristics:
+        assert f"{result.measured:.4f}" in report
+
+
+def test_a_preview_writes_nothing_and_a_wrong_format_is_named(
+    finished: tuple[Path, JobView],
+) -> None:
+    path, view = finished
+    before = content(path.parent)
+    shown = CliRunner().invoke(app, ["report", str(path), "--format", "dfq", "--preview"])
+    assert shown.exit_code == 0
+    assert f"{view.characteristics[0].measured:.4f}" in shown.stdout
+    wrong = CliRunner().invoke(app, ["report", str(path), "--format", "doc"])
+    assert isinstance(wrong.exception, InputError)
+    assert "'doc'" in str(wrong.exception)
+    assert content(path.parent) == before
