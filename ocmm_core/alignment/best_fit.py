@@ -13,7 +13,7 @@ import numpy as np
 
 from ocmm_core.alignment.rules import BestFit, LockedMotion, Relocation
 from ocmm_core.errors import FitError
-from ocmm_core.features.shapes import POINT
+from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT
 from ocmm_core.geometry import Float, Points3, RigidTransform, rotation_from_vector, skew
 
 MIN_TRIANGLE_MM = 5.0
@@ -50,15 +50,14 @@ def best_fit(
     FitError
         A nominal is missing, or the points leave a motion open.
     """
-    for name in rule.points:
-        if name not in nominals:
-            raise FitError(
-                "alignment.no_nominal",
-                f"The best fit needs the nominal place of {name}, which is not known.",
-                f"Give {name} a nominal, or leave it out of the best fit.",
-            )
-    measured = np.array([geometries[name][POINT] for name in rule.points])
-    wanted = np.array([nominals[name][POINT] for name in rule.points])
+    missing = next((name for name in rule.points if name not in nominals), None)
+    if missing is not None:
+        raise FitError(
+            "alignment.no_nominal",
+            f"The best fit needs the nominal place of {missing}, which is not known.",
+            f"Give {missing} a nominal, or leave it out of the best fit.",
+        )
+    measured, wanted = _places(rule.points, geometries), _places(rule.points, nominals)
     weights = np.array(rule.weights) if rule.weights else np.ones(len(wanted))
     if start is None:
         return fit_points(measured, wanted, weights)
@@ -170,6 +169,13 @@ def fit_points_locked(
         )
     change = RigidTransform(rotation_from_vector(motion[:3]), motion[3:])
     return change.compose(start)
+
+
+def _places(names: Sequence[str], geometries: Mapping[str, Float]) -> Points3:
+    """Return the points (n, 3) of many elements."""
+    # Joining whole vectors is several times quicker than cutting each first.
+    joined = np.concatenate([geometries[name] for name in names])
+    return joined.reshape(len(names), GEOMETRY_SIZE)[:, POINT]
 
 
 def _left_jacobian(vector: Float) -> Float:

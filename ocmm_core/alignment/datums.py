@@ -112,13 +112,13 @@ def _placed(
     rule: Alignment, bound: BoundAlignment | None, geometries: Mapping[str, Float]
 ) -> tuple[RigidTransform, int]:
     """Return the motion to the part frame, and the choice of senses."""
-    for name in rule.features:
-        if name not in geometries:
-            raise FitError(
-                "alignment.datum",
-                f"The part frame needs {name}, which is not measured.",
-                f"Measure {name}.",
-            )
+    missing = next((name for name in rule.features if name not in geometries), None)
+    if missing is not None:
+        raise FitError(
+            "alignment.datum",
+            f"The part frame needs {missing}, which is not measured.",
+            f"Measure {missing}.",
+        )
     match rule:
         case DatumAlignment():
             return three_two_one(rule, geometries, bound)
