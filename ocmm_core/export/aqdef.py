@@ -210,16 +210,14 @@ def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Num
     result = reported.result
     if result.verdict is Verdict.NOT_MEASURED or result.measured is None:
         return None, _MISSING
-    rests_on = {*result.features, *reported.datums}
-    if data.plan.alignment is not None:
-        rests_on |= set(data.plan.alignment.features)
+    names = result.features if reported.asked is None else data.plan.rests_on(reported.asked)
     held = any(
         point.number in data.view.held
         for feature in data.features
-        if feature.name in rests_on
+        if feature.name in names
         for point in feature.seen.points
     )
-    doubtful = held or bool(data.view.unproven)
+    doubtful = held or bool(data.view.unproven) or result.name in data.view.provisional
     number = _number(reported, units, result.measured)
     return number, _DOUBTFUL if doubtful else _VALID
 
