@@ -4,7 +4,8 @@
 
 The free fit stands beside `scipy.spatial.transform.Rotation.align_vectors`, the locked one beside
 `scipy.optimize.least_squares` over the motions that are not locked. The shortest of several runs on
-one thread: whatever else the computer does only makes them longer. Ends with 1 if a best fit takes more than 20 ms, or if it is not the optimum to 1e-9 mm.
+one thread: whatever else the computer does only makes them longer. Ends with 1 if a best fit takes
+more than 20 ms, or if it is not the optimum to 1e-9 mm.
 """
 
 from __future__ import annotations

@@ -50,12 +50,12 @@ def best_fit(
     FitError
         A nominal is missing, or the points leave a motion open.
     """
-    missing = next((name for name in rule.points if name not in nominals), None)
-    if missing is not None:
+    missing = [name for name in rule.points if name not in nominals]
+    if missing:
         raise FitError(
             "alignment.no_nominal",
-            f"The best fit needs the nominal place of {missing}, which is not known.",
-            f"Give {missing} a nominal, or leave it out of the best fit.",
+            f"The best fit needs the nominal place of {missing[0]}, which is not known.",
+            f"Give {missing[0]} a nominal, or leave it out of the best fit.",
         )
     measured, wanted = _places(rule.points, geometries), _places(rule.points, nominals)
     weights = np.array(rule.weights) if rule.weights else np.ones(len(wanted))

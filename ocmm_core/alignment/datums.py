@@ -112,12 +112,12 @@ def _placed(
     rule: Alignment, bound: BoundAlignment | None, geometries: Mapping[str, Float]
 ) -> tuple[RigidTransform, int]:
     """Return the motion to the part frame, and the choice of senses."""
-    missing = next((name for name in rule.features if name not in geometries), None)
-    if missing is not None:
+    missing = [name for name in rule.features if name not in geometries]
+    if missing:
         raise FitError(
             "alignment.datum",
-            f"The part frame needs {missing}, which is not measured.",
-            f"Measure {missing}.",
+            f"The part frame needs {missing[0]}, which is not measured.",
+            f"Measure {missing[0]}.",
         )
     match rule:
         case DatumAlignment():
