@@ -43,10 +43,11 @@ from ocmm_core.geometry import Float, Points3, unit
 
 STARTS = 12
 """Starts around the least-squares element; more where the zone is broad or the points are few."""
-STARTS_BROAD = 40
-STARTS_LINE = 4
-BROAD_LINE = 0.1
-BROAD = 0.01
+STARTS_BROAD = 30
+STARTS_STRAIGHT = 4
+"""Of line and plane, whose zones are all but convex."""
+BROAD_STRAIGHT = 0.1
+BROAD = 0.03
 """Width of the zone against the size of the points from which local minima lie far apart."""
 FEW_POINTS = 12
 POLISHES = 4
@@ -178,9 +179,9 @@ def search(task: Task) -> Zone:
     if np.ptp(found) <= _noise(task, found):
         return first
     few = len(task.points) <= FEW_POINTS
-    if task.shape is Shape.LINE:
-        # All but convex: lengths of vectors that are linear in the step, but for the lean.
-        starts = STARTS if few or np.ptp(found) > BROAD_LINE else STARTS_LINE
+    if task.shape in (Shape.LINE, Shape.PLANE):
+        # Distances are lengths of what is linear in the step, but for the cosine of the lean.
+        starts = STARTS if few or np.ptp(found) > BROAD_STRAIGHT else STARTS_STRAIGHT
     else:
         starts = STARTS_BROAD if few or np.ptp(found) > BROAD else STARTS
     return balanced(task, best_zone(task.surface, task.points, task.start, starts))

@@ -164,17 +164,18 @@ def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
     sides = [signs > 0.0, signs < 0.0] if surface.lower else [signs > 0.0]
     touch = np.concatenate([by_step[rows].T * signs, np.array(sides, dtype=np.float64)])
     right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
-    forces, unbalanced = nnls(touch, right)
+    forces, remainder = nnls(touch, right)
+    unbalanced = float(remainder)
     least = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
     if least < FLAT_CURVATURE and np.count_nonzero(forces) < len(rows) and unbalanced < IN_BALANCE:
         # More points touch than are needed. The shortest vector of forces uses them all.
         heavy = np.concatenate([SHARING * touch, np.eye(len(rows))])
         forces, _ = nnls(heavy, np.concatenate([SHARING * right, np.zeros(len(rows))]))
-        unbalanced = np.linalg.norm(touch @ forces - right)
+        unbalanced = float(np.linalg.norm(touch @ forces - right))
         least = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
     holding = forces > NO_FORCE
     rows = rows[holding].astype(np.int64)
-    return Balance(rows, signs[holding], forces[holding], float(unbalanced), least)
+    return Balance(rows, signs[holding], forces[holding], unbalanced, least)
 
 
 def _least_curvature(

@@ -77,7 +77,8 @@ def _if_about(points: Float, centre: Float, best: float) -> float:
 def _circumcentre(triple: Float) -> Float:
     edges = triple[1:] - triple[0]
     arm: Float = np.linalg.solve(edges, 0.5 * np.sum(edges**2, axis=1))
-    return triple[0] + arm
+    centre: Float = triple[0] + arm
+    return centre
 
 
 def largest_inside(points: Float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -130,7 +131,7 @@ def test_circle_and_sphere_are_the_best_of_all_possible_centres(
 @pytest.mark.parametrize("shape", [Shape.CYLINDER, Shape.CONE, Shape.TORUS])
 @pytest.mark.parametrize("far", [0.0, 10_000.0])
 def test_position_and_form_agree_with_fifty_digits(
-    shape: Shape, far: float, record_property: pytest.RecordProperty
+    shape: Shape, far: float, record_property: Callable[[str, object], None]
 ) -> None:
     worst = 0.0
     for seed in range(2):

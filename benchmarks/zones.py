@@ -1,0 +1,145 @@
+"""Minimum zones: time, a peer, agreement with 50 digits, and how often more starts find better.
+
+    python -m benchmarks.zones [SETS]
+
+All of it is seeded. The peer is the sequence of linear programmes that scipy offers without
+writing a solver: `linprog` (HiGHS) on all points, restarted from each step, same first element.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ocmm_core.blas import use_one_thread
+from ocmm_core.errors import FitError
+from ocmm_core.features.fit import certificate, fit_shape, fit_zone
+from ocmm_core.features.fit.zone_elements import ZONES, task_of
+from ocmm_core.features.fit.zone_solver import best_zone
+from ocmm_core.features.fit.zone_surfaces import distances
+from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.geometry import Points3
+from tests.core.features.exact_zones import in_fifty_digits
+from tests.core.features.shape_samples import somewhere
+from tests.core.features.test_zone import ZONED, sample
+
+MANY_STARTS = 300
+
+
+def _best_time(call: Callable[[], object], runs: int = 7) -> float:
+    call()
+    times = []
+    for _ in range(runs):
+        begin = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def peer(start: Fit, points: Points3) -> float:
+    """Return the zone, mm, that a plain sequence of linear programmes reaches."""
+    task = task_of(start, points, ZONES[start.shape])
+    free, placed, n = list(task.surface.free), task.start, len(points)
+    ones = np.ones((n, 1))
+    width = np.inf
+    for _ in range(30):
+        found, slopes = distances(task.surface, placed.local(task.points), placed.size)
+        if width - np.ptp(found) < 1e-13:
+            break
+        width = float(np.ptp(found))
+        slopes = slopes[:, free]
+        rows = np.block([[slopes, -ones, 0.0 * ones], [-slopes, 0.0 * ones, ones]])
+        answer = linprog(
+            np.array([0.0] * len(free) + [1.0, -1.0]), rows, np.concatenate([-found, found]),
+            bounds=[(-0.1, 0.1)] * len(free) + [(None, None)] * 2, method="highs",
+        )  # fmt: skip
+        step = np.zeros(6)
+        step[free] = np.asarray(answer.x)[: len(free)]
+        placed = placed.moved(step)
+    return width * task.size
+
+
+def times() -> None:
+    """Print the time of 1,000 points of every shape, least squares beside it, and the peer's."""
+    for shape in ZONED:
+        rng = np.random.default_rng(1)
+        points = somewhere(rng).apply(sample(shape, rng, 1000, 0.02))
+        start = fit_shape(shape, points)
+        squares = _best_time(partial(fit_shape, shape, points))
+        zone = _best_time(partial(fit_zone, start, points))
+        text = f"{shape.value:9} 1000 points: zone {1e3 * zone:6.1f} ms, "
+        text += f"least squares {1e3 * squares:6.2f} ms, ratio {zone / squares:5.1f}"
+        if ZONES[shape].lower:
+            theirs = _best_time(partial(peer, start, points), 3)
+            gap = peer(start, points) - fit_zone(start, points).form
+            text += f"; linprog, one start {1e3 * theirs:6.1f} ms ({theirs / zone:4.1f} times)"
+            text += f", wider by {gap:.1e} mm"
+        print(text)
+
+
+def certified(sets: int) -> None:
+    """Print the share of certified zones and the worst ratio to least squares."""
+    for shape in ZONED:
+        proven, refused, better, gain, ratio = 0, 0, 0, 0.0, 0.0
+        for seed in range(sets):
+            rng = np.random.default_rng(seed)
+            n = int(rng.integers(9, 200))
+            noise = float(10.0 ** rng.uniform(-4.0, 0.3))
+            points = somewhere(rng, 10_000.0).apply(sample(shape, rng, n, noise))
+            try:
+                start = fit_shape(shape, points)
+                zone = fit_zone(start, points)
+            except FitError as error:
+                refused += 1
+                print("   ", shape.value, seed, n, f"{noise:.1e}", error)
+                continue
+            proven += certificate(zone, points).certified
+            squares = 2.0 * np.abs(start.residuals).max() if shape is Shape.LINE else start.form
+            ratio = max(ratio, zone.form / squares)
+            if seed % 5 == 0:
+                task = task_of(start, points, ZONES[shape])
+                wide = best_zone(task.surface, task.points, task.start, MANY_STARTS, 2.0)
+                won = zone.form - wide.width * task.size * (2.0 if shape is Shape.LINE else 1.0)
+                better += won > 1e-9
+                gain = max(gain, won)
+        print(
+            f"{shape.value:9} {proven} of {sets} certified, {refused} refused; zone / least "
+            f"squares at most {ratio:.4f}; {MANY_STARTS} starts better in {better} of "
+            f"{(sets + 4) // 5}, by at most {max(gain, 0.0):.1e} mm"
+        )
+
+
+def digits(sets: int) -> None:
+    """Print the worst difference from solutions in 50 digits."""
+    for shape in (Shape.CYLINDER, Shape.CONE, Shape.TORUS):
+        for far in (0.0, 10_000.0):
+            worst = 0.0
+            for seed in range(sets):
+                rng = np.random.default_rng(seed)
+                points = somewhere(rng, far).apply(sample(shape, rng, 100, 0.02))
+                fit = fit_zone(fit_shape(shape, points), points)
+                exact, form = in_fifty_digits(fit, points)
+                gap = float(np.abs(fit.geometry[:9] - exact[:9]).max())
+                worst = max(worst, gap, abs(fit.form - form))
+            print(
+                f"{shape.value:9} {sets} sets, {far / 1e3:g} m away: within {worst:.1e} mm of 50 "
+                "digits"
+            )
+
+
+def main() -> None:
+    """Run everything."""
+    use_one_thread()
+    sets = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    times()
+    digits(max(sets // 10, 1))
+    certified(sets)
+
+
+if __name__ == "__main__":
+    main()
