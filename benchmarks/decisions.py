@@ -137,7 +137,8 @@ def _measure(
             continue
         spread = spreads_of(item, evaluation, actual, group.covariance, samples).of_value
         value, true = evaluation.value, truths[item.name]
-        count.covered += abs(value - true) <= expanded(spread, value)
+        uncertainty = expanded(spread, value)
+        count.covered += abs(value - true) <= uncertainty
         for rule in RULES:
             accepted = count.accepted.setdefault(rule, [0] * len(BESIDE))
             rejected = count.rejected.setdefault(rule, [0] * len(BESIDE))
@@ -145,9 +146,9 @@ def _measure(
                 by = distance * spread.sigma
                 low = -FAR * spread.sigma
                 # True values beyond the limit that are accepted, and within that are rejected.
-                beyond = decide(spread, value, true, low, -by, rule).verdict
+                beyond = decide(spread, value, true, low, -by, rule, uncertainty).verdict
                 accepted[place] += beyond is Verdict.CONFORM
-                inside = decide(spread, value, true, low, by, rule).verdict
+                inside = decide(spread, value, true, low, by, rule, uncertainty).verdict
                 rejected[place] += inside is Verdict.NOT_CONFORM
 
 
@@ -201,14 +202,8 @@ def _is_zone(name: str) -> bool:
     return asked[name].one_sided
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table and return 0, or 1 with what is beyond its limit."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--results", type=int, default=100_000)
-    parser.add_argument("--processes", type=int, default=2)
-    asked = parser.parse_args(arguments)
-    use_one_thread()
-    counts = run_all(asked.results, asked.processes, 1)
+def print_table(counts: Counts) -> None:
+    """Print what was counted."""
     print(f"{'':<30}{'':>8}{'covered':>9}   false accept, reject % at the limit (and near it)")
     print(f"{'characteristic':<24}{'form':>6}{'parts':>8}{'%':>9}   " + "".join(
         f"{rule:<26}" for rule in RULES))  # fmt: skip
@@ -224,6 +219,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         form = "3 um" if with_form else "none"
         print(f"{name:<24}{form:>6}{done:>8}{100.0 * count.covered / done:>9.1f}   "
               + "".join(f"{cell:<26}" for cell in cells))  # fmt: skip
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table and return 0, or 1 with what is beyond its limit."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--results", type=int, default=100_000)
+    parser.add_argument("--processes", type=int, default=2)
+    asked = parser.parse_args(arguments)
+    use_one_thread()
+    counts = run_all(asked.results, asked.processes, 1)
+    print_table(counts)
     broken = faults(counts)
     for line in broken:
         print(f"BEYOND ITS LIMIT: {line}")

@@ -24,13 +24,13 @@ from typing import Literal
 from ocmm_core.errors import MeasuringError
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.evaluation import Evaluation
-from ocmm_core.tolerances.interval import Spread, expanded
+from ocmm_core.tolerances.interval import ONE_SIDED, Spread, expanded
 from ocmm_core.tolerances.result import LOWEST_TUR, CharacteristicResult, Verdict
 from ocmm_core.tolerances.spread import Spreads
 
 Rule = Literal["iso14253-1", "ilac-g8", "simple"]
 
-PROBABILITY = 0.9772498680518208
+PROBABILITY = ONE_SIDED
 """Conformance probability limit, that of two standard deviations to one side.
 
 The 2017 edition of ISO 14253-1 takes 95 % where nothing else is agreed; then 5 % of the parts that
@@ -78,7 +78,13 @@ def rule_words(identity: str) -> str:
 
 
 def decide(
-    spread: Spread, value: float, nominal: float, lower: float, upper: float, rule: Rule
+    spread: Spread,
+    value: float,
+    nominal: float,
+    lower: float,
+    upper: float,
+    rule: Rule,
+    uncertainty: float | None = None,
 ) -> Decision:
     """Return the verdict on a value.
 
@@ -88,6 +94,8 @@ def decide(
         How the value scatters about the true one; its standard uncertainty is greater than zero.
     value, nominal, lower, upper
         Value, nominal value and the limits of the deviation from it, mm or degrees.
+    uncertainty
+        U (`interval.expanded`), where it is known already.
 
     Raises
     ------
@@ -110,9 +118,10 @@ def decide(
     low = -math.inf if spread.one_sided else nominal + lower
     high = nominal + upper
     within = low <= value <= high
-    verdict = _verdict(spread, value, low, high, rule)
+    u95 = expanded(spread, value) if uncertainty is None else uncertainty
+    verdict = _verdict(spread, value, low, high, rule, u95)
     why = ""
-    tur = tolerance_ratio(lower, upper, 2.0 * spread.sigma)
+    tur = tolerance_ratio(lower, upper, u95)
     if verdict is Verdict.CONFORM and tur < LOWEST_TUR:
         verdict = Verdict.NOT_PROVEN
         why = "The tolerance is smaller than twice the uncertainty."
@@ -121,17 +130,16 @@ def decide(
     return Decision(verdict, "in" if within else "out", why)
 
 
-def _verdict(spread: Spread, value: float, low: float, high: float, rule: Rule) -> Verdict:
+def _verdict(
+    spread: Spread, value: float, low: float, high: float, rule: Rule, guard: float
+) -> Verdict:
     match rule:
         case "simple":
             return Verdict.CONFORM if low <= value <= high else Verdict.NOT_CONFORM
         case "ilac-g8":
-            guard = 2.0 * spread.sigma
             if low + guard <= value <= high - guard:
                 return Verdict.CONFORM
-            if value < low - guard:
-                return Verdict.NOT_CONFORM
-            if value > high + guard and value > high + expanded(spread, value):
+            if value < low - guard or value > high + guard:
                 return Verdict.NOT_CONFORM
             return Verdict.NOT_PROVEN
         case "iso14253-1":
@@ -159,10 +167,13 @@ def make_result(
     """
     value, bonus = evaluation.value, evaluation.bonus
     lower, upper = characteristic.lower, characteristic.upper
-    decision = decide(
-        spreads.judged, value - bonus, characteristic.nominal, lower, upper, rule
-    )
     uncertainty = expanded(spreads.of_value, value)
+    held = uncertainty
+    if spreads.judged is not spreads.of_value:
+        held = expanded(spreads.judged, value - bonus)
+    decision = decide(
+        spreads.judged, value - bonus, characteristic.nominal, lower, upper, rule, held
+    )
     lowest = value - uncertainty
     one_sided = spreads.of_value.one_sided
     return replace(
@@ -172,7 +183,7 @@ def make_result(
         uncertainty=uncertainty,
         verdict=decision.verdict,
         rule=rule_id(rule),
-        tur=tolerance_ratio(lower, upper + bonus, 2.0 * spreads.judged.sigma),
+        tur=tolerance_ratio(lower, upper + bonus, held),
         leaning=decision.leaning,
         interval=(max(lowest, 0.0) if one_sided else lowest, value + uncertainty),
         association=evaluation.association,

@@ -26,11 +26,14 @@ from ocmm_core.geometry import Float
 TWO_SIDED = 0.954499736103642
 """Probability within two standard deviations: what U = 2 u stands for."""
 
+ONE_SIDED = 0.9772498680518208
+"""Probability below two standard deviations to one side."""
+
 _WIDTH = 9.0
 """Standard deviations that an integral over a normal density reaches to each side."""
 
-_HALVINGS = 14
-"""Bisections of a lower bound: to a ten-thousandth of the value."""
+_HALVINGS = 11
+"""Bisections of a bound: to two thousandths of the value."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
@@ -58,6 +61,10 @@ class Spread(Protocol):
 
     def least(self, probability: float) -> float:
         """Return what the true value is not below, with this probability."""
+        ...
+
+    def most(self, probability: float) -> float:
+        """Return what the true value is not above, with this probability."""
         ...
 
 
@@ -98,6 +105,10 @@ class Normal:
         """Return what the true value is not below, with this probability."""
         return self.value - self.sigma * normal_quantile(probability)
 
+    def most(self, probability: float) -> float:
+        """Return what the true value is not above, with this probability."""
+        return self.value + self.sigma * normal_quantile(probability)
+
 
 @dataclass(frozen=True, slots=True)
 class Length:
@@ -126,21 +137,20 @@ class Length:
 
     @property
     def sigma(self) -> float:
-        """Return the standard uncertainty along `way`; not a number where there is none."""
+        """Return the standard uncertainty along `way`; NaN where the covariance is none."""
         variance = float(self.way @ self.covariance @ self.way)
         return math.sqrt(variance) if variance >= 0.0 else math.nan
 
     @property
     def way(self) -> Float:
-        """Return the unit vector (k,) along the vector; near zero that of the greatest error."""
+        """Return the unit vector (k,) along the vector, or where errors are greatest."""
+        length = float(np.linalg.norm(self.vector))
+        if length > 0.0:
+            return self.vector / length
         if not np.all(np.isfinite(self.covariance)):
             return np.full(len(self.vector), math.nan)
-        variances, axes = np.linalg.eigh(self.covariance)
-        length = float(np.linalg.norm(self.vector))
-        if length < 3.0 * math.sqrt(max(float(variances[-1]), 0.0)) or length == 0.0:
-            worst: Float = axes[:, -1]
-            return worst
-        return self.vector / length
+        along: Float = np.linalg.eigh(self.covariance)[1][:, -1]
+        return along
 
     def inside(self, low: float, high: float) -> float:
         """Return the probability that the true vector ends within the zone.
@@ -153,19 +163,26 @@ class Length:
     def beyond(self, low: float, high: float) -> float:
         """Return how improbable so long a vector is for a part at the limit, less from one."""
         return within(
-            float(np.linalg.norm(self.vector)), self._along() * high, self.covariance
+            float(np.linalg.norm(self.vector)), self.way * high, self.covariance
         )
 
     def least(self, probability: float) -> float:
         """Return what the true value is not below, with this probability."""
         return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
 
-    def _along(self) -> Float:
-        length = float(np.linalg.norm(self.vector))
-        if length > 0.0:
-            return self.vector / length
-        along: Float = np.linalg.eigh(self.covariance)[1][:, -1]
-        return along
+    def most(self, probability: float) -> float:
+        """Return what the true value is not above, with this probability."""
+        farthest = float(np.linalg.norm(self.vector)) + _WIDTH * math.sqrt(
+            max(float(np.linalg.eigvalsh(self.covariance)[-1]), 0.0)
+        )
+        low, high = self.value, farthest
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if self.beyond(0.0, middle) >= 1.0 - probability:
+                low = middle
+            else:
+                high = middle
+        return low
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,6 +239,10 @@ class Extent:
         """Return what the true value is not below, with this probability."""
         return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
 
+    def most(self, probability: float) -> float:
+        """Return what the true value is not above, with this probability."""
+        return self.value + self.sigma * normal_quantile(probability)
+
     def _errors(self) -> Float:
         """Return draws of the errors, (m, n): fewer where there are more deviations."""
         if not self._noise:
@@ -262,13 +283,17 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
     weights = np.ones(1)
     # The narrowest come last: closed form does not mind, quadrature would.
     for k in range(len(centre) - 1, 0, -1):
-        half = np.sqrt(np.maximum(square, 0.0))
-        low = np.maximum(-half, centre[k] - _WIDTH * sigmas[k])
-        high = np.maximum(np.minimum(half, centre[k] + _WIDTH * sigmas[k]), low)
-        at = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * _NODES
+        half = np.sqrt(np.maximum(square, 1e-300))
+        low = np.clip(centre[k] - _WIDTH * sigmas[k], -half, half)
+        high = np.clip(centre[k] + _WIDTH * sigmas[k], -half, half)
+        # The sine takes the slope without end at the rim of the disc out of the integral.
+        first, last = np.arcsin(low / half), np.arcsin(high / half)
+        turn = 0.5 * (first + last)[:, None] + 0.5 * (last - first)[:, None] * _NODES
+        at = half[:, None] * np.sin(turn)
+        width = 0.5 * (last - first)[:, None] * half[:, None] * np.cos(turn)
         density = np.exp(-0.5 * ((at - centre[k]) / sigmas[k]) ** 2)
         density /= sigmas[k] * math.sqrt(2.0 * math.pi)
-        weights = (weights[:, None] * 0.5 * (high - low)[:, None] * _WEIGHTS * density).ravel()
+        weights = (weights[:, None] * width * _WEIGHTS * density).ravel()
         square = (square[:, None] - at**2).ravel()
     half = np.sqrt(np.maximum(square, 0.0))
     shares = ndtr((half - centre[0]) / sigmas[0]) - ndtr((-half - centre[0]) / sigmas[0])
@@ -279,12 +304,13 @@ def expanded(spread: Spread, value: float) -> float:
     """Return U: half the width of the interval about ``value`` that holds the truth.
 
     Twice the standard uncertainty, and more where noise makes the value greater than it is: the
-    interval then has to reach down to what the true value is not below.
+    interval then has to reach down to what the true value is not below, and up to what it is not
+    above.
     """
     linear = 2.0 * spread.sigma
-    if isinstance(spread, Normal):
+    if isinstance(spread, Normal) or not math.isfinite(linear):
         return linear
-    return max(linear, value - spread.least(TWO_SIDED))
+    return max(linear, value - spread.least(TWO_SIDED), spread.most(ONE_SIDED) - value)
 
 
 def bisect_least(value: float, beyond: Callable[[float], float], probability: float) -> float:

@@ -24,6 +24,10 @@ from ocmm_core.tolerances.interval import TWO_SIDED
 
 _COVERAGE = 2.0
 
+_SEEN = 1.15
+"""Scatter against what noise explains from which on it shows form: less happens by chance too
+often, and would widen U for nothing."""
+
 
 @dataclass(frozen=True, slots=True)
 class FormSample:
@@ -40,7 +44,8 @@ class FormSample:
     scatter
         Mean square of the residuals for each degree of freedom, mm^2.
     variance
-        Of the form: the scatter less what the noise of the points explains, never negative, mm^2.
+        Of the form: the scatter less what the noise of the points explains, mm^2. Zero unless
+        there is plainly more.
     degrees
         Of freedom of the scatter, at least one.
     """
@@ -138,7 +143,7 @@ def _of_squares(
         places=places,
         normals=normals,
         scatter=squares / degrees,
-        variance=max(squares - noise, 0.0) / degrees,
+        variance=(squares - noise) / degrees if squares > _SEEN * noise else 0.0,
         degrees=degrees,
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -47,9 +48,15 @@ def parts(noise: float) -> tuple[Contribution, ...]:
     )
 
 
+@cache
+def measured() -> dict[str, ActualFeature]:
+    """Return the features of all tests here."""
+    return _actual(POINTS, JOB_FEATURES)
+
+
 def budget(item: Characteristic, noise: float) -> tuple[Budget, float]:
     """Return the budget, and U of the result."""
-    actual = _actual(POINTS, JOB_FEATURES)
+    actual = measured()
     found = parts(noise)
     covariance = sum_of(found, N)
     samples = form_samples(actual, covariance)
@@ -93,25 +100,21 @@ def test_the_form_itself_is_not_uncertain_by_its_form() -> None:
 
 def test_form_is_what_noise_does_not_explain() -> None:
     rng = np.random.default_rng(11)
-    covariance = np.zeros((3 * N + 1, 3 * N + 1))
-    covariance[:-1, :-1] = 0.004**2 * np.eye(3 * N)
+    of_ball = [p for p in POINTS if p.feature == "ball"]
+    ball = [item for item in JOB_FEATURES if item.name == "ball"]
 
-    def variances(points: Sequence[MeasuredPoint]) -> dict[str, float]:
-        actual: dict[str, ActualFeature] = _actual(points, JOB_FEATURES)
-        return {
-            sample.feature: sample.scatter for sample in form_samples(actual, covariance)
-        }
+    def scatter(points: Sequence[MeasuredPoint]) -> float:
+        size = 3 * len(points) + 1
+        (sample,) = form_samples(_actual(points, ball), 0.004**2 * np.eye(size))
+        return sample.scatter
 
-    exact = [replace(p, tip_world=p.tip_world) for p in POINTS]
     drawn = []
     for _ in range(60):
-        shift = rng.normal(0.0, 0.005, (N, 1))
-        normals = np.array([p.direction for p in exact])
         moved = [
-            replace(p, tip_world=p.tip_world + by)
-            for p, by in zip(exact, shift * normals, strict=True)
+            replace(p, tip_world=p.tip_world + 0.005 * rng.normal() * p.direction)
+            for p in of_ball
         ]
-        drawn.append(variances(moved)["ball"])
-    own = variances(exact)["ball"]
+        drawn.append(scatter(moved))
+    own = scatter(of_ball)
     # Twelve points, four numbers of a ball, sixty draws: a standard error of 6 %.
     assert np.mean(drawn) == pytest.approx(own + 0.005**2, rel=0.25)
