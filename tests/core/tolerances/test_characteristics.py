@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 
 from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment.rules import BoundAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.nominal import nominal_geometry
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import COAXIAL, ORIENTATIONS, Characteristic
 from ocmm_core.tolerances.evaluate import evaluate
 from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.surface import surface_points
 from ocmm_core.tolerances.zone_frame import Frames
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import PLACES, KnownPart, ball, edge, face, motion, ring
@@ -343,3 +346,64 @@ def level() -> dict[str, ActualFeature]:
     actual = dict(measured())
     actual["bent"] = actual["pin"]
     return actual
+
+
+def test_the_part_frame_need_not_be_that_of_the_nominals() -> None:
+    rule = DatumAlignment(primary="top", secondary=("pin", "hole"), origin="hole")
+    item = asked("position", "collar")
+
+    def of(way: int, by: float) -> Evaluation:
+        actual = scattered_at(way, by)
+        nominals = {name: nominal_geometry(found.nominal) for name, found in actual.items()}
+        shapes = {name: found.fit.shape for name, found in actual.items()}
+        return evaluate(item, actual, BoundAlignment(rule, shapes, nominals))
+
+    exact = measured()
+    nominals = {name: nominal_geometry(found.nominal) for name, found in exact.items()}
+    shapes = {name: found.fit.shape for name, found in exact.items()}
+    found = evaluate(item, exact, BoundAlignment(rule, shapes, nominals))
+    # The hole, 60 mm from the pin in the plan, is 60.03 mm from it, and the collar 0.05 mm off.
+    assert found.value == pytest.approx(0.04, abs=1e-4)
+    shift, ball_shift = a_way(0)
+    slope = float(of(0, 0.0).gradient @ np.append(shift.ravel(), ball_shift))
+    ahead, behind = (of(0, by).value for by in (STEP, -STEP))
+    assert slope == pytest.approx((ahead - behind) / (2.0 * STEP), abs=0.03)
+
+
+@pytest.mark.parametrize("name", ["top", "pin", "hole", "ball", "oval", "edge"])
+def test_surface_points_follow_everything_that_was_measured(name: str) -> None:
+    weights = np.random.default_rng(3).normal(size=scattered_at(0, 0.0)[name].fit.residuals.shape)
+    along = np.random.default_rng(4).normal(size=(len(weights), 3)) * weights[:, None]
+    shift, ball_shift = a_way(0)
+
+    def total(by: float) -> float:
+        return float(np.sum(along * surface_points(scattered_at(0, by)[name]).points))
+
+    slope = surface_points(scattered_at(0, 0.0)[name]).pull_back(along)
+    found = float(slope @ np.append(shift.ravel(), ball_shift))
+    assert found == pytest.approx((total(STEP) - total(-STEP)) / (2.0 * STEP), abs=0.02)
+
+
+@pytest.mark.parametrize("association", ["minimum zone", "least squares"])
+def test_roundness_in_the_plane_of_a_face_follows_that_face(association: str) -> None:
+    part = KnownPart()
+    part.add("top", Shape.PLANE, face(motion(0, 0, 0)))
+    surface, normals = ring(motion(0, 0, 0), 12.0, inner=True)
+    deep = surface - 8.0 * np.abs(np.sin(2.4 * np.arange(12.0)))[:, None] * [0.0, 0.0, 1.0]
+    part.add("bore", Shape.CIRCLE, (deep, normals), diameter=24.0, side="inner", projection="top")
+    rng = np.random.default_rng(8)
+    noise = rng.normal(0.0, 0.01, (len(part.points), 3))
+    # The face turns, and so does what is seen of touches at many depths.
+    lever = np.array([point.tip_world for point in part.points[:9]])
+    lever = lever - lever.mean(axis=0)
+    shift = np.zeros_like(noise)
+    shift[:9] = np.outer(lever @ part.place.rotation[:, 0], part.place.rotation[:, 2])
+    item = asked("roundness", "bore", association=association)
+    values = [
+        evaluate(item, part.actual(moved(part.points, noise + by * shift)), None)
+        for by in (1e-6, -1e-6, 0.0)
+    ]
+    difference = (values[0].value - values[1].value) / 2e-6
+    slope = float(values[2].gradient[:-1] @ shift.ravel())
+    assert abs(difference) > 1.0
+    assert slope == pytest.approx(difference, rel=0.02)
