@@ -179,8 +179,8 @@ def make_fit(
         geometry=geometry,
         jacobian=jacobian,
         residuals=residuals,
-        rms=float(np.sqrt(np.mean(residuals**2))),
-        form=float(np.ptp(residuals)),
+        rms=float(np.sqrt(residuals @ residuals / len(residuals))),
+        form=float(residuals.max() - residuals.min()),
         criterion=criterion,
         contacts=contacts,
     )

@@ -13,7 +13,8 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.common import degenerate
 from ocmm_core.features.fit.flat_kernel import BALL, DISC
-from ocmm_core.features.fit.solver import derivatives, minimise, sensitivity
+from ocmm_core.features.fit.point_kernel import taubin
+from ocmm_core.features.fit.solver import derivatives, gains, minimise
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 
@@ -38,15 +39,17 @@ class Ball:
         (n, d): unit vectors from the centre to the points.
     residuals
         (n,): positive outside.
-    jacobian
-        (d + 1, n): d(centre, radius) / d(shift of a point along its normal).
+    gain, shifts
+        (d + 1, k) and (n, k): the first times the second transposed is d(centre, radius) /
+        d(shift of a point along its normal).
     """
 
     centre: Float
     radius: float
     normals: Float
     residuals: Float
-    jacobian: Float
+    gain: Float
+    shifts: Float
 
 
 def taubin_moments(centred_points: Float) -> tuple[Float, Float]:
@@ -98,7 +101,8 @@ def fit_ball(shape: Shape, points: Float) -> Ball:
         else "they lie in a plane or on too small a patch",
         "Spread the points over more of the feature.",
     )
-    moments, mean_square = taubin_moments(points)
+    moments = np.empty((d + 1, d + 1))
+    mean_square = np.array(taubin(points, moments))
     centre, radius = taubin_centre(np.linalg.eigh(moments)[1][:, 0], mean_square)
     start = np.zeros(8)
     start[:d], start[d] = centre, radius
@@ -110,10 +114,11 @@ def fit_ball(shape: Shape, points: Float) -> Ball:
     if not solution.converged:
         raise not_converged(shape)
     residuals, jacobian, _ = derivatives(kind, points, solution.parameters)
-    inverse, condition = sensitivity(jacobian)
+    gain, shifts, condition = gains(jacobian)
     if condition > WORST_CONDITION:
         raise flat
-    return Ball(solution.parameters[:d], radius_found, -jacobian[:, :d], residuals, -inverse)
+    normals = -jacobian[:, :d]
+    return Ball(solution.parameters[:d], radius_found, normals, residuals, -gain, shifts)
 
 
 def not_converged(shape: Shape) -> FitError:

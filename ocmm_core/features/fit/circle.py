@@ -83,6 +83,8 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
 
 def _outline(points: Float, _size: float) -> Outline:
     ball = fit_ball(Shape.CIRCLE, points)
-    jacobian = np.zeros((5, len(points)))
-    jacobian[0:2], jacobian[3] = ball.jacobian[0:2], ball.jacobian[2]
-    return Outline(ball.centre, ball.radius, 0.0, None, ball.normals, ball.residuals, jacobian)
+    gain = np.zeros((5, ball.gain.shape[1]))
+    gain[0:2], gain[3] = ball.gain[0:2], ball.gain[2]
+    return Outline(
+        ball.centre, ball.radius, 0.0, None, ball.normals, ball.residuals, gain, ball.shifts
+    )

@@ -7,6 +7,7 @@ which short arcs prefer.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
@@ -16,10 +17,12 @@ from ocmm_core.features.fit.ball import LARGEST_RADIUS, WORST_CONDITION, not_con
 from ocmm_core.features.fit.common import FLAT, degenerate
 from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.flat_kernel import ELLIPSE
-from ocmm_core.features.fit.solver import Solution, derivatives, minimise, sensitivity
+from ocmm_core.features.fit.solver import Solution, derivatives, gains, minimise
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
+NEAR = 0.02
+"""Root mean squared residual against the short axis below which no other minimum is looked for."""
 ROUNDEST = 1e-7
 """Relative difference of the axes below which an ellipse has no long one."""
 
@@ -74,7 +77,7 @@ def _outline(points: Float, size: float, offset: float) -> Outline:
         a, b = solution.parameters[3:5]
         if solution.converged and 0.0 < b < LARGEST_RADIUS and 0.0 < a < LARGEST_RADIUS:
             found.append(solution)
-            if solution.cost < len(points) * FLAT**2:
+            if solution.cost < len(points) * (NEAR * min(a, b)) ** 2:
                 break
     if not found:
         extents = np.linalg.svd(points, compute_uv=False)
@@ -83,7 +86,7 @@ def _outline(points: Float, size: float, offset: float) -> Outline:
     if abs(p[3] - p[4]) < ROUNDEST * max(p[3], p[4]):
         raise flat
     residuals, jacobian, _ = derivatives(ELLIPSE, points, p)
-    inverse, condition = sensitivity(jacobian)
+    gain, shifts, condition = gains(jacobian)
     if condition > WORST_CONDITION:
         raise flat
     long, short = max(p[3], p[4]), min(p[3], p[4])
@@ -94,52 +97,57 @@ def _outline(points: Float, size: float, offset: float) -> Outline:
             f"not smaller than theirs, {size * short**2 / long:.3f} mm.",
             "Use a smaller ball, or check the side in the plan.",
         )
-    return oblong(p, residuals, jacobian, -inverse)
+    return oblong(p, residuals, jacobian, -gain, shifts)
 
 
-def oblong(p: Float, residuals: Float, jacobian: Float, by_shift: Float) -> Outline:
+def oblong(
+    p: Float, residuals: Float, jacobian: Float, gain: Float, shifts: Float
+) -> Outline:
     """Return the outline of parameters (8,) of `flat_kernel`, its longer half size first.
 
-    ``jacobian`` is (n, 5) by a step, ``by_shift`` (5, n) the step by shifts of the points.
+    ``jacobian`` is (n, 5) by a step, ``gain`` and ``shifts`` are as in `flat.Outline`, for a step.
     """
     turn, order = float(p[2]), [0, 1, 2, 3, 4]
     c, s = np.cos(turn), np.sin(turn)
     frame = np.array([[c, s], [-s, c]])
-    rows = by_shift.copy()
-    rows[0:2] = frame.T @ by_shift[0:2]
+    rows = gain.copy()
+    rows[0:2] = frame.T @ gain[0:2]
     if p[4] > p[3]:
         turn, order = turn + 0.5 * np.pi, [0, 1, 2, 4, 3]
     return Outline(
         p[0:2].copy(), float(p[order[3]]), float(p[order[4]]), turn, -jacobian[:, 0:2] @ frame,
-        residuals, rows[order],
+        residuals, rows[order], shifts,
     )  # fmt: skip
 
 
-def _starts(points: Float, offset: float) -> list[Float]:
+def _starts(points: Float, offset: float) -> Iterator[Float]:
+    """Yield start parameters (8,), the most promising ones first."""
     x, y = points[:, 0], points[:, 1]
-    columns = np.stack([x * x, x * y, y * y, x, y, np.ones(len(x))], axis=1)
-    scatter = columns.T @ columns
+    columns = np.stack([x * x, x * y, y * y, x, y, np.ones(len(x))])
+    scatter = columns @ columns.T
     quadratic, mixed, linear = scatter[:3, :3], scatter[:3, 3:], scatter[3:, 3:]
-    conics = []
     try:
         to_linear = -np.linalg.solve(linear, mixed.T)
-        reduced = quadratic + mixed @ to_linear
-        # The inverse of the constraint 4 a c - b^2 = 1.
-        system = np.stack([0.5 * reduced[2], -reduced[1], 0.5 * reduced[0]])
-        vectors = np.linalg.eig(system)[1].real
-        inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
-        first = vectors[:, int(np.argmax(inside))]
-        conics.append(np.concatenate([first, to_linear @ first]))
     except np.linalg.LinAlgError:
-        pass
-    conics.append(np.linalg.svd(columns, full_matrices=False)[2][-1])
-    found = [_of_conic(conic, offset) for conic in conics]
-    starts = [start for start in found if start is not None]
-    # Where neither is one: the principal axes of the points.
+        # They lie on a straight line, which is told later.
+        return
+    reduced = quadratic + mixed @ to_linear
+    # The inverse of the constraint 4 a c - b^2 = 1.
+    system = np.stack([0.5 * reduced[2], -reduced[1], 0.5 * reduced[0]])
+    vectors = np.linalg.eig(system)[1].real
+    inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
+    first = vectors[:, int(np.argmax(inside))]
+    start = _of_conic(np.concatenate([first, to_linear @ first]), offset)
+    if start is not None:
+        yield start
+    start = _of_conic(np.linalg.svd(columns.T, full_matrices=False)[2][-1], offset)
+    if start is not None:
+        yield start
+    # Where neither is an ellipse: the principal axes of the points.
     extents, axes = np.linalg.svd(points, full_matrices=False)[1:]
     turn = np.arctan2(axes[0, 1], axes[0, 0])
     sizes = extents * np.sqrt(2.0 / len(points))
-    return [*starts, np.array([0.0, 0.0, turn, sizes[0], sizes[1] + 1e-3, 0.0, 0.0, offset])]
+    yield np.array([0.0, 0.0, turn, sizes[0], sizes[1] + 1e-3, 0.0, 0.0, offset])
 
 
 def _of_conic(conic: Float, offset: float) -> Float | None:

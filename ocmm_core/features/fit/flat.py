@@ -13,7 +13,8 @@ from typing import TypeAlias
 import numpy as np
 
 from ocmm_core.features.fit.common import centred, checked_points, oriented
-from ocmm_core.features.fit.plane import plane_of
+from ocmm_core.features.fit.plane import own_plane
+from ocmm_core.features.fit.point_kernel import spread
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -45,8 +46,9 @@ class Outline:
         (n, 2): unit vectors, outwards, at the points.
     residuals
         (n,): positive outside.
-    jacobian
-        (5, n): d(centre, turn, radius, second) / d(shift of a point along its normal).
+    gain, shifts
+        (5, k) and (n, k): the first times the second transposed is d(centre, turn, radius, second)
+        / d(shift of a point along its normal).
     """
 
     centre: Float
@@ -55,8 +57,11 @@ class Outline:
     turn: float | None
     normals: Float
     residuals: Float
-    jacobian: Float
+    gain: Float
+    shifts: Float
 
+
+_NOTHING = np.zeros((GEOMETRY_SIZE, 3))
 
 OutlineFit: TypeAlias = Callable[[Float, float], Outline]
 """Finds the outline of centred points (n, 2), given also their size in mm."""
@@ -73,18 +78,20 @@ def fit_in_own_plane(
         Too few points, or they do not determine the shape.
     """
     points = checked_points(shape, points)
-    plane = plane_of(shape, points, direction_hint)
-    fit, _ = _in_plane(shape, points, plane.direction, outline_fit)
-    jacobian = fit.jacobian
-    tilt = plane.jacobian[DIRECTION]
-    jacobian[DIRECTION] = tilt
+    plane = own_plane(shape, points, direction_hint)
+    normal = plane.axes[2]
+    basis = np.stack([plane.axes[0], _cross(normal, plane.axes[0])])
+    placed = _in_plane(plane.centroid, plane.about, plane.size, normal, basis, outline_fit)
+    jacobian = placed.jacobian(normal)
     # A tilt of the plane moves a centre that is not the centroid out of it, and takes the direction
     # of the length along; how it shears the points within the plane is of the order of the
     # residuals and left out (`shapes.Fit`).
-    jacobian[POINT] -= np.outer(plane.direction, (fit.point - plane.point) @ tilt)
-    if fit.across.any():
-        jacobian[ACROSS] -= np.outer(plane.direction, fit.across @ tilt)
-    return fit
+    tilt = np.zeros((GEOMETRY_SIZE, 2))
+    tilt[DIRECTION] = plane.tilt
+    tilt[POINT] = -normal[:, None] * (placed.lever @ plane.tilt)
+    tilt[ACROSS] = -normal[:, None] * (placed.geometry[ACROSS] @ plane.tilt)
+    spread(tilt, plane.shifts, normal[None], _NOTHING, jacobian)
+    return make_fit(shape, placed.geometry, jacobian, plane.size * placed.outline.residuals)
 
 
 def fit_in_given_plane(
@@ -119,46 +126,81 @@ def fit_in_given_plane(
     """
     points = checked_points(shape, points)
     normal = unit(np.asarray(plane_normal, dtype=np.float64))
-    return _in_plane(shape, points, normal, outline_fit)
+    centroid, about, size = centred(shape, points)
+    basis = np.stack(perpendicular_pair(normal))
+    placed = _in_plane(centroid, about, size, normal, basis, outline_fit)
+    fit = make_fit(
+        shape, placed.geometry, placed.jacobian(normal), size * placed.outline.residuals
+    )
+
+    # A turn of the normal shifts every projection by its height, and the plane about the centroid.
+    height = size * (about @ normal)
+    by_normal = -placed.gain @ (placed.outline.shifts.T @ (height[:, None] * placed.outward))
+    by_normal[POINT] -= np.outer(normal, placed.lever)
+    by_normal[ACROSS] -= np.outer(normal, fit.across)
+    by_normal[DIRECTION] = np.eye(3) - np.outer(normal, normal)
+    return fit, by_normal
+
+
+@dataclass(frozen=True, slots=True)
+class _Placed:
+    """An outline in space.
+
+    Attributes
+    ----------
+    outline
+        In the plane.
+    geometry
+        (12,).
+    gain
+        (12, k): d(geometry) / d(shifts of the points in the plane), by the outline's shifts.
+    outward
+        (n, 3): unit normals of the outline at the points.
+    lever
+        (3,), mm: from the centroid of the points to the centre.
+    """
+
+    outline: Outline
+    geometry: Float
+    gain: Float
+    outward: Float
+    lever: Float
+
+    def jacobian(self, normal: Float) -> Float:
+        """Return d(geometry) / d(points), (12, 3 n), the normal (3,) of the plane being given."""
+        n = len(self.outward)
+        constant = np.zeros((GEOMETRY_SIZE, 3))
+        constant[POINT] = normal[:, None] * (normal / n)
+        jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
+        spread(self.gain, self.outline.shifts, self.outward, constant, jacobian)
+        return jacobian
 
 
 def _in_plane(
-    shape: Shape, points: Points3, normal: Float, outline_fit: OutlineFit
-) -> tuple[Fit, Float]:
-    n = len(points)
-    # Far from the origin a projection would round like a coordinate there.
-    corner = points[0]
-    basis = np.stack(perpendicular_pair(normal))
-    arms = points - corner
-    middle, about, size = centred(shape, arms @ basis.T)
-    height = arms @ normal
-    outline = outline_fit(about, size)
-
-    centroid = corner + middle @ basis + height.mean() * normal
+    centroid: Float,
+    about: Float,
+    size: float,
+    normal: Float,
+    basis: Float,
+    outline_fit: OutlineFit,
+) -> _Placed:
+    outline = outline_fit(about @ basis.T, size)
     lever = (size * outline.centre) @ basis
     geometry = element(centroid + lever, normal, size * outline.radius)
     geometry[SECOND] = size * outline.second
-    by_shift = np.zeros((GEOMETRY_SIZE, n))
-    by_shift[POINT] = basis.T @ outline.jacobian[0:2]
-    by_shift[RADIUS] = outline.jacobian[3]
-    by_normal = np.zeros((GEOMETRY_SIZE, 3))
+    gain = np.zeros((GEOMETRY_SIZE, outline.gain.shape[1]))
+    gain[POINT] = basis.T @ outline.gain[0:2]
+    gain[RADIUS] = outline.gain[3]
     if outline.turn is not None:
-        by_shift[SECOND] = outline.jacobian[4]
-        across = oriented(
-            np.cos(outline.turn) * basis[0] + np.sin(outline.turn) * basis[1], None
-        )
+        gain[SECOND] = outline.gain[4]
+        across = oriented(np.cos(outline.turn) * basis[0] + np.sin(outline.turn) * basis[1], None)
         geometry[ACROSS] = across
-        by_shift[ACROSS] = np.outer(np.cross(normal, across), outline.jacobian[2] / size)
-        by_normal[ACROSS] = -np.outer(normal, across)
-    outward = outline.normals @ basis
-    jacobian = by_shift[:, :, None] * outward
-    jacobian[POINT] += np.outer(normal, normal)[:, None, :] / n
+        gain[ACROSS] = _cross(normal, across)[:, None] * (outline.gain[2] / size)
+    return _Placed(outline, geometry, gain, outline.normals @ basis, lever)
 
-    # A turn of the normal shifts every projection by its height, and the plane about the centroid.
-    by_normal -= (by_shift * (height - height.mean())) @ outward
-    by_normal[POINT] -= np.outer(normal, lever)
-    by_normal[DIRECTION] = np.eye(3) - np.outer(normal, normal)
-    fit = make_fit(
-        shape, geometry, jacobian.reshape(GEOMETRY_SIZE, 3 * n), size * outline.residuals
+
+def _cross(a: Float, b: Float) -> Float:
+    """Return the cross product (3,); numpy's spends twenty times as long on axes."""
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     )
-    return fit, by_normal

@@ -82,9 +82,9 @@ def ball_terms(
 def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
     """Return cosine and sine of the eccentric anomaly of the nearest point of an ellipse.
 
-    Newton's iteration on a convex function from its safe side (D. Eberly, Distance from a point to
-    an ellipse, 2013), which always ends at the nearest foot, counted from the end of the shorter
-    axis so that nothing cancels there.
+    Newton's iteration on a convex function (D. Eberly, Distance from a point to an ellipse, 2013),
+    which always ends at the nearest foot, counted from the end of the shorter axis so that nothing
+    cancels there.
     """
     if a >= b:
         long, short, along, beside = a, b, abs(x), abs(y)
@@ -92,16 +92,17 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
         long, short, along, beside = b, a, abs(y), abs(x)
     beside = max(beside, 1e-18 * long)
     gap = long * long - short * short
-    t = max(short * beside, long * along - gap)
+    least = max(short * beside, long * along - gap)
+    # On the ellipse itself t is the square of the short axis. From beyond the solution the first
+    # step leads back to its safe side, or further than that.
+    t = max(least, short * short)
     for _ in range(80):
         first, second = long * along / (t + gap), short * beside / t
         first, second = first * first, second * second
-        excess = first + second - 1.0
-        if excess <= 0.0:
-            break
-        change = 0.5 * excess / (first / (t + gap) + second / t)
-        t += change
-        if change < 1e-16 * t:
+        change = 0.5 * (first + second - 1.0) / (first / (t + gap) + second / t)
+        t = max(t + change, least)
+        # The next step would be as small as the square of this one.
+        if abs(change) < 1e-9 * t:
             break
     c, s = long * along / (t + gap), short * beside / t
     length = np.sqrt(c * c + s * s)

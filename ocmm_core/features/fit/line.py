@@ -11,9 +11,19 @@ from ocmm_core.features.fit.common import (
     oriented,
     principal_axes,
 )
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.features.fit.point_kernel import spread
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    GEOMETRY_SIZE,
+    POINT,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
 from ocmm_core.geometry import Float, Points3
 
+NOTHING = np.zeros((GEOMETRY_SIZE, 3))
 ROUNDEST = 0.5
 """Second extent against the first beyond which a cloud of points has no direction."""
 
@@ -41,16 +51,19 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
         )
     direction = oriented(axes[0], direction_hint)
     along = about @ direction
-    across = about - np.outer(along, direction)
+    across = about - along[:, None] * direction
     sides = np.where(across @ axes[1] < 0.0, -1.0, 1.0)
 
     n = len(points)
-    projector = np.eye(3) - np.outer(direction, direction)
-    jacobian = np.zeros((GEOMETRY_SIZE, n, 3))
-    jacobian[[0, 1, 2], :, [0, 1, 2]] = 1.0 / n
-    jacobian[3:6] = projector[:, None, :] * (along / (size * (along @ along)))[:, None]
+    # A point moves the direction by its part across the line, whichever way that points.
+    gain, constant = np.zeros((GEOMETRY_SIZE, 1)), np.zeros((GEOMETRY_SIZE, 3))
+    constant[POINT] = np.eye(3) / n
+    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
+    spread(gain, along[:, None], direction[None], constant, jacobian)
+    arms = (along / (size * (along @ along)))[:, None]
+    for beside in axes[1:]:
+        gain[DIRECTION, 0] = beside
+        spread(gain, arms, beside[None], NOTHING, jacobian)
     geometry = element(centroid, direction)
-    residuals = size * sides * np.linalg.norm(across, axis=1)
-    return make_fit(
-        Shape.LINE, geometry, jacobian.reshape(GEOMETRY_SIZE, 3 * n), residuals
-    )
+    residuals = size * sides * np.sqrt(np.einsum("nk,nk->n", across, across))
+    return make_fit(Shape.LINE, geometry, jacobian, residuals)

@@ -17,7 +17,8 @@ MAX_STEPS = 100
 CONVERGED = 1e-13
 """Length of a step, against that of the parameters, below which the iteration has converged."""
 STAGNATED = 1e-8
-"""The same where rounding keeps the steps from becoming shorter."""
+"""The same where rounding keeps the steps from becoming shorter, and for a step of Newton's without
+damping: the next one would be as short as its square."""
 NOISE_OF_COST = 1e-12
 """Relative increase of the cost that counts as rounding."""
 
@@ -112,7 +113,8 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     last_length = np.inf
     for _ in range(MAX_STEPS):
         # Where it is not convex a Newton step might climb; a Gauss-Newton step does not.
-        solved = _solved(normal, curvature, gradient, damping, 1.0, factor, step) or _solved(
+        convex = _solved(normal, curvature, gradient, damping, 1.0, factor, step)
+        solved = convex or _solved(
             normal, curvature, gradient, max(damping, 1e-14), 0.0, factor, step
         )
         new_cost = np.inf
@@ -140,7 +142,8 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         curvature, new_curvature = new_curvature, curvature
         # A damped step is short because it is damped, which proves nothing.
         if damping < 1e-3 and (
-            length < CONVERGED or (length < STAGNATED and length > 0.5 * last_length)
+            length < CONVERGED
+            or (length < STAGNATED and (length > 0.5 * last_length or (convex and damping == 0.0)))
         ):
             return cost, True
         _normal(jacobian, residuals, normal, gradient)

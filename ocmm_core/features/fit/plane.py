@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ocmm_core.features.fit.common import (
@@ -12,7 +14,16 @@ from ocmm_core.features.fit.common import (
     oriented,
     principal_axes,
 )
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.features.fit.point_kernel import spread
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    GEOMETRY_SIZE,
+    POINT,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
 from ocmm_core.geometry import Float, Points3
 
 THICKEST = 0.5
@@ -28,10 +39,46 @@ def fit_plane(points: Points3, direction_hint: Float | None = None) -> Fit:
         Too few points, or they do not determine a plane.
     """
     points = checked_points(Shape.PLANE, points)
-    return plane_of(Shape.PLANE, points, direction_hint)
+    plane = own_plane(Shape.PLANE, points, direction_hint)
+    n = len(points)
+    normal = plane.axes[2]
+    gain, constant = np.zeros((GEOMETRY_SIZE, 2)), np.zeros((GEOMETRY_SIZE, 3))
+    gain[DIRECTION], constant[POINT] = plane.tilt, np.eye(3) / n
+    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
+    spread(gain, plane.shifts, normal[None], constant, jacobian)
+    residuals = plane.size * (plane.about @ normal)
+    return make_fit(Shape.PLANE, element(plane.centroid, normal), jacobian, residuals)
 
 
-def plane_of(shape: Shape, points: Points3, direction_hint: Float | None) -> Fit:
+@dataclass(frozen=True, slots=True)
+class OwnPlane:
+    """The plane of some points.
+
+    Attributes
+    ----------
+    centroid
+        (3,), mm.
+    about
+        (n, 3): points about it, divided by their size.
+    size
+        mm.
+    axes
+        (3, 3), by rows: the two greater principal axes, and the oriented normal.
+    shifts
+        (n, 2): places of the points along the two axes.
+    tilt
+        (3, 2): d(normal) / d(shifts of the points along the normal), by ``shifts``.
+    """
+
+    centroid: Float
+    about: Float
+    size: float
+    axes: Float
+    shifts: Float
+    tilt: Float
+
+
+def own_plane(shape: Shape, points: Points3, direction_hint: Float | None) -> OwnPlane:
     """Return the plane through checked ``points``; errors speak of ``shape``."""
     centroid, about, size = centred(shape, points)
     extents, axes = principal_axes(about)
@@ -45,15 +92,7 @@ def plane_of(shape: Shape, points: Points3, direction_hint: Float | None) -> Fit
             "their scatter across the plane is nearly as great as their breadth in it",
             "Take the points further apart, not along one line.",
         )
-    normal = oriented(axes[2], direction_hint)
-
-    n = len(points)
-    jacobian = np.zeros((GEOMETRY_SIZE, n, 3))
-    jacobian[[0, 1, 2], :, [0, 1, 2]] = 1.0 / n
-    # How the normal tilts when a point moves along it.
-    arms = (about @ axes[:2].T) / (-size * extents[:2] ** 2)
-    jacobian[3:6] = (axes[:2].T @ arms.T)[:, :, None] * normal
-    geometry = element(centroid, normal)
-    return make_fit(
-        shape, geometry, jacobian.reshape(GEOMETRY_SIZE, 3 * n), size * (about @ normal)
-    )
+    axes[2] = oriented(axes[2], direction_hint)
+    shifts = about @ axes[:2].T
+    tilt = axes[:2].T / (-size * extents[:2] ** 2)
+    return OwnPlane(centroid, about, size, axes, shifts, tilt)

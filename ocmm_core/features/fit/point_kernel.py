@@ -117,3 +117,71 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
                     axes[j, k], axes[j + 1, k] = axes[j + 1, k], axes[j, k]
     for i in range(3):
         extents[i] = np.sqrt(gram[i, i])
+
+
+@compiled(reorder=True)
+def taubin(points: Float, moments: Float) -> float:
+    """Put the moments of Taubin's ball (d + 1, d + 1) of centred points (n, d); return their size.
+
+    See `ball.taubin_moments`, which does the same for many sets of points at once.
+    """
+    n, d = points.shape
+    square = 0.0
+    for row in range(n):
+        for k in range(d):
+            square += points[row, k] * points[row, k]
+    mean = square / n
+    scale = 0.5 / np.sqrt(mean)
+    for i in range(d + 1):
+        for j in range(d + 1):
+            moments[i, j] = 0.0
+    for row in range(n):
+        first = -mean
+        for k in range(d):
+            first += points[row, k] * points[row, k]
+        first *= scale
+        moments[0, 0] += first * first
+        for i in range(d):
+            moments[i + 1, 0] += first * points[row, i]
+            for j in range(i + 1):
+                moments[i + 1, j + 1] += points[row, i] * points[row, j]
+    for i in range(d + 1):
+        for j in range(i + 1):
+            moments[i, j] /= n
+            moments[j, i] = moments[i, j]
+    size: float = mean
+    return size
+
+
+@compiled()
+def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian: Float) -> None:
+    """Add how a geometry changes with the points to ``jacobian`` (12, 3 n).
+
+    Parameters
+    ----------
+    gain
+        (12, k): d(geometry) / d(step of the fit).
+    shifts
+        (n, k): how much a shift of each point along its normal takes part in the step.
+    normals
+        (n, 3), or (1, 3) where all points have the same.
+    constant
+        (12, 3): what every point adds, whichever way it moves.
+    """
+    n, k = shifts.shape
+    single = len(normals) == 1
+    for place in range(len(gain)):
+        used = False
+        for j in range(k):
+            used = used or gain[place, j] != 0.0
+        for j in range(3):
+            used = used or constant[place, j] != 0.0
+        if not used:
+            continue
+        for row in range(n):
+            total = 0.0
+            for j in range(k):
+                total += gain[place, j] * shifts[row, j]
+            normal = normals[0 if single else row]
+            for j in range(3):
+                jacobian[place, 3 * row + j] += total * normal[j] + constant[place, j]

@@ -16,7 +16,7 @@ from ocmm_core.features.fit.ellipse import oblong
 from ocmm_core.features.fit.flat import Outline, OutlineFit, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.flat_kernel import ROUND_ENDS, SQUARE_ENDS
 from ocmm_core.features.fit.search import chosen, minima, near_sizes
-from ocmm_core.features.fit.solver import derivatives, sensitivity
+from ocmm_core.features.fit.solver import derivatives, gains
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
@@ -89,10 +89,10 @@ def _outline(
         expected = partial(near_sizes, expected=(sizes_hint[0] / size, sizes_hint[1] / size))
     p = chosen(shape, solutions, len(points), expected)
     residuals, jacobian, _ = derivatives(kind, points, p)
-    inverse, condition = sensitivity(jacobian)
+    gain, shifts, condition = gains(jacobian)
     if condition > WORST_CONDITION:
         raise flat
-    return oblong(p, residuals, jacobian, -inverse)
+    return oblong(p, residuals, jacobian, -gain, shifts)
 
 
 def _long(p: Float) -> bool:

@@ -66,23 +66,28 @@ def moved(kind: int, parameters: Float, step: Float) -> Float:
     return after
 
 
-def sensitivity(jacobian: Float) -> tuple[Float, float]:
-    """Return the pseudoinverse (k, n) of ``jacobian`` (n, k) and its condition number.
+def gains(jacobian: Float) -> tuple[Float, Float, float]:
+    """Return the pseudoinverse of ``jacobian`` (n, k) in two parts, and its condition number.
 
-    The columns are scaled to length one first, so that the condition number tells of the
-    geometry of the points and not of units.
+    It is the first part (k, k) times the second (n, k) transposed. The columns are scaled to length
+    one first, so that the condition number tells of the geometry of the points and not of units.
     """
     normal = jacobian.T @ jacobian
     scale = np.sqrt(np.diag(normal))
     scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(normal / (scale[:, None] * scale))
     if values[0] > WELL_CONDITIONED * values[-1]:
         rotated = vectors / scale[:, None]
-        well: Float = (rotated / values) @ rotated.T @ jacobian.T
-        return well, float(np.sqrt(values[-1] / values[0]))
+        return (rotated / values) @ rotated.T, jacobian, float(np.sqrt(values[-1] / values[0]))
     # Squaring has lost too much; the pseudoinverse itself has not.
     u, s, vt = np.linalg.svd(jacobian / scale, full_matrices=False)
     condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
     inverse_s = np.where(s > 1e-300, 1.0 / np.maximum(s, 1e-300), 0.0)
-    inverse: Float = (vt.T * inverse_s) @ u.T / scale[:, None]
+    return np.eye(len(scale)), u @ (vt * inverse_s[:, None] / scale), condition
+
+
+def sensitivity(jacobian: Float) -> tuple[Float, float]:
+    """Return the pseudoinverse (k, n) of ``jacobian`` (n, k) and its condition number."""
+    gain, shifts, condition = gains(jacobian)
+    inverse: Float = gain @ shifts.T
     return inverse, condition
