@@ -18,6 +18,7 @@ from ocmm_core.cli.compose import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError
 from ocmm_core.inspection.view import JobView
 from ocmm_core.measuring.point import Refusal
+from ocmm_core.tolerances.characteristic import FORMS
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 
 _POLL_S = 0.05
@@ -108,7 +109,9 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
             console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
     if view.unproven:
         console.print(f"[bold red]{view.unproven}[/]", highlight=False)
-    console.print("Lengths in mm; U is the expanded uncertainty, k = 2.", style="dim")
+    console.print(
+        "Lengths in mm, angles in degrees; U is the expanded uncertainty, k = 2.", style="dim"
+    )
     if truth is not None:
         held, known = _held(view, truth)
         console.print(
@@ -212,7 +215,10 @@ def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
     inside = [
         abs(result.measured - truth[result.name]) <= result.uncertainty
         for result in view.characteristics
-        if result.measured is not None and result.uncertainty is not None and result.kind != "form"
+        if result.measured is not None
+        and result.uncertainty is not None
+        and result.kind not in FORMS
+        and result.name in truth
     ]
     return sum(inside), len(inside)
 

@@ -19,6 +19,7 @@ from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import Climate
 from ocmm_core.storage.rows import JobHead
 from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.decision import rule_id, rule_words
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_core.tracking.reference_body import ReferenceBody
 
@@ -196,13 +197,7 @@ class ReportData:
     @property
     def rule_words(self) -> str:
         """Return the decision rule in words."""
-        return _RULES.get(self.plan.rule, self.plan.rule)
-
-
-_RULES = {
-    "iso14253-1": "ISO 14253-1, conformance probability 95 %",
-    "simple": "simple acceptance, the uncertainty is left out",
-}
+        return rule_words(rule_id(self.plan.rule))
 
 
 def report_data(

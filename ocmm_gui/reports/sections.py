@@ -47,14 +47,14 @@ _FORMS: dict[Shape | None, str] = {
 
 _RESULT_COLUMNS = (
     Column("", 70.0),
-    Column("Characteristic", 370.0),
-    Column("Datums", 150.0),
-    Column("Nominal", 175.0, right=True),
-    Column("Limits", 190.0, right=True),
-    Column("Measured", 185.0, right=True),
-    Column("Deviation", 175.0, right=True),
-    Column("U (k=2)", 145.0, right=True),
-    Column("Verdict", 340.0),
+    Column("Characteristic", 380.0),
+    Column("Datums", 240.0),
+    Column("Nominal", 160.0, right=True),
+    Column("Limits", 170.0, right=True),
+    Column("Measured", 180.0, right=True),
+    Column("Deviation", 165.0, right=True),
+    Column("U (k=2)", 155.0, right=True),
+    Column("Verdict", 280.0),
 )
 
 _FEATURE_COLUMNS = (
@@ -170,7 +170,7 @@ def basis(canvas: Canvas, data: ReportData) -> None:
         rows.append(
             [
                 Field(result.name, STRONG),
-                Field(result.frame or data.system),
+                Field(result.frame.replace("|", " | ") or "–"),
                 Field(result.association or item.association or "least squares"),
                 Field(
                     "–" if result.interval is None
@@ -207,9 +207,10 @@ def records(canvas: Canvas, data: ReportData) -> None:
 
 def element_words(element: Element) -> str:
     """Return an element in up to three lines: where it is, where it points to, how large it is."""
-    parts = ["x {:.4f}  y {:.4f}  z {:.4f}".format(*element.point)]
+    # Adding zero to what is rounded takes the sign from -0.0.
+    parts = ["x {:.4f}  y {:.4f}  z {:.4f}".format(*(element.point.round(4) + 0.0))]
     if element.direction is not None:
-        parts.append("i {:.5f}  j {:.5f}  k {:.5f}".format(*element.direction))
+        parts.append("i {:.5f}  j {:.5f}  k {:.5f}".format(*(element.direction.round(5) + 0.0)))
     named = (("Ø", element.diameter), ("length", element.length), ("width", element.width))
     sizes = [f"{name} {value:.4f}" for name, value in named if value is not None]
     if element.angle_deg is not None:
@@ -237,7 +238,7 @@ def symbol_of(item: ReportedResult, data: ReportData) -> str:
 
 def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
     result = item.result
-    places = 4
+    places, unit = 4, "°" if item.unit == "deg" else ""
     limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
     if item.one_sided:
         limits = f"≤ {result.upper:.{places}f}"
@@ -248,9 +249,9 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
     numbers = ("–", "–", "–")
     if None not in (result.measured, result.deviation, result.uncertainty):
         numbers = (
-            f"{result.measured:.{places}f}",
-            f"{result.deviation:+.{places}f}",
-            f"{result.uncertainty:.{places}f}",
+            f"{result.measured:.{places}f}{unit}",
+            f"{result.deviation:+.{places}f}{unit}",
+            f"{result.uncertainty:.{places}f}{unit}",
         )
     word = f"{_MARKS[result.verdict]} {result.verdict.value}"
     if result.leaning:
