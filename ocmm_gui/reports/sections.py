@@ -242,6 +242,9 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
     limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
     if item.one_sided:
         limits = f"≤ {result.upper:.{places}f}"
+    if result.bonus:
+        letter = "L" if item.asked is not None and "least" in item.asked.modifier else "M"
+        limits += f"\n({letter}) +{result.bonus:.{places}f}"
     colour = verdict_colour(INK, result.verdict)
     symbol = None
     if has_symbol(kind):
