@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.errors import FitError
 from ocmm_core.features import construct_geometry as geometry_of
@@ -178,14 +179,21 @@ def construct(
 
 
 def slopes(
-    construction: Construction, shapes: Sequence[Shape], geometries: Sequence[Float]
+    construction: Construction,
+    shapes: Sequence[Shape],
+    geometries: Sequence[Float],
+    moving: NDArray[np.bool_] | None = None,
 ) -> Float:
-    """Return d(`construct`) / d(geometries), (12, 12 k), by central differences."""
+    """Return d(`construct`) / d(geometries), (12, 12 k), by central differences.
+
+    ``moving`` (12 k,) says which of the numbers answer to any point; the others are left at zero.
+    """
     # Places are taken from their middle: rounding grows with them.
     inputs = np.array(geometries)
     inputs[:, POINT] -= inputs[:, POINT].mean(axis=0)
     by_inputs = np.zeros((GEOMETRY_SIZE, inputs.size))
-    for column in range(inputs.size):
+    columns = np.arange(inputs.size) if moving is None else np.flatnonzero(moving)
+    for column in columns:
         step = _STEPS[column % GEOMETRY_SIZE]
         ends = []
         for sign in (1.0, -1.0):
@@ -226,7 +234,8 @@ def _constructed(
     names = needed_features(item)
     shape = shapes_with(dict(zip(names, shapes, strict=True)), [item])[item.name]
     geometry = construct(item, shapes, geometries)
-    jacobian = slopes(item, shapes, geometries) @ np.vstack([f.jacobian for f in inputs])
+    moves = np.vstack([feature.jacobian for feature in inputs])
+    jacobian = slopes(item, shapes, geometries, np.any(moves, axis=1)) @ moves
     nothing = np.zeros((GEOMETRY_SIZE, 0))
     fit = Fit(shape, geometry, nothing, np.zeros(0), 0.0, 0.0)
     return ActualFeature(

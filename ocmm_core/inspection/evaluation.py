@@ -21,7 +21,7 @@ from ocmm_core.inspection.single_points import compensate_by_plan
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import reported_points
 from ocmm_core.measuring.uncertainty import joint_covariance
-from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.characteristic import FORMS, PROFILES, RUNOUTS, Characteristic
 from ocmm_core.tolerances.decision import not_measured, not_proven
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.results import evaluate_all
@@ -123,7 +123,7 @@ def _without_verdict(
     item: Characteristic, result: CharacteristicResult, feature: str
 ) -> CharacteristicResult:
     """Return a value while ``feature`` is still being probed: to look at, not to decide by."""
-    if item.kind == "form":
+    if item.kind in FORMS | PROFILES | RUNOUTS:
         # Every further point can only make form worse: a part of them says nothing.
         return not_measured(item, f"Form is judged when {feature} has all its points.")
     return replace(
@@ -138,7 +138,10 @@ def checked_features(
 ) -> dict[str, ActualFeature | FitError]:
     """Return every feature of a plan, probed or constructed, as the points show it, or why not."""
     actual = actual_features(plan.features, points)
-    T_part_from_world = frame_of(plan, actual | _constructed(plan, actual))
+    rule, known = plan.alignment, actual
+    if rule is not None and any(name not in actual for name in rule.features):
+        known = actual | _constructed(plan, actual)
+    T_part_from_world = frame_of(plan, known)
     if T_part_from_world is not None:
         actual |= compensate_by_plan(plan.features, points, T_part_from_world)
     for name, feature in actual.items():

@@ -8,7 +8,7 @@ import pytest
 from ocmm_core.alignment.datum_frame import datum_frame
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import DIRECTION, POINT, element
-from ocmm_core.geometry import RigidTransform, rotation_from_vector
+from ocmm_core.geometry import RigidTransform, rotation_from_vector, unit
 from tests.core.alignment.parts import NOMINALS, SHAPES, anywhere, measured
 
 
@@ -124,12 +124,29 @@ def test_a_choice_is_taken_again() -> None:
         )
 
 
+def test_the_datums_decide_over_senses_before_all_other_features() -> None:
+    """Every other feature was probed on a part that lies the other way round."""
+    rng = np.random.default_rng(7)
+    T_world_from_part = anywhere(rng)
+    over = RigidTransform(np.diag([-1.0, 1.0, -1.0]), np.zeros(3))
+    geometries = {
+        **measured(T_world_from_part.compose(over), rng),
+        **{k: v for k, v in measured(T_world_from_part, rng).items() if k in "XAH"},
+    }
+    frame = datum_frame(["X", "A", "H"], geometries, SHAPES, NOMINALS)
+    off = frame.T_frame_from_world.compose(T_world_from_part)
+    assert np.abs(off.rotation - np.eye(3)).max() < 1e-11
+
+
 def test_what_hardly_holds_the_part_is_refused() -> None:
     rng = np.random.default_rng(1)
     geometries = measured(anywhere(rng), rng)
     nominals = {**NOMINALS, "C": element((0.0, 0.0, 9.0), (0.01, 0.0, 1.0))}
     with pytest.raises(FitError, match="C hardly says how the part lies"):
         datum_frame(["A", "C"], geometries, SHAPES, nominals)
+    nominals = {**NOMINALS, "X": element((60.0, 0.0, -10.0), unit(np.array([0.01, 0.0, 1.0])), 4.0)}
+    with pytest.raises(FitError, match="X hardly says how the part lies"):
+        datum_frame(["A", "X"], geometries, SHAPES, nominals)
     nominals = {**NOMINALS, "G": element((20.3, 20.0, 0.0), (0.0, 0.0, 1.0), 5.0)}
     with pytest.raises(FitError, match="G hardly says how the part lies"):
         datum_frame(["A", "H", "G"], geometries, SHAPES, nominals)
