@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.header import NOT_GIVEN, header_of
+from ocmm_core.inspection.reopen_copy import copy_of_job
 from ocmm_core.storage.job_file import JobFile
 
 _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
@@ -44,13 +45,13 @@ class BatchPart:
 def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
     """Return the parts of a batch in a folder, oldest first.
 
-    Files that are no job files, that another program is measuring, or that are damaged are left
-    out: a list never keeps anybody from measuring.
+    Each file is looked at in a copy, so that one that is being measured is in the list, too. Files
+    that are no job files or damaged are left out: a list never keeps anybody from measuring.
     """
     found = []
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         try:
-            with JobFile.open(path, read_only=True) as job:
+            with copy_of_job(path) as copy, JobFile.open(copy) as job:
                 header = header_of(job.head, job.events())
                 points = len(job.points())
                 head = job.head

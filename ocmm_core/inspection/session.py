@@ -87,7 +87,6 @@ class InspectionSession(JobSteps):
                 "Begin a new job.",
             )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
-        self._points.sensitivities(self._reference)
         events = job.events()
         notes = [event.text for event in events if event.kind == _UNCALIBRATED]
         self._unproven = notes[-1] if notes else ""

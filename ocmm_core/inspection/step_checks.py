@@ -5,7 +5,13 @@ from __future__ import annotations
 from pathlib import PurePosixPath, PureWindowsPath
 
 from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.measuring.compensation import NOMINAL_SHAPES, SHANK_SHAPES
+from ocmm_core.features.shapes import Shape
+
+SHANK_SHAPES = (Shape.POINT, Shape.PLANE, Shape.LINE)
+"""Shapes that the axis of the probe stands on; along a bore it says nothing about the wall."""
+
+NOMINAL_SHAPES = tuple(shape for shape in Shape if shape is not Shape.LINE)
+"""Shapes whose plan says where the surface looks to; a line does not name its face."""
 
 LONGEST_TEXT = 500
 PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, unit
 from ocmm_core.measuring.point import Refusal, RefusalCode
 from ocmm_core.measuring.trigger import Touch, approach_direction
@@ -23,12 +22,6 @@ of the probe, or by the normal of the nominal surface."""
 
 WORDS = {"approach": "trail", "pulled": "pulled", "shank": "shank", "nominal": "nominal"}
 """What a measured point says about it (`MeasuredPoint.approach`)."""
-
-SHANK_SHAPES = (Shape.POINT, Shape.PLANE, Shape.LINE)
-"""Shapes that the axis of the probe stands on; along a bore it says nothing about the wall."""
-
-NOMINAL_SHAPES = tuple(shape for shape in Shape if shape is not Shape.LINE)
-"""Shapes whose plan says where the surface looks to; a line does not name its face."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,8 @@ from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.batch import next_serial, parts_of_batch
-from ocmm_core.inspection.header import check_header
+from ocmm_core.inspection.header import EVENT as HEADER
+from ocmm_core.inspection.header import check_header, header_text
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.plan_file import save_plan
@@ -199,6 +200,19 @@ def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
     assert [len(feature.points) for feature in view.features] == [4, 4, 0]
     assert view.features[2].skipped
     assert view.characteristics[1].verdict is Verdict.CONFORM
+
+
+def test_a_part_that_is_being_measured_is_in_the_list_of_its_batch(
+    bench: Bench, tmp_path: Path
+) -> None:
+    (tmp_path / "no-job.ocmm").write_bytes(b"something else")
+    with bench.job_at(tmp_path / "a.ocmm") as job:
+        job.append_event(HEADER, header_text(JobHeader("me", "P", "1", "O-7", "B")))
+        bench.session(job).take_touch(bench.touches[0])
+        (part,) = parts_of_batch(tmp_path, "B")
+        assert (part.serial, part.points, part.operator) == ("1", 1, "me")
+        assert parts_of_batch(tmp_path, "C") == ()
+        assert bench.session(job).view.header.order == "O-7"
 
 
 @pytest.mark.parametrize(
