@@ -26,6 +26,7 @@ from ocmm_core.measuring.compensation import METHODS
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.station.bus_watch import BusView
 from ocmm_core.station.station import MeasuringStation
+from ocmm_gui.evaluator import Evaluator
 from ocmm_gui.words import active_feature, shown_feature
 
 LIVE_MS = 31
@@ -82,6 +83,8 @@ class StationBridge(QObject):
         self._refused_elsewhere.connect(self.point_refused, queued)
         self._failed_elsewhere.connect(self.failed, queued)
         self._written_elsewhere.connect(self.cameras_written, queued)
+        # Fits and uncertainties cost neither the window its time nor the thread that tracks.
+        self._evaluator = Evaluator(station.job, self._changed_elsewhere.emit)
         station.changed.connect(self._on_changed)
         station.point_taken.connect(self._on_taken)
         station.point_refused.connect(self._on_refused)
@@ -98,6 +101,7 @@ class StationBridge(QObject):
 
     def start(self) -> None:
         """Start the station and the timer, and send the first snapshots."""
+        self._evaluator.start()
         self._command(self._station.start)
         self._timer.start()
         self._pull_live()
@@ -113,6 +117,7 @@ class StationBridge(QObject):
         self._station.point_taken.disconnect(self._on_taken)
         self._station.point_refused.disconnect(self._on_refused)
         self._station.failed.disconnect(self._on_failed)
+        self._evaluator.close()
         self._station.request_stop()
         stopped = self._station.join(CLOSE_LIMIT_S)
         if self._writing is not None:
@@ -315,9 +320,7 @@ class StationBridge(QObject):
             self.job_changed.emit(job)
 
     def _on_changed(self) -> None:
-        # The station evaluates the job for whoever asks first; here that is the thread that took
-        # the point, so that fits and uncertainties cost the window nothing.
-        self._changed_elsewhere.emit(self._station.job())
+        self._evaluator.wake()
 
     def _on_taken(self, point: MeasuredPoint) -> None:
         self._taken_elsewhere.emit(point)

@@ -1,0 +1,64 @@
+"""The job evaluated in a thread of its own, and no more often than somebody can look."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.view import JobView
+
+_PAUSE_S = 0.04
+"""Between two evaluations: whoever waits for the job meanwhile gets his turn."""
+_JOIN_S = 3.0
+
+_log = logging.getLogger(__name__)
+
+
+class Evaluator:
+    """Evaluate the job after its changes; several changes at once make one evaluation.
+
+    Parameters
+    ----------
+    evaluate
+        Gives the job as it stands.
+    tell
+        Gets it, on this thread.
+    """
+
+    def __init__(self, evaluate: Callable[[], JobView], tell: Callable[[JobView], None]) -> None:
+        self._evaluate, self._tell = evaluate, tell
+        self._changed, self._stop = threading.Event(), threading.Event()
+        self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
+
+    def start(self) -> None:
+        """Begin to wait for changes."""
+        if not self._thread.is_alive() and not self._stop.is_set():
+            self._thread.start()
+
+    def wake(self) -> None:
+        """Evaluate soon; returns at once."""
+        self._changed.set()
+
+    def close(self) -> None:
+        """End, after what is being evaluated; idempotent."""
+        self._stop.set()
+        self._changed.set()
+        if self._thread.is_alive():
+            self._thread.join(_JOIN_S)
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            self._changed.wait()
+            self._changed.clear()
+            if self._stop.is_set():
+                return
+            try:
+                job = self._evaluate()
+            except OcmmError:
+                # A job that was closed meanwhile has nothing to show any more.
+                _log.exception("The job could not be evaluated.")
+                continue
+            self._tell(job)
+            self._stop.wait(_PAUSE_S)

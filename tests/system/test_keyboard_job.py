@@ -1,0 +1,217 @@
+"""One picture-guided job of twelve features, done by keyboard alone in the real window.
+
+The operator of the virtual rig probes; everything else is keys: the header of the job, pause, flip,
+undo, a point that is deleted with a reason and put back, a feature that is skipped and measured
+later, alignment, results, and the report.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("PySide6.QtWidgets", exc_type=ImportError)
+
+import msgspec
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.plan_file import save_plan
+from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.inspection.view import FeatureState, JobView
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.main_window import MainWindow
+from ocmm_gui.notify import Notice, NoticeCentre
+from ocmm_gui.results.result_table import summary_words
+
+# Half a minute on two cores that have nothing else to do.
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+
+KEY = Qt.Key
+PATIENCE_MS = 120_000
+BOUNCE_MS = 200
+"""A trigger key that comes sooner after itself is a bouncing contact."""
+
+
+class Keyboard:
+    """A window that is reached by its keys only."""
+
+    def __init__(
+        self, qtbot: QtBot, bridge: StationBridge, window: MainWindow, notices: NoticeCentre
+    ) -> None:
+        self.qtbot, self.bridge, self.window = qtbot, bridge, window
+        self.errors: list[Notice] = []
+        notices.posted.connect(self._keep)
+
+    def _keep(self, notice: Notice) -> None:
+        if notice.is_error:
+            self.errors.append(notice)
+
+    def press(self, *keys: Qt.Key) -> None:
+        """Press keys; they go where the keyboard is."""
+        for key in keys:
+            widget = QApplication.focusWidget() or self.window
+            QTest.keyClick(widget, key)
+
+    def write(self, text: str) -> None:
+        """Write into the field that has the keyboard, in place of what is there."""
+        widget = QApplication.focusWidget()
+        QTest.keyClick(widget, KEY.Key_A, Qt.KeyboardModifier.ControlModifier)
+        QTest.keyClicks(widget, text)
+
+    def until(self, state: Callable[[JobView], bool]) -> JobView:
+        """Wait until the job is in a state, and return it."""
+        self.qtbot.waitUntil(lambda: state(self.bridge.job()), timeout=PATIENCE_MS)
+        return self.bridge.job()
+
+
+@pytest.fixture
+def keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Keyboard]:
+    """Return the keyboard of a window on the job of twelve features; nothing runs yet."""
+    qapp.setStyle("Fusion")
+    plan = tmp_path / "gauge.toml"
+    shipped = load_plan(resource("plans", "gauge.toml"))
+    features = [
+        # Half the points for half the time: one more than the shape needs is enough for keys.
+        msgspec.structs.replace(
+            feature,
+            picture="step.png",
+            points=max(MINIMUM_POINTS[feature.shape] + 1, feature.points // 2),
+        )
+        for feature in shipped.features
+    ]
+    save_plan(msgspec.structs.replace(shipped, features=features), plan)
+    picture = QImage(320, 200, QImage.Format.Format_RGB32)
+    picture.fill(Qt.GlobalColor.darkCyan)
+    assert picture.save(str(tmp_path / "step.png"))
+    built = build_station(
+        StationRequest(
+            plan=plan,
+            part=resource("parts", "gauge.toml"),
+            out=tmp_path / "job",
+            stay=True,
+            frame_rate_hz=800,
+        )
+    )
+    notices = NoticeCentre()
+    bridge = StationBridge(built.station)
+    window = MainWindow(bridge, notices, out=tmp_path / "report", plan_path=plan)
+    window.resize(1280, 720)
+    with qtbot.waitActive(window):
+        window.show()
+        window.activateWindow()
+    yield Keyboard(qtbot, bridge, window, notices)
+    window.close()
+    for item in (window, bridge, notices):
+        item.deleteLater()
+
+
+def test_a_job_of_twelve_features_by_keyboard_alone(
+    keyboard: Keyboard, tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
+    begun = time.monotonic()
+    window, bridge = keyboard.window, keyboard.bridge
+    keyboard.press(KEY.Key_J)
+    keyboard.write("Ada Lovelace")
+    keyboard.press(KEY.Key_Return)
+    for words in ("G-0007", "order 12", "first"):
+        keyboard.write(words)
+        keyboard.press(KEY.Key_Return)
+    bridge.start()
+    job = keyboard.until(lambda job: job.header.serial == "G-0007")
+    assert (job.header.operator, job.header.batch) == ("Ada Lovelace", "first")
+    assert len(job.features) == 12
+
+    # Pause, so that the next steps are about a point that is known.
+    keyboard.until(lambda job: len(job.feature("PLATE_TOP").points) >= 4)
+    assert window.desk.picture.has_picture()
+    keyboard.press(KEY.Key_Z)
+    job = keyboard.until(lambda job: job.paused)
+    feature = max(job.features, key=lambda item: max((p.number for p in item.points), default=0))
+    last = feature.points[-1]
+    keyboard.press(KEY.Key_X)
+    job = keyboard.until(lambda job: job.feature(feature.name).points[-1].approach == "flipped")
+    keyboard.press(KEY.Key_Backspace)
+    job = keyboard.until(lambda job: job.feature(feature.name).points[-1].approach != "flipped")
+    assert (job.feature(feature.name).points[-1].direction == last.direction).all()
+
+    keyboard.press(KEY.Key_Period)
+    chosen = window.choice.chosen
+    assert chosen in {point.number for point in job.feature(feature.name).points}
+    keyboard.press(KEY.Key_Delete)
+    keyboard.write("a burr")
+    keyboard.press(KEY.Key_Return)
+    job = keyboard.until(lambda job: len(job.feature(feature.name).deleted) == 1)
+    assert job.feature(feature.name).deleted[0].reason == "a burr"
+    keyboard.press(KEY.Key_Insert)
+    keyboard.until(lambda job: not job.feature(feature.name).deleted)
+
+    # A feature is left out; later it is chosen with the keys and measured.
+    before = bridge.job().active
+    while bridge.job().active != "RING":
+        active = bridge.job().active
+        keyboard.press(KEY.Key_PageDown)
+        keyboard.until(lambda job, active=active: job.active != active)
+    keyboard.press(KEY.Key_S)
+    job = keyboard.until(lambda job: job.feature("RING").state is FeatureState.SKIPPED)
+    keyboard.press(KEY.Key_V, KEY.Key_T)
+    assert window.is_far()
+    keyboard.press(KEY.Key_Z)
+    job = keyboard.until(lambda job: job.complete)
+    assert job.feature("RING").skipped
+    assert before != "RING"
+    keyboard.press(KEY.Key_V)
+    keyboard.press(KEY.Key_PageDown)
+    keyboard.until(lambda job: job.active == "RING")
+    job = keyboard.until(lambda job: job.complete and not job.feature("RING").skipped)
+    assert all(item.state is FeatureState.DONE and item.fit is not None for item in job.features)
+
+    # Undo takes the last point back; Return accepts the feature with what it has.
+    keyboard.press(KEY.Key_Z)
+    keyboard.until(lambda job: job.paused)
+    count = len(bridge.job().feature("RING").points)
+    QTest.qWait(BOUNCE_MS)
+    keyboard.press(KEY.Key_Backspace)
+    keyboard.until(lambda job: len(job.feature("RING").points) == count - 1)
+    keyboard.press(KEY.Key_Return)
+    job = keyboard.until(lambda job: job.complete)
+
+    keyboard.press(KEY.Key_F5)
+    keyboard.qtbot.waitUntil(lambda: not window.sheets.alignment.is_busy(), timeout=PATIENCE_MS)
+    assert window.sheets.alignment.state() == "No degree of freedom is left"
+    keyboard.press(KEY.Key_F8)
+    keyboard.press(KEY.Key_F3, KEY.Key_Down)
+    results = window.sheets.results
+    assert results.summary() == summary_words(job)[0]
+    assert "NOT MEASURED" not in results.summary()
+    assert results.table.chosen() == job.characteristics[1].name
+    keyboard.press(KEY.Key_F8)
+    with keyboard.qtbot.waitSignal(bridge.exported, timeout=PATIENCE_MS) as written:
+        keyboard.press(KEY.Key_F8)
+    paths: tuple[Path, ...] = written.args[0]
+    assert len(paths) >= 4
+    assert all(path.is_file() and path.parent == tmp_path / "report" for path in paths)
+    keyboard.press(KEY.Key_Escape, KEY.Key_Escape)
+    assert window.desk.isVisible()
+    assert keyboard.errors == []
+
+    path = bridge.station.job_path
+    window.close()
+    again = reopen_job(path)
+    assert again.doubts == ()
+    assert (again.head.operator, again.head.serial) == ("Ada Lovelace", "G-0007")
+    assert {"alignment", "paused", "skipped"} <= {event.kind for event in again.events}
+    assert [item.verdict for item in again.view.characteristics] == [
+        item.verdict for item in job.characteristics
+    ]
+    record_property("seconds", f"{time.monotonic() - begun:.1f}")
