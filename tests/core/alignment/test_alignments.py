@@ -59,6 +59,12 @@ NOMINAL_RULES: dict[str, Alignment] = {
     "datums": DatumReferenceFrame(datums=("S", "A", "X")),
     "best fit": BEST,
     "locked": BestFit(points=("H", "G", "S"), locked=("rx", "ry", "z"), start=DATUMS),
+    # The frame of this start is not that of the nominals: its origin is H.
+    "locked after 3-2-1": BestFit(
+        points=("H", "G", "S"),
+        locked=("rx", "ry", "z"),
+        start=DatumAlignment(primary="A", secondary=("H", "G"), origin="H"),
+    ),
     "rps": SIX,
     "rps after datums": ReferencePoints(conditions=SIX.conditions, start=DATUMS),
 }

@@ -1,0 +1,87 @@
+"""``ocmm align``: the alignment of a job is shown, and its frame saved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from ocmm_core.alignment.frame_document import load_frame
+from ocmm_core.cli.app import app
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage.rows import make_head
+from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
+
+DATUMS = '[alignment]\ntype = "datum reference frame"\ndatums = ["BED", "SPHERE"]\n'
+SAVED = """
+[alignment]
+type = "saved frame"
+name = "bed"
+digest = ""
+rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+translation = [1.0, 2.0, 3.0]
+"""
+
+
+def _job(bench: Bench, alignment: str) -> Path:
+    path = bench.folder / "aligned.toml"
+    path.write_text(PLAN.read_text() + "\n" + alignment)
+    head = make_head(plan=path, rig=RIG, probe=PROBE, operator="me", part="P", serial="7")
+    with JobFile.create(bench.folder / "job.ocmm", head) as job:
+        session = InspectionSession(
+            load_plan(path), bench.rig, bench.body, job, SessionOptions()
+        )
+        for touch in bench.touches:
+            assert isinstance(session.take_touch(touch), MeasuredPoint)
+    return bench.folder / "job.ocmm"
+
+
+def _align(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["align", *map(str, arguments)])
+
+
+def test_residuals_and_what_is_open_are_shown(bench: Bench) -> None:
+    job = _job(bench, DATUMS)
+    shown = _align(job)
+    assert shown.exit_code == 0, shown.output
+    assert "Frame: part frame of BED|SPHERE" in shown.output
+    assert "Open degrees of freedom: turning about z" in shown.output
+    assert "U (k=2) of the origin" in shown.output
+    rows = [line.split() for line in shown.output.splitlines() if line.startswith(("BED", "SPH"))]
+    assert [row[0] for row in rows[:2]] == ["BED", "SPHERE"]
+    # The virtual part is as its plan says, but for the noise of the points.
+    assert all(float(row[4]) < 0.05 and 0.0 <= float(row[5]) < 0.05 for row in rows[:2])
+    refused = _align(job, "--save", bench.folder / "frame.toml")
+    assert isinstance(refused.exception, InputError)
+    assert "does not hold the part" in str(refused.exception)
+
+
+def test_a_frame_is_saved_with_its_control_points(bench: Bench) -> None:
+    job, frame = _job(bench, SAVED), bench.folder / "frame.toml"
+    shown = _align(job, "--save", frame, "--control", "SPHERE")
+    assert shown.exit_code == 0, shown.output
+    assert "The frame is taken as it was saved" in shown.output
+    document = load_frame(frame)
+    assert document.name == "frame"
+    assert document.T_frame_from_world.translation == pytest.approx([1.0, 2.0, 3.0])
+    (control,) = document.control
+    seen = next(item for item in reopen_job(job).view.features if item.name == "SPHERE")
+    assert seen.fit is not None
+    assert control.feature == "SPHERE"
+    assert np.array(control.place) - [1.0, 2.0, 3.0] == pytest.approx(seen.fit.point, abs=1e-9)
+    unknown = _align(job, "--save", bench.folder / "b.toml", "--control", "BED")
+    assert "BED is no measured feature with a centre" in str(unknown.exception)
+
+
+def test_a_plan_without_alignment_is_told_so(bench: Bench) -> None:
+    shown = _align(_job(bench, ""))
+    assert isinstance(shown.exception, InputError)
+    assert "has no alignment" in str(shown.exception)
