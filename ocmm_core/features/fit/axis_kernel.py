@@ -231,3 +231,26 @@ def tubes(points: Float, starts: Float) -> None:
         p[6], p[7] = u + u0, np.sqrt(max(square, 0.0))
         for k in range(3):
             p[k] += (t + t0) * p[3 + k]
+
+
+@compiled(reorder=True)
+def axis_costs(kind: int, points: Float, starts: Float, costs: Float) -> None:
+    """Put the sums of squared distances of the points (n, 3) at all starts into ``costs`` (m,)."""
+    for row in range(len(starts)):
+        p = starts[row]
+        first, second = p[6], p[7]
+        cf, sf = np.cos(first), np.sin(first)
+        cost = 0.0
+        for i in range(len(points)):
+            qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
+            t = qx * p[3] + qy * p[4] + qz * p[5]
+            square = max(qx * qx + qy * qy + qz * qz - t * t, 0.0)
+            rho = np.sqrt(square)
+            if kind == CYLINDER:
+                d = rho - first
+            elif kind == CONE:
+                d = rho * cf - t * sf - second
+            else:
+                d = np.sqrt((rho - first) * (rho - first) + t * t) - second
+            cost += d * d
+        costs[row] = cost

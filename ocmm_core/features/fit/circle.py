@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ocmm_core.features.fit.axes import across_axes
 from ocmm_core.features.fit.axis_kernel import RING
 from ocmm_core.features.fit.ball import WORST_CONDITION, fit_ball, not_converged
 from ocmm_core.features.fit.common import centred, degenerate
-from ocmm_core.features.fit.cylinder import across_axes
 from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.solver import derivatives, minimise, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit

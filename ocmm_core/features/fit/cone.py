@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ocmm_core.features.fit.axes import across_axes, trial_axes
 from ocmm_core.features.fit.axis_kernel import CONE
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -19,8 +20,7 @@ from ocmm_core.features.fit.common import (
     degenerate,
     principal_axes,
 )
-from ocmm_core.features.fit.cylinder import across_axes
-from ocmm_core.features.fit.search import chosen, minima, sampled, trial_axes
+from ocmm_core.features.fit.search import chosen, minima, sampled
 from ocmm_core.features.fit.solver import derivatives, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3

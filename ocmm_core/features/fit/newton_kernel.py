@@ -6,7 +6,13 @@ import numpy as np
 
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.features.fit import axis_kernel, flat_kernel
-from ocmm_core.features.fit.axis_kernel import RING, axis_terms, move_axis
+from ocmm_core.features.fit.axis_kernel import (
+    CYLINDER,
+    RING,
+    axis_costs,
+    axis_terms,
+    move_axis,
+)
 from ocmm_core.features.fit.flat_kernel import BALL, DISC, ball_terms, move_flat, outline_terms
 from ocmm_core.geometry import Float
 
@@ -17,8 +23,9 @@ MAX_STEPS = 100
 CONVERGED = 1e-13
 """Length of a step, against that of the parameters, below which the iteration has converged."""
 STAGNATED = 1e-8
-"""The same where rounding keeps the steps from becoming shorter, and for a step of Newton's without
-damping: the next one would be as short as its square."""
+"""The same where rounding keeps the steps from becoming shorter."""
+QUADRATIC = 1e-10
+"""The same for a step of Newton's without damping: the next one would be as short as its square."""
 NOISE_OF_COST = 1e-12
 """Relative increase of the cost that counts as rounding."""
 
@@ -143,7 +150,8 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         # A damped step is short because it is damped, which proves nothing.
         if damping < 1e-3 and (
             length < CONVERGED
-            or (length < STAGNATED and (length > 0.5 * last_length or (convex and damping == 0.0)))
+            or (length < STAGNATED and length > 0.5 * last_length)
+            or (length < QUADRATIC and convex and damping == 0.0)
         ):
             return cost, True
         _normal(jacobian, residuals, normal, gradient)
@@ -165,7 +173,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
     starts
         (m, 8).
     steps
-        How many; none ranks the starts.
+        How many.
     costs
         (m,), out: sum of squared residuals.
     """
@@ -195,3 +203,15 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
                 if damping > 1e8:
                     break
         costs[m] = cost
+
+
+@compiled(axis_kernel, flat_kernel)
+def rank(kind: int, points: Float, starts: Float, costs: Float) -> None:
+    """Put the sum of squared residuals at every start (m, 8) into ``costs`` (m,)."""
+    if CYLINDER <= kind < RING:
+        axis_costs(kind, points, starts, costs)
+        return
+    n, k = len(points), STEP_SIZE[kind]
+    residuals, jacobian, unused = np.empty(n), np.empty((n, k)), np.empty((k, k))
+    for m in range(len(starts)):
+        costs[m] = terms(kind, points, starts[m], residuals, jacobian, unused)

@@ -1,4 +1,4 @@
-"""The search for the best minimum of cone, torus, slot and rectangle.
+"""The search for the best minimum of cylinder, cone, torus, slot and rectangle.
 
 Nothing is known of their axis or turn, and they have many local minima. Very many starts descend on
 a sample of the points in compiled loops; the best ends are refined on all of them.
@@ -12,8 +12,7 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.axis_kernel import RING
-from ocmm_core.features.fit.cylinder import hemisphere, ring
-from ocmm_core.features.fit.newton_kernel import descend
+from ocmm_core.features.fit.newton_kernel import descend, rank
 from ocmm_core.features.fit.solver import Solution, minimise
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
@@ -27,21 +26,14 @@ STEPS = 15
 REFINED, REFINED_FEW = 8, 30
 """Ends that are refined; many more where points are so few that minima abound."""
 FEW_POINTS = 12
-TRIAL_AXES = 80
-RINGS = np.deg2rad([1.5, 4.0, 10.0])
+LEAST_REFINED, HOPELESS = 3, 100.0
+"""After so many, ends that are still so many times worse on the sample than the best are left."""
 SAME = 1e-6
 """Relative difference below which two minima are one."""
 NEAR = 0.05
 """Relative difference from what the plan says that an element through few points may show."""
 EXACT = 1e-10
 """Residual against the size of the points below which an element passes through a point."""
-
-
-def trial_axes(points: Float) -> Float:
-    """Return trial axes (m, 3): the principal ones, rings around them, and a hemisphere."""
-    principal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
-    rings = [ring(principal, k, RINGS) for k in range(3)]
-    return np.concatenate([principal, *rings, hemisphere(TRIAL_AXES)])
 
 
 def sampled(points: Float, count: int) -> Float:
@@ -70,7 +62,7 @@ def minima(
     starts = np.ascontiguousarray(starts[np.isfinite(starts).all(axis=1)])
     sample = sampled(points, SAMPLE)
     costs = np.empty(len(starts))
-    descend(kind, sample, starts, 0, costs)
+    rank(kind, sample, starts, costs)
     starts = starts[np.argsort(costs, kind="stable")]
     few = len(points) <= FEW_POINTS
     found = _minima(kind, points, starts[: KEPT_FEW if few else KEPT], few, possible)
@@ -86,7 +78,11 @@ def _minima(
     found: list[Solution] = []
     known: list[Float] = []
     tried: list[Float] = []
-    for i in np.argsort(costs, kind="stable"):
+    order = np.argsort(costs, kind="stable")
+    hopeless = HOPELESS * costs[order[0]] if len(order) else 0.0
+    for i in order:
+        if not thorough and len(tried) >= LEAST_REFINED and costs[i] > hopeless:
+            break
         if len(tried) >= (REFINED_FEW if thorough else REFINED):
             break
         signature = _signature(kind, starts[i])

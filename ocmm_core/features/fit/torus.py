@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from ocmm_core.features.fit.axes import across_axes, trial_axes
 from ocmm_core.features.fit.axis_kernel import TORUS, tubes
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -27,8 +28,7 @@ from ocmm_core.features.fit.common import (
     oriented,
     principal_axes,
 )
-from ocmm_core.features.fit.cylinder import across_axes
-from ocmm_core.features.fit.search import NEAR, chosen, minima, sampled, trial_axes
+from ocmm_core.features.fit.search import NEAR, chosen, minima, sampled
 from ocmm_core.features.fit.solver import derivatives, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3

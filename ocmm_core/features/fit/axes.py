@@ -1,0 +1,50 @@
+"""Trial axes of a cold start, and what is square to them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+
+TRIAL_AXES = 80
+"""Over the hemisphere; more lie around the principal axes of the points."""
+RINGS = np.deg2rad([1.5, 4.0, 10.0])
+"""How far around; the patch of a long cylinder's narrow arc has a narrow basin there."""
+
+
+def trial_axes(points: Float) -> Float:
+    """Return trial axes (m, 3): the principal ones, rings around them, and a hemisphere."""
+    principal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    rings = [_ring(principal, k, RINGS) for k in range(3)]
+    return np.concatenate([principal, *rings, _hemisphere(TRIAL_AXES)])
+
+
+def _ring(principal: Float, k: int, tilts: Float) -> Float:
+    """Return eight axes at every tilt around the principal axis ``k``, (8 t, 3)."""
+    turns = np.arange(8) * np.pi / 4.0
+    side = np.outer(np.cos(turns), principal[k - 1]) + np.outer(np.sin(turns), principal[k - 2])
+    return np.concatenate([np.cos(t) * principal[k] + np.sin(t) * side for t in tilts])
+
+
+def across_axes(axis: Float) -> tuple[Float, Float]:
+    """Return two unit vectors (..., 3) square to ``axis`` (..., 3) and to each other.
+
+    The form of T. Duff and others, Building an orthonormal basis, revisited, JCGT 6 (2017):
+    without branches, thus for many axes at once, and quick for one.
+    """
+    x, y, z = axis[..., 0], axis[..., 1], axis[..., 2]
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
+    second = np.stack([b, sign + y * y * a, -y], axis=-1)
+    return first, second
+
+
+def _hemisphere(count: int) -> Float:
+    """Return directions (count, 3) spread evenly over a hemisphere (Fibonacci spiral)."""
+    index = np.arange(count) + 0.5
+    height = index / count
+    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
+    ring = np.sqrt(1.0 - height**2)
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
