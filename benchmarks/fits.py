@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import random
 import sys
 import time
 from collections.abc import Callable
@@ -186,8 +187,11 @@ def _ransac_plane(points: Points3) -> tuple[Float, float]:
 def _ransac(
     model: pyransac3d.Circle | pyransac3d.Sphere | pyransac3d.Cylinder, points: Points3
 ) -> tuple[Float, float]:
+    random.seed(5)
     with contextlib.redirect_stdout(io.StringIO()):
         found = model.fit(points, 3.0 * NOISE)
+    if len(found[0]) != 3:
+        return np.full(3, np.inf), np.inf
     # A sphere gives centre, radius, points; the others have the axis between.
     return np.asarray(found[0]), float(found[1] if len(found) == 3 else found[2])
 

@@ -24,6 +24,8 @@ CONVERGED = 1e-13
 """Length of a step, against that of the parameters, below which the iteration has converged."""
 STAGNATED = 1e-8
 """The same where rounding keeps the steps from becoming shorter."""
+ROUNDING = 1e-15
+"""Of a residual, as the coordinates are scaled to one."""
 QUADRATIC = 1e-10
 """The same for a step of Newton's without damping: the next one would be as short as its square."""
 NOISE_OF_COST = 1e-12
@@ -135,7 +137,9 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             for i in range(8):
                 of_p += p[i] * p[i]
             length = np.sqrt(of_step) / (1.0 + np.sqrt(of_p))
-        if not new_cost <= cost * (1.0 + NOISE_OF_COST) + rows * 1e-30:
+        # Residuals carry the rounding of coordinates near one, however small they are themselves.
+        noise = NOISE_OF_COST * cost + ROUNDING * np.sqrt(rows * cost) + rows * ROUNDING**2
+        if not new_cost <= cost + noise:
             if length < CONVERGED:
                 return cost, True
             damping = max(10.0 * damping, 1e-4)
