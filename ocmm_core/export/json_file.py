@@ -144,6 +144,7 @@ def _feature(feature: ReportedFeature) -> FeaturePart:
         name=check_name("feature", feature.name),
         shape=feature.shape.value,
         points=tuple(point.number for point in feature.seen.points),
+        outliers=feature.seen.outliers,
         nominal=_element(feature.nominal_element),
         actual=_element(feature.actual_element),
         form=None if fit is None else _finite(feature.name, fit.form),

@@ -74,6 +74,7 @@ class FeaturePart(_Part, frozen=True, kw_only=True):
     name: str
     shape: str
     points: tuple[int, ...]
+    outliers: tuple[int, ...]
     nominal: ElementPart | None
     actual: ElementPart | None
     form: float | None

@@ -22,7 +22,7 @@ from ocmm_core.tolerances.result import Verdict
 
 MM_PER_INCH = 25.4
 
-POINT_COLUMNS = ("Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Held")
+POINT_COLUMNS = ("Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag")
 FEATURE_COLUMNS = (
     "Name", "Type", "Component", "X", "Y", "Z", "I", "J", "K", "Diameter", "Length", "Angle",
     "Form", "RMS", "NbPoints", "CoordinateSystem", "Unit", "Width", "U", "V", "W", "Criterion",
@@ -210,8 +210,18 @@ def _point_row(
         feature.name,
         point.number,
         data.taken_utc.get(point.number, ""),
-        "held back" if point.number in data.view.held else "",
+        _flag(data, feature, point),
     )
+
+
+def _flag(data: ReportData, feature: ReportedFeature, point: MeasuredPoint) -> str:
+    """Return what is to be known about a point; empty where it is like the others."""
+    flags = []
+    if point.number in data.view.held:
+        flags.append("held back")
+    if point.number in feature.seen.outliers:
+        flags.append("outlier")
+    return " + ".join(flags)
 
 
 def _row_of(
