@@ -1,10 +1,11 @@
 """Make the pictures of the window.
 
-One seeded run on the virtual rig is stopped where it is worth a picture; in a second one, on a
-virtual bus, a camera is switched off; that needs a computer that is not busy with anything else.
+One seeded run on the virtual rig is stopped where it is worth a picture. With ``--bus`` there is a
+second one, on a virtual bus, in which a camera is switched off; that needs a computer that is not
+busy with anything else.
 
-Run ``python docs/images/make.py [FOLDER]``; without a folder the pictures beside this file are
-made again.
+Run ``python docs/images/make.py [FOLDER] [--bus]``; without a folder the pictures beside this file
+are made again.
 """
 
 from __future__ import annotations
@@ -34,12 +35,14 @@ from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.words import active_feature
 
 SIZE = (1920, 1080)
 SMALL = (1280, 720)
-PATIENCE_S = 120.0
+PATIENCE_S = 400.0
 SPEED = 3.0
+FRAME_RATE_HZ = 800
 HIDDEN = (0, 1, 3, 4)
 """LEDs that a hand covers for the picture of the lost probe."""
 
@@ -54,14 +57,17 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     app = make_application()
     _inspection(app, folder)
-    _bus(app, folder)
+    if "--bus" in sys.argv:
+        _bus(app, folder)
 
 
 def _inspection(app: QApplication, folder: Path) -> None:
     with tempfile.TemporaryDirectory() as out:
-        built = build_station(_request(Path(out)))
+        finished = _measured(Path(out) / "finished")
+        request = _request(Path(out))
+        built = build_station(request)
         bridge = StationBridge(built.station)
-        window = MainWindow(bridge, NoticeCentre(), out=Path(out))
+        window = MainWindow(bridge, NoticeCentre(), out=Path(out), plan_path=request.plan)
         window.resize(*SIZE)
         window.show()
         bridge.start()
@@ -69,16 +75,74 @@ def _inspection(app: QApplication, folder: Path) -> None:
             _wait(app, bridge, _is_measuring)
             _grab(app, window, bridge, folder, "measuring", ("dark", "light"))
             _grab(app, window, bridge, folder, "measuring_720p", ("light", "contrast"), size=SMALL)
+            _grab(app, window, bridge, folder, "far", ("dark", "contrast"), far=True)
             _wait(app, bridge, _is_finished)
+            window.show_far(False)
             _grab(app, window, bridge, folder, "feature_finished", ("dark", "light"))
-            _grab(app, window, bridge, folder, "far", ("dark", "light", "contrast"), far=True)
             _grab(app, window, bridge, folder, "far_720p", ("light",), size=SMALL, far=True)
+            _grab(app, window, bridge, folder, "far", ("light",), far=True)
             window.show_far(False)
             _wait(app, bridge, _is_lost)
             _grab(app, window, bridge, folder, "target_lost", ("dark", "light"))
             _grab(app, window, bridge, folder, "far_lost", ("light",), far=True)
+            window.show_far(False)
+            _sheets(app, window, bridge, folder, finished)
         finally:
             window.close()
+
+
+def _measured(folder: Path) -> Path:
+    """Measure the whole job without a window and return its file."""
+    built = build_station(replace(_request(folder), speed=0.0, stay=False))
+    built.station.start()
+    built.station.wait_finished(PATIENCE_S)
+    built.station.close()
+    return built.job_path
+
+
+def _sheets(
+    app: QApplication, window: MainWindow, bridge: StationBridge, folder: Path, finished: Path
+) -> None:
+    """Picture every sheet in the three themes and both sizes."""
+    sheets = window.sheets
+    sheets.open_results()
+    sheets.results.open_file(finished)
+    detail = sheets.results.detail
+    _until(app, lambda: not detail.is_busy())
+    sheets.results.table.selectRow(0)
+    detail.simulate()
+    _until(app, lambda: not detail.is_busy())
+    _grab_sheet(app, window, folder, "results")
+    sheets.results.report_wanted.emit(JobSource.of_file(finished))
+    _grab_sheet(app, window, folder, "report")
+    sheets.open_plan()
+    sheets.plan.items.setCurrentRow(5)
+    _grab_sheet(app, window, folder, "plan")
+    sheets.open_alignment()
+    _until(app, lambda: not sheets.alignment.is_busy())
+    _grab_sheet(app, window, folder, "alignment")
+    sheets.open_job()
+    _grab_sheet(app, window, folder, "job")
+
+
+def _grab_sheet(app: QApplication, window: MainWindow, folder: Path, name: str) -> None:
+    window.banner.hide()
+    for theme, size in (("dark", SIZE), ("light", SMALL), ("contrast", SMALL)):
+        window.resize(*size)
+        window.use_theme(theme)
+        for _ in range(20):
+            app.processEvents()
+            time.sleep(0.01)
+        path = folder / f"inspect_{name}_{theme}.png"
+        window.grab().save(str(path))
+        sys.stdout.write(f"{path}\n")
+
+
+def _until(app: QApplication, state: Callable[[], bool]) -> None:
+    until = time.monotonic() + PATIENCE_S
+    while not state() and time.monotonic() < until:
+        app.processEvents()
+        time.sleep(0.01)
 
 
 def _bus(app: QApplication, folder: Path) -> None:
@@ -140,10 +204,18 @@ def _run_for(app: QApplication, bridge: StationBridge, seconds: float) -> None:
 
 
 def _request(out: Path) -> StationRequest:
-    plain = StationRequest(plan=resource("plans", "demo.toml"), out=out, speed=SPEED, stay=True)
+    plain = StationRequest(
+        plan=resource("plans", "gauge.toml"),
+        part=resource("parts", "gauge.toml"),
+        out=out,
+        speed=SPEED,
+        stay=True,
+        frame_rate_hz=FRAME_RATE_HZ,
+    )
     touches = script_of(plain, load_plan(plain.plan)).build().truth.touches
-    bore = [touch for touch in touches if touch.feature == "BORE_A"][5]
-    hidden = ScriptedOcclusion(1, HIDDEN, bore.first_frame - 8000, bore.last_frame)
+    slot = [touch for touch in touches if touch.feature == "SLOT"][3]
+    first = slot.first_frame - FRAME_RATE_HZ
+    hidden = ScriptedOcclusion(1, HIDDEN, first, slot.last_frame)
     return replace(plain, world=WorldOptions(occlusions=(hidden,)))
 
 
@@ -151,14 +223,14 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
     feature = active_feature(job)
     return (
         feature is not None
-        and feature.name == "SPHERE"
-        and len(feature.points) == 12
+        and feature.name == "BORE_B"
+        and len(feature.points) == 5
         and live.status in (StatusWord.MEASURING, StatusWord.READY)
     )
 
 
 def _is_finished(live: LiveView, job: JobView) -> bool:
-    return job.active == "PLATE_TOP" and live.tip_world is not None
+    return job.active == "SLOT" and live.tip_world is not None
 
 
 def _is_trusted(live: LiveView, job: JobView) -> bool:
@@ -210,4 +282,5 @@ def _grab(
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent)
+    given = [Path(word) for word in sys.argv[1:] if not word.startswith("--")]
+    main(given[0] if given else Path(__file__).parent)

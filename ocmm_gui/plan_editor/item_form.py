@@ -137,6 +137,10 @@ class ItemForm(QScrollArea, Generic[Item]):
             weight = "bold" if name == key else "normal"
             words.setStyleSheet(f"color: {colour}; font-weight: {weight};")
 
+    def faulty(self) -> str:
+        """Return the key of the field that is marked; empty for none."""
+        return self._faulty
+
     def focus_first(self) -> None:
         """Put the keyboard into the first field."""
         field = self.fields[self._lines[0].key]

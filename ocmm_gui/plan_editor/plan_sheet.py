@@ -208,12 +208,13 @@ class PlanSheet(Sheet):
         self._theme = theme
         self._paint_checks()
 
-    def _form(self) -> ItemForm[Any]:
+    def form(self) -> ItemForm[Any]:
+        """Return the form of the chosen item."""
         return self._forms[self.items.group(self.history.plan)]
 
     def _show_item(self) -> None:
         plan, name = self.history.plan, self.items.chosen()
-        form = self._form()
+        form = self.form()
         self._stack.setCurrentWidget(form)
         form.show_item(head_of(plan) if name == HEAD else self.items.named(plan, name))
         self._show_picture()
@@ -227,7 +228,7 @@ class PlanSheet(Sheet):
 
     def _take(self) -> None:
         """Take what is filled in over into the plan, or say why not."""
-        plan, name, form = self.history.plan, self.items.chosen(), self._form()
+        plan, name, form = self.history.plan, self.items.chosen(), self.form()
         try:
             item = form.item()
             if isinstance(item, PlanHead):
@@ -280,13 +281,13 @@ class PlanSheet(Sheet):
     def _paint_checks(self) -> None:
         fault = self._fault
         if fault is None:
-            self._form().mark("")
+            self.form().mark("")
             self.checks.setText("✔  In order: the plan can be measured.")
             self.checks.setStyleSheet(f"color: {self._theme.good};")
             return
         found = _FIELD.search(fault.what)
         key = fault.code.rpartition(".")[2] if fault.code.startswith("plan.form.") else ""
-        self._form().mark(found.group(1) if found else key)
+        self.form().mark(found.group(1) if found else key)
         self.checks.setText(f"✖  Not taken over: {fault.what} {fault.remedy}")
         self.checks.setStyleSheet(f"color: {self._theme.bad};")
 

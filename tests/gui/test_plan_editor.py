@@ -1,0 +1,139 @@
+"""The plan editor: what is filled in is what the plan holds, and what is wrong is said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+pytest.importorskip("PySide6.QtWidgets", exc_type=ImportError)
+
+from PySide6.QtWidgets import QComboBox, QLineEdit
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.documents import resource
+from ocmm_core.errors import OcmmError
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_gui.plan_editor.plan_items import HEAD
+from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+
+BORE = "BORE_A"
+
+
+@pytest.fixture
+def sheet(qtbot: QtBot) -> PlanSheet:
+    """Return the editor on the shipped plan of twelve features."""
+    path = resource("plans", "gauge.toml")
+    made = PlanSheet(load_plan(path), path, lambda: Path("none.ocmm"))
+    qtbot.addWidget(made)
+    return made
+
+
+def _choose(sheet: PlanSheet, name: str) -> None:
+    names = [HEAD, *(item.name for item in sheet.history.plan.features)]
+    names += [item.name for item in sheet.history.plan.characteristics]
+    sheet.items.setCurrentRow(names.index(name))
+
+
+def _fill(sheet: PlanSheet, key: str, text: str) -> None:
+    field = sheet.features.fields[key]
+    if isinstance(field, QComboBox):
+        field.setCurrentText(text)
+    else:
+        assert isinstance(field, QLineEdit)
+        field.setText(text)
+        field.editingFinished.emit()
+
+
+def test_every_item_of_a_plan_comes_back_from_its_form(sheet: PlanSheet) -> None:
+    plan = sheet.history.plan
+    items: list[NominalFeature | Characteristic] = [*plan.features, *plan.characteristics]
+    for item in items:
+        _choose(sheet, item.name)
+        assert sheet.form().item() == item, item.name
+    assert sheet.history.plan is plan
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "value"),
+    [
+        ("name", "BORE_1", "BORE_1"),
+        ("points", "9", 9),
+        ("point", "1,5 -17 15.25", (1.5, -17.0, 15.25)),
+        ("diameter", "20.5", 20.5),
+        ("side", "outer", "outer"),
+        ("criterion", "minimum zone", "minimum zone"),
+        ("compensation", "nominal", "nominal"),
+        ("text", "Half way down.", "Half way down."),
+    ],
+)
+def test_a_field_that_is_filled_in_is_in_the_plan(
+    sheet: PlanSheet, key: str, text: str, value: object
+) -> None:
+    _choose(sheet, BORE)
+    _fill(sheet, key, text)
+    feature = next(item for item in sheet.history.plan.features if item.name in (BORE, "BORE_1"))
+    assert getattr(feature, key) == value
+    assert not sheet.history.is_saved
+    assert sheet.checks.text().startswith("✔")
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "said"),
+    [
+        ("diameter", "0", "diameter"),
+        ("diameter", "wide", "Diameter, mm is 'wide'"),
+        ("points", "2", "points"),
+        ("point", "1 2", "three numbers"),
+        ("name", "a,b", "name"),
+        ("projection", "NOWHERE", "NOWHERE"),
+    ],
+)
+def test_what_is_wrong_is_said_and_not_taken_over(
+    sheet: PlanSheet, key: str, text: str, said: str
+) -> None:
+    before = sheet.history.plan
+    _choose(sheet, BORE)
+    _fill(sheet, key, text)
+    assert sheet.history.plan == before
+    assert sheet.checks.text().startswith("✖")
+    assert said in sheet.checks.text()
+    assert sheet.features.faulty() == key
+
+
+def test_features_and_tolerances_are_added_moved_removed_and_undone(sheet: PlanSheet) -> None:
+    before = sheet.history.plan
+    _choose(sheet, BORE)
+    sheet.add_feature()
+    names = [item.name for item in sheet.history.plan.features]
+    assert names[names.index(BORE) + 1] == "BORE_A2"
+    sheet.add_characteristic()
+    assert sheet.history.plan.characteristics[-1].features == ["BORE_A2"]
+    with_both = sheet.history.plan
+    _choose(sheet, "BORE_A2")
+    errors: list[OcmmError] = []
+    sheet.failed.connect(errors.append)
+    sheet.remove()
+    assert sheet.history.plan == with_both
+    assert "needed by" in errors[0].what
+    for _ in range(2):
+        sheet.undo()
+    assert sheet.history.plan == before
+
+
+def test_a_plan_is_saved_with_features_from_a_table(
+    sheet: PlanSheet, qtbot: QtBot, tmp_path: Path
+) -> None:
+    table = tmp_path / "more.csv"
+    table.write_text("name,shape,x,y,z,diameter\nPIN_1,Circle,1,2,3,8\nPIN_2,Circle,4,5,6,8\n")
+    sheet.import_file(table)
+    path = tmp_path / "mine.toml"
+    with qtbot.waitSignal(sheet.saved):
+        sheet.save_as(path)
+    assert sheet.history.is_saved
+    again = load_plan(path)
+    assert msgspec.json.encode(again) == msgspec.json.encode(sheet.history.plan)
+    assert [item.name for item in again.features][-2:] == ["PIN_1", "PIN_2"]
