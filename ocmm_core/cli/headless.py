@@ -16,7 +16,7 @@ from ocmm_core.calibration.in_use import Word
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.cli.compose import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError
-from ocmm_core.inspection.view import JobView
+from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_core.measuring.point import Refusal
 from ocmm_core.tolerances.characteristic import FORMS
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
@@ -45,6 +45,7 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
     console.print(f"Source  {built.description.name}")
     console.print(f"Plan    {station.plan.name}, part {station.plan.part}")
     console.print(f"Job     {built.job_path}")
+    console.print(f"Header  {_header(station.job().header)}", highlight=False)
     calibration = station.calibration()
     console.print(f"Calibration  {calibration.label}", highlight=False)
     console.print(f"Temperature  {station.job().temperature}", highlight=False)
@@ -137,6 +138,13 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
 def exit_code(view: JobView) -> int:
     """Return 0 where every characteristic conforms and 1 where one does not."""
     return int(any(result.verdict is not Verdict.CONFORM for result in view.characteristics))
+
+
+def _header(header: JobHeader) -> str:
+    """Return operator, serial number, and order and batch where they are given, on one line."""
+    named = {"order": header.order, "batch": header.batch}
+    beside = [f"{word} {name}" for word, name in named.items() if name]
+    return ", ".join([f"operator {header.operator}", f"serial {header.serial}", *beside])
 
 
 def _wait(built: BuiltStation, console: Console) -> None:

@@ -29,8 +29,7 @@ from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.surfaces import nearness, places_of
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.operator import Touch
-from ocmm_core.simulation.rig import VirtualRig
+from ocmm_core.simulation.rig import TrueTouch, VirtualRig
 from ocmm_core.tracking.body import load_probe
 
 BALL = 3.0
@@ -108,7 +107,7 @@ def test_a_size_that_is_not_known_gives_no_targets() -> None:
 
 
 @lru_cache(maxsize=1)
-def demo() -> tuple[Plan, RigidTransform, tuple[Touch, ...], float]:
+def demo() -> tuple[Plan, RigidTransform, tuple[TrueTouch, ...], float]:
     plan = load_plan(resource("plans", "demo.toml"))
     part, body = load_part(resource("parts", "demo.toml")), load_probe(
         resource("probes", "standard.toml")
