@@ -24,7 +24,7 @@ from ocmm_core.tolerances.interval import TWO_SIDED
 
 _COVERAGE = 2.0
 
-_SEEN = 1.15
+_SEEN = 1.05
 """Scatter against what noise explains from which on it shows form: less happens by chance too
 often, and would widen U for nothing."""
 

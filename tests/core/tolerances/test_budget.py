@@ -22,7 +22,7 @@ from ocmm_core.tolerances.budget import Budget, budget_of
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.evaluate import evaluate
 from ocmm_core.tolerances.results import evaluate_all
-from ocmm_core.tolerances.sampling import form_samples
+from ocmm_core.tolerances.sampling import FormSample, form_samples, widened
 from tests.core.tolerances.test_monte_carlo import (
     ASKED,
     JOB_FEATURES,
@@ -118,3 +118,24 @@ def test_form_is_what_noise_does_not_explain() -> None:
     own = scatter(of_ball)
     # Twelve points, four numbers of a ball, sixty draws: a standard error of 6 %.
     assert np.mean(drawn) == pytest.approx(own + 0.005**2, rel=0.25)
+
+
+@pytest.mark.parametrize(("degrees", "t"), [(1, 13.968), (4, 2.869), (20, 2.133)])
+def test_what_is_known_from_few_points_is_widened_as_student_says(degrees: int, t: float) -> None:
+    sample = FormSample(
+        feature="f",
+        places=np.array([0]),
+        normals=np.array([[[1.0], [0.0], [0.0]]]),
+        scatter=0.01**2,
+        variance=0.01**2,
+        degrees=degrees,
+    )
+    gradients = np.array([[1.0, 0.0, 0.0, 0.0]])
+    alone = widened(gradients, 1e-18 * np.eye(4), [sample])
+    # t for 95.45 % (GUM, table G.2): U = 2 u is then t times the standard deviation.
+    assert 2.0 * np.sqrt(alone.covariance[0, 0]) == pytest.approx(t * 0.01, rel=1e-3)
+    assert alone.degrees == pytest.approx(degrees, rel=1e-6)
+    assert alone.of_form["f"][0, 0] == pytest.approx(alone.covariance[0, 0], rel=1e-6)
+    # Beside something that is known well and far greater it hardly counts.
+    beside = widened(gradients, 0.1**2 * np.eye(4), [sample])
+    assert beside.covariance[0, 0] == pytest.approx(0.1**2 + 0.01**2, rel=0.01)
