@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.alignment.datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment.frame_slopes import frame_slopes
 from ocmm_core.alignment.misfit import DEEP_AS_PROBED
-from ocmm_core.alignment.residuals import Residual, residuals_of
+from ocmm_core.alignment.residuals import Residual, brought_together, residuals_of
 from ocmm_core.alignment.rules import (
     BestFit,
     BoundAlignment,
@@ -24,6 +24,10 @@ from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
+
+
+_SEEN_MM = 1e-3
+"""Residuals that would be printed as nothing say nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +111,7 @@ def preview_alignment(
         free=free,
         origin_uncertainty=None if spread is None else spread[3:],
         turn_uncertainty=None if spread is None else spread[:3],
-        advice=_advice(bound, residuals, free),
+        advice=_advice(bound, measured, residuals, free),
     )
 
 
@@ -168,8 +172,16 @@ def _free(bound: BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, 
     return ()
 
 
+def _lies_as_touched(feature: ActualFeature) -> bool:
+    """Return whether the place of a feature along its axis is where it was touched."""
+    return feature.raw is not None and feature.fit.shape in DEEP_AS_PROBED
+
+
 def _advice(
-    bound: BoundAlignment, residuals: tuple[Residual, ...], free: tuple[str, ...]
+    bound: BoundAlignment,
+    measured: Mapping[str, ActualFeature],
+    residuals: tuple[Residual, ...],
+    free: tuple[str, ...],
 ) -> tuple[str, ...]:
     rule, said = bound.rule, []
     if free:
@@ -178,8 +190,8 @@ def _advice(
             "datum, or tolerance only what does not."
         )
     aligned = [item for item in residuals if item.aligned]
-    deep = [name for name in rule.features if bound.shapes.get(name) in DEEP_AS_PROBED]
-    if deep and isinstance(rule, (BestFit, ReferencePoints, Relocation)):
+    deep = [name for name in brought_together(rule) if _lies_as_touched(measured[name])]
+    if deep:
         said.append(
             f"{', '.join(deep)}: a circle or slot lies as deep as it was touched. Unless that is "
             "meant, construct its projection onto a face and align to that."
@@ -198,7 +210,7 @@ def _advice(
     if worst is not None:
         sure = worst.distance_uncertainty
         doubt = "" if sure is None else f", U {sure:.3f} mm"
-        beyond = sure is None or worst.distance > sure
+        beyond = worst.distance > (_SEEN_MM if sure is None else sure)
         said.append(
             f"{worst.feature} lies farthest from its nominal: {worst.distance:.3f} mm{doubt}."
             + (" Touch it again if that is more than the part can be off." if beyond else "")

@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.alignment.misfit import DEEP_AS_PROBED, WITH_SENSE
-from ocmm_core.alignment.rules import BestFit, BoundAlignment, ReferencePoints, Relocation
+from ocmm_core.alignment.rules import (
+    Alignment,
+    BestFit,
+    BoundAlignment,
+    ReferencePoints,
+    Relocation,
+)
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.construct_checks import CENTRED
 from ocmm_core.features.construct_geometry import gauge_point
@@ -74,7 +80,7 @@ def residuals_of(
         (3 N + 1, 3 N + 1), mm^2, of the points, or None.
     """
     nominals = _compared_with(bound)
-    pointwise = isinstance(bound.rule, (BestFit, ReferencePoints, Relocation))
+    points = brought_together(bound.rule)
     first = [name for name in bound.features if name in nominals]
     rest = [name for name in nominals if name in measured and name not in first]
     return tuple(
@@ -85,10 +91,23 @@ def residuals_of(
             slopes,
             covariance,
             aligned=name in first,
-            whole=pointwise and name in first and bound.shapes[name] in CENTRED,
+            whole=name in points,
         )
         for name in (*first, *rest)
     )
+
+
+def brought_together(rule: Alignment) -> tuple[str, ...]:
+    """Return the features whose centres a rule brings to their places as points in space."""
+    match rule:
+        case BestFit():
+            return rule.points
+        case ReferencePoints():
+            return tuple(dict.fromkeys(item.feature for item in rule.conditions))
+        case Relocation():
+            return rule.features
+        case _:
+            return ()
 
 
 def _compared_with(bound: BoundAlignment) -> dict[str, Float]:

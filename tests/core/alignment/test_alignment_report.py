@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -130,8 +132,11 @@ def test_what_is_open_is_said_with_what_to_do() -> None:
     report = preview_alignment(BoundAlignment(rule, SHAPES, NOMINALS), actual_of(geometries))
     assert report.free == ("turning about z", "shifting square to z")
     assert "leave open: turning about z, shifting square to z" in report.advice[0]
-    three = BestFit(points=("S", "G", "P"))
-    report = preview_alignment(BoundAlignment(three, SHAPES, NOMINALS), actual_of(geometries))
+    three = BestFit(points=("S", "G", "H"))
+    actual = actual_of(geometries)
+    # G was touched itself, H is as if it were constructed.
+    actual["G"] = replace(actual["G"], raw=actual["G"].fit)
+    report = preview_alignment(BoundAlignment(three, SHAPES, NOMINALS), actual)
     assert "take a fourth" in " ".join(report.advice)
     assert "G: a circle or slot lies as deep as it was touched" in " ".join(report.advice)
 

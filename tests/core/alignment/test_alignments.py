@@ -62,7 +62,7 @@ NOMINAL_RULES: dict[str, Alignment] = {
     # The frame of this start is not that of the nominals: its origin is H.
     "locked after 3-2-1": BestFit(
         points=("H", "G", "S"),
-        locked=("rx", "ry", "z"),
+        locked=("x", "y", "rz"),
         start=DatumAlignment(primary="A", secondary=("H", "G"), origin="H"),
     ),
     "rps": SIX,

@@ -125,10 +125,10 @@ def test_a_choice_is_taken_again() -> None:
 
 
 def test_the_datums_decide_over_senses_before_all_other_features() -> None:
-    """Every other feature was probed on a part that lies the other way round."""
+    """Every other feature was probed on a part that is turned over about the axis of X."""
     rng = np.random.default_rng(7)
     T_world_from_part = anywhere(rng)
-    over = RigidTransform(np.diag([-1.0, 1.0, -1.0]), np.zeros(3))
+    over = RigidTransform(np.diag([-1.0, 1.0, -1.0]), np.array([120.0, 0.0, -20.0]))
     geometries = {
         **measured(T_world_from_part.compose(over), rng),
         **{k: v for k, v in measured(T_world_from_part, rng).items() if k in "XAH"},
