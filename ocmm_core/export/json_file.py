@@ -25,6 +25,7 @@ from ocmm_core.export.json_schema import (
     ReportFile,
     ResultPart,
     Spots,
+    TakenBackPart,
     Vector,
     read_report,
 )
@@ -134,6 +135,13 @@ def _file(data: ReportData) -> ReportFile:
         observations=tuple(
             _observation(point, data.taken_utc.get(point.number, ""))
             for point in data.observations
+        ),
+        taken_back=tuple(
+            TakenBackPart(
+                observation=_observation(point, data.taken_utc.get(point.number, "")),
+                reason=clean_text(reason),
+            )
+            for point, reason in data.taken_back
         ),
     )
 

@@ -128,6 +128,13 @@ class ObservationPart(_Part, frozen=True, kw_only=True):
     approach: str
 
 
+class TakenBackPart(_Part, frozen=True, kw_only=True):
+    """One point that was taken back: it does not count, and it is not forgotten."""
+
+    observation: ObservationPart
+    reason: str
+
+
 class ReportFile(_Part, frozen=True, kw_only=True):
     """The whole file."""
 
@@ -144,6 +151,7 @@ class ReportFile(_Part, frozen=True, kw_only=True):
     features: tuple[FeaturePart, ...]
     results: tuple[ResultPart, ...]
     observations: tuple[ObservationPart, ...]
+    taken_back: tuple[TakenBackPart, ...]
 
 
 def read_report(content: bytes) -> ReportFile:

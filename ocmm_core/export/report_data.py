@@ -140,6 +140,8 @@ class ReportData:
         States and hashes. The label of ``reference`` is empty without a reference body.
     climate
         Temperatures, and what was compensated.
+    taken_back
+        Those points as they are stored, and why each was; empty where nobody has them.
     notes
         What else the reader must know, in sentences: doubts about the file.
     written_by
@@ -159,6 +161,7 @@ class ReportData:
     reference: Instrument
     climate: Climate
     notes: tuple[str, ...] = ()
+    taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
     written_by: str = __version__
 
     @property
@@ -214,6 +217,7 @@ def report_data(
     annulled: tuple[int, ...] = (),
     taken_utc: dict[int, str] | None = None,
     notes: tuple[str, ...] = (),
+    taken_back: tuple[tuple[MeasuredPoint, str], ...] = (),
 ) -> ReportData:
     """Return what is reported about a job as it stands; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
@@ -243,6 +247,7 @@ def report_data(
         reference=reference,
         climate=climate,
         notes=notes,
+        taken_back=taken_back,
     )
 
 
@@ -266,6 +271,7 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         annulled=job.annulled,
         taken_utc=job.taken_utc,
         notes=job.doubts,
+        taken_back=job.taken_back,
     )
 
 

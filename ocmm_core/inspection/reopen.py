@@ -73,8 +73,8 @@ class ReopenedJob:
         Not annulled, as they are stored: ball centres in the world of the job, as warm as it was.
     sensitivities
         Of each point, computed anew from its raw spots.
-    annulled
-        Numbers of the points that were taken back.
+    taken_back
+        The points that were taken back, as they are stored, and why.
     events, taken_utc
         What happened; when each point was stored, also annulled ones.
     faults
@@ -93,11 +93,16 @@ class ReopenedJob:
     T_part_from_world: RigidTransform | None
     points: tuple[MeasuredPoint, ...]
     sensitivities: tuple[TipSensitivity, ...]
-    annulled: tuple[int, ...]
+    taken_back: tuple[tuple[MeasuredPoint, str], ...]
     events: tuple[JobEvent, ...]
     taken_utc: dict[int, str]
     faults: tuple[str, ...]
     differences: tuple[str, ...]
+
+    @property
+    def annulled(self) -> tuple[int, ...]:
+        """Return the numbers of the points that were taken back."""
+        return tuple(point.number for point, _ in self.taken_back)
 
     @property
     def climate(self) -> Climate:
@@ -146,8 +151,6 @@ def _reopened(path: Path, job: JobFile) -> ReopenedJob:
     use = ReferenceUse(rig, body, options.reference, job, begun=bool(points))
     sensitivities = [use.sensitivity(point.spots, point.reference_spots) for point in points]
     session = InspectionSession(plan, rig, body, job, options)
-    taken = job.taken_utc()
-    kept = {point.number for point in points}
     faults = tuple(job.verify())
     differences = tuple(_differences(points, sensitivities, plan, body))
     return ReopenedJob(
@@ -161,9 +164,9 @@ def _reopened(path: Path, job: JobFile) -> ReopenedJob:
         T_part_from_world=session.T_part_from_world,
         points=tuple(points),
         sensitivities=tuple(sensitivities),
-        annulled=tuple(number for number in taken if number not in kept),
+        taken_back=tuple(job.annulled()),
         events=tuple(events),
-        taken_utc=taken,
+        taken_utc=job.taken_utc(),
         faults=faults,
         differences=differences,
     )

@@ -456,8 +456,7 @@ class MeasuringStation:
     def report(self) -> ReportData:
         """Return everything that a report can say about the job as it stands."""
         calibration, probe, reference = self.calibration(), self.probe_view(), self.reference
-        points, taken = self._job.points(), self._job.taken_utc()
-        kept = {point.number for point in points}
+        back = tuple(self._job.annulled())
         return report_data(
             self.job(),
             self._job.head,
@@ -472,9 +471,10 @@ class MeasuringStation:
                 "" if reference is None else f"{reference.name} {reference.identity}",
             ),
             climate=self._options.session.climate,
-            observations=tuple(points),
-            annulled=tuple(number for number in taken if number not in kept),
-            taken_utc=taken,
+            observations=tuple(self._job.points()),
+            annulled=tuple(point.number for point, _ in back),
+            taken_utc=self._job.taken_utc(),
+            taken_back=back,
         )
 
     def export(

@@ -25,7 +25,9 @@ from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.app import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.export.registry import EXPORTERS
+from ocmm_core.export.json_schema import read_report
+from ocmm_core.export.registry import EXPORTERS, write_report
+from ocmm_core.export.report_data import report_of_job
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.reopen import reopen_job
@@ -161,6 +163,20 @@ def test_a_job_whose_program_was_killed_is_whole(bench: Bench, job: JobFile) -> 
     again = reopen_job(folder / job.path.name)
     assert (len(again.points), again.faults) == (5, ())
     assert content(folder) == before
+
+
+def test_a_point_that_was_taken_back_is_told_with_its_reason(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    for touch in bench.touches[:3]:
+        session.take_touch(touch)
+    session.undo()
+    again = reopen_job(job.path)
+    assert (again.annulled, len(again.points)) == ((3,), 2)
+    (path,) = write_report(report_of_job(again), ("json",), bench.folder / "out")
+    (told,) = read_report(path.read_bytes()).taken_back
+    ((point, reason),) = job.annulled()
+    assert told.observation.tip_world == tuple(point.tip_world.tolist())
+    assert told.reason == reason != ""
 
 
 def test_a_job_with_records_brings_its_own_cameras_and_probe(bench: Bench) -> None:
