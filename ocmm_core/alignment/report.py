@@ -25,7 +25,6 @@ from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
 
-
 _SEEN_MM = 1e-3
 """Residuals that would be printed as nothing say nothing."""
 
