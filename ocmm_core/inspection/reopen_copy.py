@@ -12,7 +12,6 @@ before it).
 from __future__ import annotations
 
 import contextlib
-import shutil
 import sqlite3
 import tempfile
 import time
@@ -42,8 +41,12 @@ def copy_of_job(path: Path) -> Iterator[Path]:
         raise StorageError(
             "job.missing", f"{path}: there is no such file.", "Check the name and the folder."
         )
-    with tempfile.TemporaryDirectory(prefix="ocmm-job-") as folder:
-        copy = Path(folder) / path.name
+    try:
+        folder = tempfile.TemporaryDirectory(prefix="ocmm-job-")
+    except OSError as error:
+        raise not_writable(Path(tempfile.gettempdir()), error.strerror or str(error)) from error
+    with folder as name:
+        copy = Path(name) / path.name
         _copy(path, copy)
         yield copy
 
@@ -59,7 +62,6 @@ def _copy(path: Path, copy: Path) -> None:
                 if content:
                     copy.with_name(f"{copy.name}-wal").write_bytes(content)
             except OSError as error:
-                shutil.rmtree(copy.parent, ignore_errors=True)
                 raise not_writable(copy, error.strerror or str(error)) from error
             return
         time.sleep(_PAUSE_S)
