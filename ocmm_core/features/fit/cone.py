@@ -25,7 +25,7 @@ from ocmm_core.features.fit.solver import derivatives, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
 
-RANKING_POINTS = 120
+RANKING_POINTS = 60
 RIDGE = 1e-12
 """Against the diagonal of the normal equations of a start, so that none is singular."""
 FLATTEST = np.deg2rad(89.9)
@@ -106,13 +106,15 @@ def _starts(points: Float) -> Float:
     axes = trial_axes(points)
     sample = sampled(points, RANKING_POINTS)
     frames = np.stack(across_axes(axes), axis=1)
-    x = np.einsum("mkx,nx->mnk", frames, sample)
+    flat = sample @ frames.reshape(-1, 3).T
+    x = np.ascontiguousarray(flat.reshape(len(sample), len(axes), 2).swapaxes(0, 1))
     t = axes @ sample.T
     columns = np.stack([2.0 * x[..., 0], 2.0 * x[..., 1], np.ones_like(t), t, t * t], axis=-1)
-    normal = np.swapaxes(columns, 1, 2) @ columns
+    transposed = np.swapaxes(columns, 1, 2)
+    normal = transposed @ columns
     normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(5)
     target = np.sum(x**2, axis=-1)
-    by_height = np.linalg.solve(normal, np.einsum("mnk,mn->mk", columns, target)[..., None])
+    by_height = np.linalg.solve(normal, transposed @ target[..., None])
     middle = x.mean(axis=1)
     moments, mean_square = taubin_moments(x - middle[:, None, :])
     by_circle, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)

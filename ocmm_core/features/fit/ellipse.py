@@ -17,10 +17,14 @@ from ocmm_core.features.fit.ball import LARGEST_RADIUS, WORST_CONDITION, not_con
 from ocmm_core.features.fit.common import FLAT, degenerate
 from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.flat_kernel import ELLIPSE
+from ocmm_core.features.fit.newton_kernel import descend
+from ocmm_core.features.fit.search import sampled
 from ocmm_core.features.fit.solver import Solution, derivatives, gains, minimise
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
+SAMPLE, STEPS = 40, 20
+"""Points and steps with which a start goes down before all points are used."""
 NEAR = 0.02
 """Root mean squared residual against the short axis below which no other minimum is looked for."""
 ROUNDEST = 1e-7
@@ -72,7 +76,7 @@ def _outline(points: Float, size: float, offset: float) -> Outline:
         "Spread the points around the ellipse; measure a round one as a circle.",
     )
     found: list[Solution] = []
-    for start in _starts(points, offset / size):
+    for start in _descended(points, offset / size):
         solution = minimise(ELLIPSE, points, start)
         a, b = solution.parameters[3:5]
         if solution.converged and 0.0 < b < LARGEST_RADIUS and 0.0 < a < LARGEST_RADIUS:
@@ -118,6 +122,15 @@ def oblong(
         p[0:2].copy(), float(p[order[3]]), float(p[order[4]]), turn, -jacobian[:, 0:2] @ frame,
         residuals, rows[order], shifts,
     )  # fmt: skip
+
+
+def _descended(points: Float, offset: float) -> Float:
+    """Return start parameters (m, 8) that have gone down on a sample of the points, best first."""
+    sample = sampled(points, SAMPLE)
+    starts = np.array(list(_starts(sample, offset))).reshape(-1, 8)
+    costs = np.empty(len(starts))
+    descend(ELLIPSE, sample, starts, STEPS, costs)
+    return starts[np.argsort(costs, kind="stable")]
 
 
 def _starts(points: Float, offset: float) -> Iterator[Float]:

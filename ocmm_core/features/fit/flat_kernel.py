@@ -97,16 +97,17 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
     # step leads back to its safe side, or further than that.
     t = max(least, short * short)
     for _ in range(80):
-        first, second = long * along / (t + gap), short * beside / t
+        by_long, by_short = 1.0 / (t + gap), 1.0 / t
+        first, second = long * along * by_long, short * beside * by_short
         first, second = first * first, second * second
-        change = 0.5 * (first + second - 1.0) / (first / (t + gap) + second / t)
+        change = 0.5 * (first + second - 1.0) / (first * by_long + second * by_short)
         t = max(t + change, least)
         # The next step would be as small as the square of this one.
         if abs(change) < 1e-9 * t:
             break
     c, s = long * along / (t + gap), short * beside / t
-    length = np.sqrt(c * c + s * s)
-    c, s = c / length, s / length
+    scale = 1.0 / np.sqrt(c * c + s * s)
+    c, s = c * scale, s * scale
     if a < b:
         c, s = s, c
     return np.copysign(c, x), np.copysign(s, y)
@@ -139,8 +140,8 @@ def outline_terms(
         if kind == ELLIPSE:
             c, s = ellipse_foot(x, y, a, b)
             nx, ny = c * b, s * a
-            length = np.sqrt(nx * nx + ny * ny)
-            nx, ny = nx / length, ny / length
+            scale = 1.0 / np.sqrt(nx * nx + ny * ny)
+            nx, ny = nx * scale, ny * scale
             distance = nx * (x - a * c) + ny * (y - b * s)
             g[3, 0], g[4, 1] = -c, -s
             by_a, by_b = -nx * c, -ny * s
@@ -189,12 +190,13 @@ def outline_terms(
                 by_anomaly[i] = -(g[i, 0] * foot_x + g[i, 1] * foot_y)
             by_anomaly[3] += distance * nx * s
             by_anomaly[4] -= distance * ny * c
+            softness = 1.0 / max(second, _NEAREST)
             for i in range(5):
                 for j in range(i, 5):
                     curvature[i, j] += weight * (
                         g[i, 0] * g[j, 0]
                         + g[i, 1] * g[j, 1]
-                        - by_anomaly[i] * by_anomaly[j] / max(second, _NEAREST)
+                        - by_anomaly[i] * by_anomaly[j] * softness
                         - jacobian[row, i] * jacobian[row, j]
                     )
         elif bend > 0.0:

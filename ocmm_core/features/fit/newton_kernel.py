@@ -24,6 +24,8 @@ CONVERGED = 1e-13
 """Length of a step, against that of the parameters, below which the iteration has converged."""
 STAGNATED = 1e-8
 """The same where rounding keeps the steps from becoming shorter."""
+ENOUGH = 1e-4
+"""Relative gain of a step below which a start has descended."""
 ROUNDING = 1e-15
 """Of a residual, as the coordinates are scaled to one."""
 QUADRATIC = 1e-10
@@ -199,9 +201,12 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
             new_cost = terms(kind, points, moved, residuals, jacobian, unused)
             fresh = new_cost < cost
             if fresh:
+                enough = new_cost > cost * (1.0 - ENOUGH)
                 p[:] = moved
                 cost = new_cost
                 damping *= 0.1
+                if enough:
+                    break
             else:
                 damping *= 10.0
                 if damping > 1e8:
