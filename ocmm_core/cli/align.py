@@ -6,10 +6,17 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
 from rich.console import Console
 
-from ocmm_core.alignment.frame_document import frame_document, save_frame
+from ocmm_core.alignment.frame_document import (
+    frame_document,
+    load_frame,
+    relocation,
+    save_frame,
+    saved_frame,
+)
 from ocmm_core.alignment.report import AlignmentReport, report_lines
 from ocmm_core.errors import InputError
 from ocmm_core.features.actual import ActualFeature
@@ -17,6 +24,8 @@ from ocmm_core.features.construct_checks import CENTRED
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.alignment_preview import alignment_of_points
 from ocmm_core.inspection.evaluation import checked_features
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.plan_file import save_plan
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
 from ocmm_core.measuring.temperature import reported_points
 
@@ -63,6 +72,30 @@ def align_command(
         console.print(f"Frame  {save}", highlight=False, markup=False)
     if not report.can_be_accepted:
         raise typer.Exit(2)
+
+
+def align_plan_command(
+    *,
+    plan: Annotated[Path, typer.Argument(help="Plan document.")],
+    frame: Annotated[Path, typer.Option("--frame", help="Document of a saved frame.")],
+    out: Annotated[Path, typer.Option("--out", help="File of the new plan.")],
+    relocate: Annotated[
+        float | None,
+        typer.Option(
+            "--relocate",
+            help="Find the frame again at its control points, which may lie so far off, mm. "
+            "Default: take it as it was saved.",
+        ),
+    ] = None,
+) -> None:
+    """Write a plan that is aligned to a saved frame.
+
+    The new plan holds what it needs of the frame, together with its hash.
+    """
+    document = load_frame(frame)
+    rule = saved_frame(document) if relocate is None else relocation(document, relocate)
+    save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
+    Console(soft_wrap=True).print(f"Plan  {out}", highlight=False, markup=False)
 
 
 def _save(

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from ocmm_core import __version__
-from ocmm_core.cli.align import align_command
+from ocmm_core.cli.align import align_command, align_plan_command
 from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.calibrate import calibrate_app
 from ocmm_core.cli.calibrate_probe import probe_command
@@ -86,6 +86,7 @@ app = typer.Typer(
     "resources folder are examples for your own.",
 )
 app.command(name="align")(align_command)
+app.command(name="align-plan")(align_plan_command)
 app.command(name="compare")(compare_command)
 app.command(name="uncertainty")(uncertainty_command)
 app.command(name="report")(report_command)

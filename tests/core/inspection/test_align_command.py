@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from ocmm_core.alignment.frame_document import load_frame
+from ocmm_core.alignment.frame_document import frame_document, load_frame, save_frame
+from ocmm_core.alignment.rules import SavedFrame
 from ocmm_core.cli.app import app
 from ocmm_core.errors import InputError
+from ocmm_core.geometry import RigidTransform, rotation_from_vector
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.reopen import reopen_job
@@ -79,6 +81,30 @@ def test_a_frame_is_saved_with_its_control_points(bench: Bench) -> None:
     assert np.array(control.place) - [1.0, 2.0, 3.0] == pytest.approx(seen.fit.point, abs=1e-9)
     unknown = _align(job, "--save", bench.folder / "b.toml", "--control", "BED")
     assert "BED is no measured feature with a centre" in str(unknown.exception)
+
+
+def test_a_plan_takes_a_saved_frame_over(tmp_path: Path) -> None:
+    moved = RigidTransform(rotation_from_vector(np.array([0.1, 0.2, -0.3])), np.arange(3.0))
+    places = {"SPHERE": np.zeros(3), "A": np.eye(3)[0], "B": np.eye(3)[1]}
+    frame = tmp_path / "frame.toml"
+    save_frame(frame, frame_document("bed", "2026-01-02", "bed of the mill", moved, places))
+    made = _align_plan(PLAN, "--frame", frame, "--out", tmp_path / "plan.toml")
+    assert made.exit_code == 0, made.output
+    rule = load_plan(tmp_path / "plan.toml").alignment
+    assert isinstance(rule, SavedFrame)
+    assert rule.digest == load_frame(frame).sha256
+    assert np.array_equal(np.array(rule.rotation), moved.rotation)
+    # The quick plan has no features A and B.
+    refused = _align_plan(
+        PLAN, "--frame", frame, "--out", tmp_path / "b.toml", "--relocate", "0.05"
+    )
+    assert isinstance(refused.exception, InputError)
+    assert "names 'A', which is not a feature of the plan" in str(refused.exception)
+    assert not (tmp_path / "b.toml").exists()
+
+
+def _align_plan(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["align-plan", *map(str, arguments)])
 
 
 def test_a_plan_without_alignment_is_told_so(bench: Bench) -> None:
