@@ -26,11 +26,13 @@ from ocmm_core.cli.feeds import make_feed as make_feed
 from ocmm_core.cli.feeds import script_of as script_of
 from ocmm_core.cli.feeds import segment_of as segment_of
 from ocmm_core.cli.source_names import VIRTUAL_BUSES as VIRTUAL_BUSES
+from ocmm_core.documents import digest
 from ocmm_core.errors import StorageError
 from ocmm_core.inspection.batch import require_new_serial
 from ocmm_core.inspection.header import EVENT as HEADER
 from ocmm_core.inspection.header import check_header, header_text
 from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.part_before import place_of_part_before
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.progress import open_plan
 from ocmm_core.inspection.stored_plan import stored_plan
@@ -98,6 +100,11 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
     recorder = None
     try:
+        near = None
+        if reference is None and begun is None and request.batch:
+            near = place_of_part_before(
+                request.out, request.batch, digest(request.plan), calibration.rig.identity
+            )
         job = begun or _new_job(request, plan, calibration, probe)
         if request.record is not None:
             recorder = FrameRecorder(request.record, feed.description, calibration.rig)
@@ -110,7 +117,10 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
             feed.ring,
             StationOptions(
                 session=SessionOptions(
-                    climate=climate.climate, contact=climate.contact, reference=reference
+                    climate=climate.climate,
+                    contact=climate.contact,
+                    reference=reference,
+                    near=near,
                 ),
                 tracking=TrackingOptions(method=request.method),
                 live_source=feed.live,

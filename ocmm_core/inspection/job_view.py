@@ -88,6 +88,8 @@ def view_of(
     )
     results = found.judged(plan, standing)
     place = whereabouts(plan, found.actual)
+    if place is None and options.near is not None:
+        place = Whereabouts(options.near, approximate=True)
     features = tuple(
         replace(
             _seen(nominal, found, results, standing, points, progress, place),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ocmm_core.calibration.probe_shape import ContactForce
+from ocmm_core.geometry import RigidTransform
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.measuring.temperature import Climate
 from ocmm_core.tracking.reference_body import ReferenceBody
@@ -27,6 +28,9 @@ class SessionOptions:
         What the hand's force does to the probe; None where its design is not known.
     reference
         Reference body to which all points are given; None without one.
+    near
+        Motion from the world to the nominals of the plan, roughly, as a part before this one
+        stood; only for guidance. None where nothing is known.
     """
 
     point: PointOptions = field(default_factory=PointOptions)
@@ -34,3 +38,4 @@ class SessionOptions:
     climate: Climate = field(default_factory=Climate)
     contact: ContactForce | None = None
     reference: ReferenceBody | None = None
+    near: RigidTransform | None = None

@@ -152,10 +152,17 @@ def test_a_way_of_compensation_that_says_nothing_is_refused(session: InspectionS
 
 
 @pytest.mark.slow
-def test_pulled_touches_of_the_whole_station_conform(tmp_path: Path) -> None:
+def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path: Path) -> None:
     quick = load_plan(resource("plans", "quick.toml"))
     plan = tmp_path / "pulled.toml"
-    save_plan(msgspec.structs.replace(quick, compensation="pulled"), plan)
+    bed, block, ball = quick.features
+    block = msgspec.structs.replace(block, length=54.0, width=34.0)
+    corner = NominalFeature(name="CORNER", shape=Shape.POINT, points=1, point=(-46.0, 15.0, 20.34))
+    alignment = DatumAlignment(primary="BED", secondary=("SPHERE", "CORNER"), origin="SPHERE")
+    changed = msgspec.structs.replace(
+        quick, compensation="pulled", features=[block, bed, ball, corner], alignment=alignment
+    )
+    save_plan(changed, plan)
     request = StationRequest(plan=plan, out=tmp_path, frame_rate_hz=500, batch="B", serial="SN-1")
     built = build_station(request)
     try:
@@ -169,9 +176,20 @@ def test_pulled_touches_of_the_whole_station_conform(tmp_path: Path) -> None:
     assert [result.verdict for result in view.characteristics] == [Verdict.CONFORM] * 2
     assert (view.header.batch, view.header.serial) == ("B", "SN-1")
     (part,) = parts_of_batch(tmp_path, "B")
-    assert (part.serial, part.points) == ("SN-1", 14)
+    assert (part.serial, part.points) == ("SN-1", 15)
     with pytest.raises(InputError, match="measured already"):
         build_station(request)
+    # The next part is led by where this one stood, until its own place is known.
+    following = build_station(replace(request, serial="SN-2"))
+    try:
+        target = following.station.job().target
+    finally:
+        following.station.close()
+    assert target is not None
+    assert target.approximate
+    assert target.feature == "BLOCK_TOP"
+    pose = load_part(resource("parts", "demo.toml")).T_world_from_part
+    assert pose.inverse().apply(target.surface_world)[2] == pytest.approx(20.34, abs=0.2)
 
 
 def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
