@@ -133,6 +133,9 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 plan_path=parsed.plan,
             )
             _show(window, options)
+            if parsed.serial is None and parsed.source != "simulated":
+                # Who measures which part comes before the first point.
+                window.sheets.open_job()
             bridge.start()
             _end_on_signals(app)
             if options.quit_after_s > 0.0:
@@ -160,7 +163,7 @@ def _request(parsed: argparse.Namespace) -> StationRequest:
         speed=parsed.speed,
         stay=True,
         operator=parsed.operator,
-        serial=parsed.serial,
+        serial=parsed.serial or "1",
         force=parsed.force,
         calibrations=parsed.calibrations,
         uncalibrated=parsed.uncalibrated,
@@ -249,7 +252,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--seed", type=int, default=3, help="seed of the virtual rig")
     add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")
     add("--operator", default="demo", help="who measures")
-    add("--serial", default="1", help="serial number of the part")
+    add("--serial", help="serial number of the part; asked in the window for real cameras")
     add("--out", type=Path, help="folder of the job file and the report; asked when exporting")
     add("--force", action="store_true", help="use a network interface that the computer needs")
     add(

@@ -15,12 +15,11 @@ from ocmm_core.calibration.probe_definition import definition_of
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.calibration.procedure import Kind
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.view import FeatureState, JobView, LiveView
-from ocmm_core.measuring.point import MeasuredPoint, Refusal
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_gui.actions import ACTIONS, Mode, make_actions, show_mode
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
+from ocmm_gui.echo import Echo
 from ocmm_gui.maintain.bus_page import BusPage
 from ocmm_gui.maintain.calibration_page import CalibrationPage
 from ocmm_gui.maintain.deeds import Deeds
@@ -35,12 +34,12 @@ from ocmm_gui.operator.tip_line import TipLine
 from ocmm_gui.operator.trust_bar import Place, TrustBar
 from ocmm_gui.point_choice import PointChoice
 from ocmm_gui.sheets import Sheets
-from ocmm_gui.sound import Approach, Sound, SoundPlayer
+from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
 from ocmm_gui.wizards.definition_page import DefinitionPage
 from ocmm_gui.wizards.site import site_of
 from ocmm_gui.wizards.wizard import Wizard
-from ocmm_gui.words import next_step, reference_words
+from ocmm_gui.words import reference_words
 
 _IN_WIZARDS = ("theme", "log")
 """Actions of the window that a wizard leaves as they are."""
@@ -83,8 +82,6 @@ class MainWindow(QMainWindow):
         self.setMinimumSize(1024, 640)
         self._bridge = bridge
         self._notices = notices
-        self._sounds = sounds
-        self._approach = Approach(sounds)
         self._out = out
         self._job: JobView | None = None
         self._live: LiveView | None = None
@@ -98,6 +95,10 @@ class MainWindow(QMainWindow):
         self.desk.use_plan(
             bridge.station.plan, None if plan_path is None else plan_path.parent
         )
+        self._echo = Echo(
+            sounds, notices,
+            lambda: self.far.readout() if self.is_far() else self.desk.readout,
+        )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
         self.sheets = Sheets(bridge, notices, self._folder, plan_path)
         self.bus = BusPage(bridge.bus)
@@ -164,13 +165,13 @@ class MainWindow(QMainWindow):
         self.wizard.left.connect(self._on_wizard_left)
         self.definition.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.definition.saved.connect(self._on_defined)
-        self.wizard.taken.connect(lambda: self._play(Sound.TAKEN))
-        self.wizard.sounded.connect(self._play)
+        self.wizard.taken.connect(lambda: self._echo.play(Sound.TAKEN))
+        self.wizard.sounded.connect(self._echo.play)
         self.wizard.failed.connect(self._on_wizard_failed)
         bridge.live_changed.connect(self._on_live)
         bridge.job_changed.connect(self._on_job)
-        bridge.point_taken.connect(self._on_taken)
-        bridge.point_refused.connect(self._on_refused)
+        bridge.point_taken.connect(self._echo.taken)
+        bridge.point_refused.connect(self._echo.refused)
         show_mode(self.actions_by_key, Mode.INSPECT)
         self.use_theme(theme)
 
@@ -259,8 +260,7 @@ class MainWindow(QMainWindow):
         self.wizard.close_runner()
         self.definition.close_examination()
         self._bridge.close()
-        if self._sounds is not None:
-            self._sounds.close()
+        self._echo.close()
         self.close_seconds = time.monotonic() - begun
         event.accept()
         self.closed.emit()
@@ -278,7 +278,7 @@ class MainWindow(QMainWindow):
             "side": self._bridge.next_side,
             "redo": self._bridge.redo,
             "refit": self._bridge.refit,
-            "tone": self._toggle_tone,
+            "tone": lambda: self._echo.toggle_tone(),
             "point_after": lambda: self.choice.step(1),
             "point_before": lambda: self.choice.step(-1),
             "delete": lambda: self.choice.delete(),
@@ -323,7 +323,7 @@ class MainWindow(QMainWindow):
                 view.show_live(live)
         measures = self._stack.currentWidget() in (self.desk, self.far)
         target = self._job.target if measures and self._job is not None else None
-        self._approach.feed(target, live.tip_world)
+        self._echo.way(target, live.tip_world)
 
     def _on_job(self, job: JobView) -> None:
         previous, self._job = self._job, job
@@ -331,42 +331,12 @@ class MainWindow(QMainWindow):
         self.choice.show_job(job)
         self.sheets.job_changed(job)
         if previous is not None:
-            self._announce(previous, job)
+            self._echo.announce(previous, job)
 
     def _show_job(self, job: JobView) -> None:
         for view in (self.far, self.desk):
             if view is self._stack.currentWidget():
                 view.show_job(job)
-
-    def _announce(self, previous: JobView, job: JobView) -> None:
-        before = {feature.name: feature.state for feature in previous.features}
-        for feature in job.features:
-            if feature.state is FeatureState.DONE and before[feature.name] is not feature.state:
-                bad = feature.verdict is Verdict.NOT_CONFORM
-                self._play(Sound.OUT_OF_TOLERANCE if bad else Sound.FEATURE_COMPLETE)
-                self._flash(good=not bad)
-        if job.complete and not previous.complete:
-            self._notices.inform(next_step(job))
-
-    def _on_taken(self, point: MeasuredPoint) -> None:
-        self._play(Sound.TAKEN)
-        self._flash(good=True)
-
-    def _on_refused(self, refusal: Refusal) -> None:
-        self._play(Sound.REFUSED)
-        self._flash(good=False)
-
-    def _play(self, sound: Sound) -> None:
-        if self._sounds is not None:
-            self._sounds.play(sound)
-
-    def _toggle_tone(self) -> None:
-        self._approach.enabled = not self._approach.enabled
-        state = "sounded" if self._approach.enabled else "silent"
-        self._notices.inform(f"The way to the next point is {state} now.")
-
-    def _flash(self, *, good: bool) -> None:
-        (self.far.readout() if self.is_far() else self.desk.readout).flash(good=good)
 
     def _export(self) -> None:
         if self._out is not None:
@@ -380,14 +350,14 @@ class MainWindow(QMainWindow):
         self._notices.inform(f"Written to {folder}: {names}")
 
     def _on_wizard_failed(self, error: OcmmError) -> None:
-        self._play(Sound.REFUSED)
+        self._echo.play(Sound.REFUSED)
         self._notices.error(error)
 
     def _on_tip_turned(self, view: ProbeView) -> None:
         if view.hindrance is None:
             self._notices.inform(f"Points are taken again: {view.title} is {view.word.value}.")
             return
-        self._play(Sound.REFUSED)
+        self._echo.play(Sound.REFUSED)
         # It stands on every screen as long as it lasts.
         self._notices.keep(
             Notice(

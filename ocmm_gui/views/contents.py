@@ -73,6 +73,7 @@ def job_items(
     """
     items: list[Item] = []
     reach: list[Float] = [np.empty((0, 3))]
+    last = max((p.number for f in job.features for p in f.points), default=0)
     # The active feature comes first: its name has the right of way.
     for feature in sorted(job.features, key=lambda f: f.state is not FeatureState.ACTIVE):
         if not feature.points:
@@ -88,16 +89,28 @@ def job_items(
             items.append(Lines(lines, colour, 2.2 if active else 1.4))
             items.append(Tag(feature.fit.point, feature.name, colour))
             reach.append(lines.reshape(-1, 3))
-        if active:
-            outward = np.stack([point.direction for point in feature.points])
-            arrows = _arrows(surface + _ARROW_MM * outward, surface)
-            items.append(Lines(arrows, theme.text, 1.4))
+        items += _sides(feature, surface, theme, last, active=active)
         items.append(
             Dots(surface, theme.text if active else colour, 8.0 if active else 5.0, theme.panel)
         )
         items += _marked_points(feature, theme, chosen)
     reach += [target.surface_world[None] for target in _wanted(job)]
     return tuple(items), np.concatenate(reach)
+
+
+def _sides(
+    feature: FeatureView, surface: Float, theme: Theme, last: int, *, active: bool
+) -> list[Item]:
+    """Return from which side points were touched: of the active feature, and of the last point."""
+    outward = np.stack([point.direction for point in feature.points])
+    tails = surface + _ARROW_MM * outward
+    items: list[Item] = []
+    if active:
+        items.append(Lines(_arrows(tails, surface), theme.text, 1.4))
+    if feature.points[-1].number == last:
+        # This one is turned round by a flip.
+        items.append(Lines(_arrows(tails[-1:], surface[-1:]), theme.warn, 2.6))
+    return items
 
 
 def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item]:

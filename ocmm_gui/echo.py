@@ -1,0 +1,81 @@
+"""What is heard and flashes when a point is taken or refused, or a feature is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.view import FeatureState, JobView, Target
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
+from ocmm_core.tolerances.result import Verdict
+from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.operator.readout import Readout
+from ocmm_gui.sound import Approach, Sound, SoundPlayer
+from ocmm_gui.words import next_step
+
+
+class Echo:
+    """Sounds for hands and eyes that are busy, and the same as a flash of the readout.
+
+    Parameters
+    ----------
+    sounds
+        Player, or None for silence.
+    notices
+        Where the end of the job is told.
+    readout
+        Gives the readout that is seen now.
+    """
+
+    def __init__(
+        self,
+        sounds: SoundPlayer | None,
+        notices: NoticeCentre,
+        readout: Callable[[], Readout],
+    ) -> None:
+        self._sounds, self._notices, self._readout = sounds, notices, readout
+        self._approach = Approach(sounds)
+
+    def play(self, sound: Sound) -> None:
+        """Play a sound where one can be played."""
+        if self._sounds is not None:
+            self._sounds.play(sound)
+
+    def taken(self, point: MeasuredPoint) -> None:
+        """Say that a point was taken."""
+        self.play(Sound.TAKEN)
+        self._readout().flash(good=True)
+
+    def refused(self, refusal: Refusal) -> None:
+        """Say that a touch gave no point."""
+        self.play(Sound.REFUSED)
+        self._readout().flash(good=False)
+
+    def announce(self, previous: JobView, job: JobView) -> None:
+        """Say what of a job is done now that was not before; another job says nothing."""
+        if previous.job != job.job:
+            return
+        before = {feature.name: feature.state for feature in previous.features}
+        for feature in job.features:
+            state = before.get(feature.name)
+            if feature.state is FeatureState.DONE and state is not FeatureState.DONE:
+                bad = feature.verdict is Verdict.NOT_CONFORM
+                self.play(Sound.OUT_OF_TOLERANCE if bad else Sound.FEATURE_COMPLETE)
+                self._readout().flash(good=not bad)
+        if job.complete and not previous.complete:
+            self._notices.inform(next_step(job))
+
+    def way(self, target: Target | None, tip_world: Float | None) -> None:
+        """Sound how the ball, (3,) mm, comes nearer to the next place."""
+        self._approach.feed(target, tip_world)
+
+    def toggle_tone(self) -> None:
+        """Sound the way to the next point, or do not."""
+        self._approach.enabled = not self._approach.enabled
+        state = "sounded" if self._approach.enabled else "silent"
+        self._notices.inform(f"The way to the next point is {state} now.")
+
+    def close(self) -> None:
+        """Stop what still plays."""
+        if self._sounds is not None:
+            self._sounds.close()
