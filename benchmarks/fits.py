@@ -20,6 +20,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pyransac3d
@@ -61,7 +62,7 @@ def main() -> int:
         points, truth = _sample(shape, rng)
         fit = fit_shape(shape, points)
         for peer in _peers(shape, points, truth):
-            times = _in_turns(lambda s=shape, p=points: fit_shape(s, p), peer.fit, rounds)
+            times = _in_turns(partial(fit_shape, shape, points), peer.fit, rounds)
             error = _error(shape, fit, *peer.fit())
             ratio = times[1] / times[0]
             good = good and (ratio >= 1.0 or error > 1e-9)
@@ -130,7 +131,7 @@ def _error(shape: Shape, fit: Fit, point: Float, radius: float) -> float:
     if shape is Shape.PLANE:
         arm = (arm @ fit.direction) * fit.direction
     own = 0.0 if shape in (Shape.LINE, Shape.PLANE) else fit.radius
-    return float(max(np.linalg.norm(arm), abs(radius - own)))
+    return max(float(np.linalg.norm(arm)), float(abs(radius - own)))
 
 
 def _peers(shape: Shape, points: Points3, truth: Float) -> list[Peer]:
@@ -212,14 +213,15 @@ def _by_scipy(
         arms = local - p[:3]
         t = arms @ axis
         rho = np.linalg.norm(arms - t[:, None] * axis, axis=1)
-        if shape is Shape.SPHERE:
-            return np.linalg.norm(arms, axis=1) - p[5]
-        if shape is Shape.CIRCLE:
-            return np.concatenate([rho - p[5], t])
-        if shape is Shape.TORUS:
-            return np.hypot(rho - p[5], t) - p[6]
         taper = p[6] if shape is Shape.CONE else 0.0
-        return (rho - p[5]) * np.cos(taper) - t * np.sin(taper)
+        found: Float = (rho - p[5]) * np.cos(taper) - t * np.sin(taper)
+        if shape is Shape.SPHERE:
+            found = np.linalg.norm(arms, axis=1) - p[5]
+        elif shape is Shape.CIRCLE:
+            found = np.concatenate([rho - p[5], t])
+        elif shape is Shape.TORUS:
+            found = np.hypot(rho - p[5], t) - p[6]
+        return found
 
     def fit() -> tuple[Float, float]:
         p = least_squares(residuals, start, method="trf", x_scale="jac").x

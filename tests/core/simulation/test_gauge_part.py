@@ -14,6 +14,7 @@ from ocmm_core.features.actual import ActualFeature, actual_features
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import RADIUS, SECOND, Shape
 from ocmm_core.inspection.plan import load_plan
+from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.simulation.artefacts import load_part
 from ocmm_core.simulation.surfaces import HOLES, free_width
 from ocmm_core.simulation.touches import sample
@@ -30,7 +31,7 @@ def test_exact_touches_give_the_true_sizes(seed: int) -> None:
     assert len(plan.features) == 12
     assert len({feature.shape for feature in plan.features}) == 10
     rng = np.random.default_rng(seed)
-    points = []
+    points: list[MeasuredPoint] = []
     for feature in plan.features:
         contacts = sample(part.artefact(feature.name), feature.points, rng)
         assert len(contacts.points) == feature.points
