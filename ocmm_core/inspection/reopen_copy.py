@@ -23,6 +23,9 @@ from ocmm_core.storage.faults import damaged, no_job, not_writable
 
 _TRIES = 50
 _PAUSE_S = 0.02
+_DOUBTS = 5
+"""A file that cannot be read so many times and once more is damaged."""
+
 _WAL_HEAD = 32
 """Bytes of the head of the log; its salts change when the log begins anew."""
 
@@ -53,10 +56,17 @@ def copy_of_job(path: Path) -> Iterator[Path]:
 
 def _copy(path: Path, copy: Path) -> None:
     log = path.with_name(f"{path.name}-wal")
-    for _ in range(_TRIES):
-        before, head = _content(path), _log(log)[:_WAL_HEAD]
-        content = _log(log)
-        if _content(path) == before and _log(log)[:_WAL_HEAD] == head == content[:_WAL_HEAD]:
+    for attempt in range(_TRIES):
+        try:
+            before, head = _content(path), _log(log)[:_WAL_HEAD]
+            content = _log(log)
+            same = _content(path) == before
+        except StorageError:
+            # A file that is just being made or moved together cannot be read for a moment.
+            if attempt >= _DOUBTS:
+                raise
+            same = False
+        if same and _log(log)[:_WAL_HEAD] == head == content[:_WAL_HEAD]:
             try:
                 copy.write_bytes(before)
                 if content:
