@@ -179,7 +179,7 @@ def group_of(name: str) -> Group:
                 asked("position, true", "position", ["ball"]),
                 asked("position, 0.1 off", "position", ["off"]),
             ],
-            0.93,
+            0.7,
         )
     if name == GROUPS[1]:
         build.ring("free", (0.0, 90.0, 5.0), 30.0, "outer", 12)
@@ -196,7 +196,7 @@ def group_of(name: str) -> Group:
                 asked("straightness", "straightness", ["edge"]),
                 asked("cylindricity, LS", "cylindricity", ["pin"], "least squares"),
             ],
-            0.05,
+            0.2,
         )
     build.plane("step", (30.0, 80.0, 20.0))
     build.cylinder("pin", (90.0, 0.0, 15.0), 16.0, 20.0)
@@ -214,7 +214,7 @@ def group_of(name: str) -> Group:
             asked("circular runout", "circular runout", ["shoulder"], datums=["pin"]),
             asked("total runout", "total runout", ["upper"], datums=["pin"]),
         ],
-        0.02,
+        0.1,
     )
 
 

@@ -107,7 +107,7 @@ def _sample(
     own = by_points[:, :-1].reshape(len(places), -1, 3)[np.arange(len(places)), places]
     lengths = np.linalg.norm(own, axis=1)
     normals = own / np.maximum(lengths, 1e-12)[:, None]
-    return _of_squares(
+    return sample_of(
         name, places, normals[:, :, None], float(residuals @ residuals), noise, degrees
     )
 
@@ -130,14 +130,18 @@ def _line_sample(
     noise = float(np.sum((by_points @ covariance[np.ix_(columns, columns)]) * by_points))
     pair = np.linalg.svd(across)[0][:, :2]
     residuals = feature.fit.residuals
-    return _of_squares(
+    return sample_of(
         name, places, np.tile(pair, (n, 1, 1)), float(residuals @ residuals), noise, degrees
     )
 
 
-def _of_squares(
+def sample_of(
     name: str, places: Int, normals: Float, squares: float, noise: float, degrees: int
 ) -> FormSample:
+    """Return the sample of a feature whose squared residuals add up to ``squares``, mm^2.
+
+    ``noise`` is what the noise of the points lets one expect of that sum.
+    """
     return FormSample(
         feature=name,
         places=places,
