@@ -22,11 +22,14 @@ class FormNoise:
     free
         (m, k): how they answer to the k parameters over which the zone is made smallest; k is zero
         where the zone is not.
+    mirrored
+        The second half of the rows is the opposite of the first.
     """
 
     deviations: Float
     by_coordinates: Float
     free: Float
+    mirrored: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -139,6 +139,7 @@ def form_noise(distances: Float, by_coordinates: Float, free: Float) -> FormNois
         np.concatenate([distances, -distances]),
         np.vstack([by_coordinates, -by_coordinates]),
         np.vstack([free, -free]),
+        mirrored=True,
     )
 
 
