@@ -12,6 +12,7 @@ from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.tolerances.characteristic import Characteristic
 from tests.core.features.exact_touches import touches
 
 PLACES = (
@@ -97,3 +98,10 @@ class KnownPart:
         if errors:
             raise errors[0]
         return {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
+
+
+def asked(kind: str, features: str, datums: str = "", **more: object) -> Characteristic:
+    """Return a characteristic of features and datums that are listed with commas."""
+    listed = [[name for name in text.split(",") if name] for text in (features, datums)]
+    said = {"name": "it", "kind": kind, "features": listed[0], "datums": listed[1], "upper": 0.1}
+    return msgspec.convert({**said, **more}, Characteristic)

@@ -2,107 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import replace as structs_replace
 from functools import lru_cache
 
-import msgspec
 import numpy as np
 import pytest
 
 from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.alignment.rules import BoundAlignment
-from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.nominal import nominal_geometry
 from ocmm_core.features.shapes import Shape
-from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import COAXIAL, ORIENTATIONS, Characteristic
 from ocmm_core.tolerances.evaluate import evaluate
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.surface import surface_points
-from ocmm_core.tolerances.zone_frame import Frames
 from tests.core.features.exact_touches import moved
-from tests.core.tolerances.known_part import PLACES, KnownPart, ball, edge, face, motion, ring
-
-TILT = 1e-3
-"""rad: of all that is tilted."""
-
-RULE = DatumAlignment(primary="top", secondary=("pin", "hole"), origin="pin")
-
-
-@lru_cache(maxsize=2)
-def known(place: int = 0) -> KnownPart:
-    """Return the part; its frame has the top as z and the pin as origin."""
-    part = KnownPart(PLACES[place])
-    h = 0.02
-    add = part.add
-    add("top", Shape.PLANE, face(motion(0, 0, 0)))
-    # Square to the top, and turned about its normal, which a datum plane leaves open.
-    left = motion(-50.0, 0, -20, 0, -np.pi / 2, 0)
-    add("left", Shape.PLANE, face(left), point=(-50, 0, -20), direction=(-1, 0, 0))
-    front = motion(0, -50.0, -20, np.pi / 2, 0, 0)
-    add("front", Shape.PLANE, face(front), point=(0, -50, -20), direction=(0, -1, 0))
-    add("pin", Shape.CYLINDER, ring(motion(0, 0, 0), 10.0, (5, 15, 25)), point=(0, 0, 15),
-        diameter=20.0)  # fmt: skip
-    off = motion(60.03, 0.04, 15)
-    add("hole", Shape.CYLINDER, ring(off, 6.0, (-10, 0, 10), inner=True), point=(60, 0, 15),
-        diameter=11.9, side="inner")  # fmt: skip
-    add("leaning", Shape.CYLINDER, ring(motion(0, 60, 0, 0, TILT, 0), 8.0, (0, 10, 20, 30)),
-        point=(0, 60, 15), diameter=16.0)  # fmt: skip
-    add("wavy", Shape.PLANE, face(motion(0, 100, 5), 40.0, lambda x, y: h * x * y / 400.0),
-        point=(0, 100, 5))  # fmt: skip
-    add("steep", Shape.PLANE, face(motion(0, 140, 7, TILT, 0, 0)), point=(0, 140, 7))
-    yaw = motion(80, 80, 0).compose(motion(0, 0, 0, 0, 0, 0.02)).compose(
-        motion(0, 0, 0, 0, np.pi / 2 + TILT, 0))  # fmt: skip
-    add("wall", Shape.PLANE, face(yaw), point=(80, 80, 0), direction=(1, 0, 0))
-    add("ramp", Shape.PLANE, face(motion(150, 0, 0, 0, np.pi / 3, 0)), point=(150, 0, 0),
-        direction=(0.75**0.5, 0, 0.5))  # fmt: skip
-    three = ring(motion(0, -90, 3), 15.0, bulge=lambda t: h * np.cos(3 * t))
-    add("lobed", Shape.CIRCLE, three, point=(0, -90, 3), diameter=30.0)
-    oval = ring(motion(50, -90, 3), 15.0, bulge=lambda t: h * np.cos(2 * t), inner=True)
-    add("oval", Shape.CIRCLE, oval, point=(50, -90, 3), diameter=30.0, side="inner")
-    tube = ring(motion(0, -150, 0), 12.0, (0, 20, 40), bulge=lambda t: h * np.cos(3 * t))
-    add("tube", Shape.CYLINDER, tube, point=(0, -150, 20), diameter=24.0)
-    bent = [ring(motion(x, -200, z), 9.0) for x, z in ((0, 0), (0.03, 20), (0, 40))]
-    add("bent", Shape.CYLINDER, (np.vstack([b[0] for b in bent]), np.vstack([b[1] for b in bent])),
-        point=(0, -200, 20), diameter=18.0)  # fmt: skip
-    add("edge", Shape.LINE, edge(motion(0, -230, 0), [h, -h, h, -h, h], 40.0),
-        point=(0, -230, 0), direction=(1, 0, 0))  # fmt: skip
-    add("ball", Shape.SPHERE, ball(motion(-80.02, 0.01, 40.02), 12.01), point=(-80, 0, 40),
-        diameter=24.0)  # fmt: skip
-    add("neck", Shape.CYLINDER, ring(motion(0.05, 0, 0), 7.0, (30, 40)), point=(0, 0, 35),
-        diameter=14.0)  # fmt: skip
-    add("collar", Shape.CIRCLE, ring(motion(0.05, 0, 45), 6.0), point=(0, 0, 45), diameter=12.0)
-    swash = motion(0, 0, 50, TILT, 0, 0)
-    radial = ring(swash, 16.0)
-    add("disc", Shape.PLANE, (radial[0], np.tile(swash.rotation[:, 2], (12, 1))), point=(0, 0, 50))
-    plus = motion(0, 10.04, -20, -np.pi / 2, 0, 0)
-    minus = motion(0, -9.98, -20, np.pi / 2, 0, 0)
-    add("lug plus", Shape.PLANE, face(plus), point=(0, 10, -20), direction=(0, 1, 0))
-    add("lug minus", Shape.PLANE, face(minus), point=(0, -10, -20), direction=(0, -1, 0))
-    middle = motion(0, 0, -20, np.pi / 2, 0, 0)
-    add("middle", Shape.PLANE, face(middle), point=(0, 0, -20), direction=(0, -1, 0))
-    return part
-
-
-@lru_cache(maxsize=2)
-def measured(place: int = 0) -> dict[str, ActualFeature]:
-    """Return the features of the part."""
-    return known(place).actual()
-
-
-@lru_cache(maxsize=4)
-def frames(place: int = 0) -> Frames:
-    """Return the frames of the part."""
-    return Frames(measured(place), RULE)
-
-
-def asked(kind: str, features: str, datums: str = "", **more: object) -> Characteristic:
-    """Return a characteristic of features and datums that are listed with commas."""
-    listed = [[name for name in text.split(",") if name] for text in (features, datums)]
-    said = {"name": "it", "kind": kind, "features": listed[0], "datums": listed[1], "upper": 0.1}
-    return msgspec.convert({**said, **more}, Characteristic)
-
+from tests.core.tolerances.known_errors import (
+    RULE,
+    TILT,
+    a_way,
+    frames,
+    measured,
+    scattered_at,
+    scattered_frames,
+)
+from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 
 H2 = 0.04
 """Twice the amplitude of every wave of the part."""
@@ -197,40 +120,10 @@ def test_the_place_of_the_part_changes_nothing(item: Characteristic) -> None:
     assert there.value == pytest.approx(here.value, abs=1e-8)
 
 
-@lru_cache(maxsize=1)
-def scattered() -> tuple[KnownPart, Float]:
-    """Return the part with noise of 0.01 mm on every coordinate: no two points are alike."""
-    part = known()
-    noise = np.random.default_rng(11).normal(0.0, 0.01, (len(part.points), 3))
-    return part, noise
-
-
-@lru_cache(maxsize=16)
-def scattered_at(way: int, by: float) -> dict[str, ActualFeature]:
-    """Return the features of the noisy part, all coordinates moved ``by`` along one way."""
-    part, noise = scattered()
-    shift, ball_shift = a_way(way)
-    points = moved(part.points, noise + by * shift)
-    radius = points[0].tip_radius + by * ball_shift
-    return part.actual([structs_replace(point, tip_radius=radius) for point in points])
-
-
-@lru_cache(maxsize=16)
-def scattered_frames(way: int, by: float) -> Frames:
-    """Return their frames."""
-    return Frames(scattered_at(way, by), RULE)
-
-
 @lru_cache(maxsize=200)
 def of_scattered(index: int, way: int = 0, by: float = 0.0) -> Evaluation:
     """Return the evaluation of one of `KNOWN` on the noisy part."""
     return evaluate(KNOWN[index][0], scattered_at(way, by), RULE, scattered_frames(way, by))
-
-
-def a_way(way: int) -> tuple[Float, float]:
-    """Return a direction in the space of all coordinates: of the ball centres, and the ball."""
-    rng = np.random.default_rng(100 + way)
-    return rng.normal(size=(len(known().points), 3)), float(rng.normal())
 
 
 STEP = 1e-5
@@ -268,84 +161,6 @@ def test_components_and_deviations_make_the_value(index: int) -> None:
         assert found.noise.by_coordinates.shape == size
     kind = KNOWN[index][0].kind
     assert (found.components is None) == (kind not in VECTORS or found.noise is not None)
-
-
-@pytest.mark.parametrize(
-    ("side", "modifier", "limit", "size", "bonus"),
-    [
-        ("inner", "maximum material", 11.9, 12.0, 0.1),
-        ("inner", "maximum material", 12.0, 12.0, 0.0),
-        ("inner", "maximum material", 12.1, 12.0, 0.0),
-        ("inner", "least material", 12.1, 12.0, 0.1),
-        ("inner", "least material", 11.9, 12.0, 0.0),
-        ("outer", "maximum material", 12.1, 12.0, 0.1),
-        ("outer", "maximum material", 11.9, 12.0, 0.0),
-        ("outer", "least material", 11.9, 12.0, 0.1),
-        ("outer", "", 0.0, 12.0, 0.0),
-    ],
-)
-def test_bonus_of_material(
-    side: str, modifier: str, limit: float, size: float, bonus: float
-) -> None:
-    part = KnownPart()
-    part.add("top", Shape.PLANE, face(motion(0, 0, 0)))
-    part.add("left", Shape.PLANE, face(motion(-50, 0, -20, 0, -np.pi / 2, 0)),
-             point=(-50, 0, -20), direction=(-1, 0, 0))  # fmt: skip
-    part.add("front", Shape.PLANE, face(motion(0, -50, -20, np.pi / 2, 0, 0)),
-             point=(0, -50, -20), direction=(0, -1, 0))  # fmt: skip
-    probed = ring(motion(60.03, 0.04, 0), size / 2.0, inner=side == "inner")
-    part.add("it", Shape.CIRCLE, probed, point=(60, 0, 0), diameter=size, side=side)
-    item = asked("position", "it", "top,left,front", modifier=modifier, material_size=limit)
-    found = evaluate(item, part.actual(), None)
-    assert found.value == pytest.approx(0.1, abs=1e-6)
-    assert found.bonus == pytest.approx(bonus, abs=1e-9)
-    if bonus > 0.0:
-        assert found.bonus_gradient is not None
-        # The ball's radius counts twice in the size, and so in the bonus.
-        assert abs(found.bonus_gradient[-1]) == pytest.approx(2.0, abs=1e-9)
-
-
-def test_few_points_are_told_and_too_few_refused() -> None:
-    part = KnownPart()
-    surface, normals = face(motion(0, 0, 0))
-    for count in (3, 6, 9):
-        rows = [0, 2, 6, 8, 4, 1, 3, 5, 7][:count]
-        part.add(f"plane {count}", Shape.PLANE, (surface[rows], normals[rows]))
-    actual = part.actual()
-    with pytest.raises(FitError, match="plane 3 has 3 points; a plane shows a form from 4"):
-        evaluate(asked("flatness", "plane 3"), actual, None)
-    few = evaluate(asked("flatness", "plane 6"), actual, None)
-    assert "Few points: plane 6 has 6 of 9 recommended" in few.note
-    part.add("ball", Shape.SPHERE, ball(motion(0, 0, 50), 10.0), diameter=20.0)
-    height = evaluate(asked("distance", "ball,plane 6"), part.actual(), None)
-    assert height.note == "Form not evaluated: plane 6 has 6 of 9 recommended."
-    assert evaluate(asked("flatness", "plane 9"), actual, None).note == ""
-
-
-def test_points_that_are_not_in_sections_show_no_circular_runout() -> None:
-    part = KnownPart()
-    part.add("pin", Shape.CYLINDER, ring(motion(0, 0, 0), 10.0, (0, 20)), diameter=20.0)
-    surface, normals = ring(motion(0, 0, 30), 8.0)
-    spiral = surface + np.linspace(0.0, 20.0, 12)[:, None] * [0.0, 0.0, 1.0]
-    part.add("spiral", Shape.CYLINDER, (spiral, normals), diameter=16.0)
-    with pytest.raises(FitError, match="spiral do not lie in sections"):
-        evaluate(asked("circular runout", "spiral", "pin"), part.actual(), None)
-    total = evaluate(asked("total runout", "spiral", "pin"), part.actual(), None)
-    assert total.value == pytest.approx(0.0, abs=1e-9)
-
-
-def test_values_without_a_sense_are_refused() -> None:
-    with pytest.raises(FitError, match="in one place"):
-        evaluate(asked("distance", "pin,bent", axis="z"), level(), RULE)
-    with pytest.raises(FitError, match="has no sense at 90"):
-        evaluate(asked("angle", "pin,edge", nominal=90.0), measured(), RULE)
-
-
-def level() -> dict[str, ActualFeature]:
-    """Return the features with the bent pin beside the straight one."""
-    actual = dict(measured())
-    actual["bent"] = actual["pin"]
-    return actual
 
 
 def test_the_part_frame_need_not_be_that_of_the_nominals() -> None:

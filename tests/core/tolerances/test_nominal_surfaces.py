@@ -14,8 +14,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tolerances.evaluate import evaluate
 from ocmm_core.tolerances.nominal_distance import nominal_distances
 from tests.core.features.exact_touches import moved
-from tests.core.tolerances.known_part import KnownPart, face, motion, ring
-from tests.core.tolerances.test_characteristics import asked
+from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 
 OUTSIDE = 0.01
 """mm: how far every surface lies outside its nominal."""
