@@ -108,7 +108,7 @@ def run_first_order(seed: int, parts: int) -> Counts:
     factor = np.linalg.cholesky(covariance + 1e-18 * np.eye(len(covariance)))
     exact = {item.feature: item for item in form_samples(actual, covariance)}
     by_points = {name: actual[name].residual_jacobian for name in exact}
-    noise = {name: float(np.sum((by @ covariance) * by)) for name, by in by_points.items()}
+    noise = {name: by @ covariance @ by.T for name, by in by_points.items()}
     evaluations = [evaluate(item, actual, group.alignment) for item in group.characteristics]
     counts: Counts = {}
     for index in range(parts):

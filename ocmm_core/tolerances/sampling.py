@@ -24,9 +24,9 @@ from ocmm_core.tolerances.interval import TWO_SIDED
 
 _COVERAGE = 2.0
 
-_SEEN = 1.05
-"""Scatter against what noise explains from which on it shows form: less happens by chance too
-often, and would widen U for nothing."""
+_SEEN = 0.35
+"""Standard deviations of what noise alone makes of the squared residuals, beyond its mean, from
+which on they show form: less happens by chance too often, and would widen U for nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ def _sample(
     if feature.fit.criterion is not Criterion.LEAST_SQUARES:
         # Other elements touch the points from one side or halve their range.
         residuals = residuals - residuals.mean()
-    noise = float(np.sum((by_points @ covariance) * by_points))
+    noise = by_points @ covariance @ by_points.T
     own = by_points[:, :-1].reshape(len(places), -1, 3)[np.arange(len(places)), places]
     lengths = np.linalg.norm(own, axis=1)
     normals = own / np.maximum(lengths, 1e-12)[:, None]
@@ -127,7 +127,7 @@ def _line_sample(
     kept = np.eye(n) - 1.0 / n - np.outer(along, along) / float(along @ along)
     by_points = np.kron(kept, across)
     columns = (3 * places[:, None] + np.arange(3)).ravel()
-    noise = float(np.sum((by_points @ covariance[np.ix_(columns, columns)]) * by_points))
+    noise = by_points @ covariance[np.ix_(columns, columns)] @ by_points.T
     pair = np.linalg.svd(across)[0][:, :2]
     residuals = feature.fit.residuals
     return sample_of(
@@ -136,18 +136,21 @@ def _line_sample(
 
 
 def sample_of(
-    name: str, places: Int, normals: Float, squares: float, noise: float, degrees: int
+    name: str, places: Int, normals: Float, squares: float, noise: Float, degrees: int
 ) -> FormSample:
     """Return the sample of a feature whose squared residuals add up to ``squares``, mm^2.
 
-    ``noise`` is what the noise of the points lets one expect of that sum.
+    ``noise`` is the covariance of the residuals that the noise of the points makes, mm^2. Noise
+    that points share leaves few independent residuals, whose squares scatter more.
     """
+    mean = float(np.trace(noise))
+    beyond = _SEEN * float(np.sqrt(2.0) * np.linalg.norm(noise))
     return FormSample(
         feature=name,
         places=places,
         normals=normals,
         scatter=squares / degrees,
-        variance=(squares - noise) / degrees if squares > _SEEN * noise else 0.0,
+        variance=(squares - mean) / degrees if squares > mean + beyond else 0.0,
         degrees=degrees,
     )
 
