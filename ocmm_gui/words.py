@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ocmm_core.features.nominal import CRITERIA
+from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, LiveView, StatusWord
 from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
@@ -21,6 +22,11 @@ def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3)
         return DASHES
     rounded = round(value, decimals) + 0.0  # adding zero turns -0.0 into 0.0
     return f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}"
+
+
+def shape_word(shape: Shape) -> str:
+    """Return a shape as people write it: ``Round slot`` for ``RoundSlot``."""
+    return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
 
 
 def led_name(number: int) -> str:
@@ -106,11 +112,13 @@ def characteristics_of(job: JobView, feature: str) -> tuple[CharacteristicResult
 def main_characteristic(job: JobView, feature: str) -> CharacteristicResult | None:
     """Return the characteristic whose bar stands for a feature.
 
-    The first one that rests on this feature alone; else the first that rests on it at all.
+    The first one that has a value; among these, and where none has one, the first that rests on
+    this feature alone comes before the first that rests on it at all.
     """
     mine = characteristics_of(job, feature)
-    alone = (item for item in mine if item.features == (feature,))
-    return next(alone, mine[0] if mine else None)
+    alone = [item for item in mine if item.features == (feature,)]
+    choice = [*alone, *mine]
+    return next((item for item in choice if item.measured is not None), next(iter(choice), None))
 
 
 PROVISIONAL = "PROVISIONAL"

@@ -27,7 +27,7 @@ from PySide6.QtWidgets import QApplication  # the platform must be chosen before
 from ocmm_core.cli.compose import StationRequest, build_station, script_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.view import JobView, LiveView, StatusWord
+from ocmm_core.inspection.view import FeatureState, JobView, LiveView, StatusWord
 from ocmm_core.simulation.faults import CameraDeed, Deed
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
 from ocmm_gui.actions import Mode
@@ -35,7 +35,6 @@ from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.words import active_feature
 
 SIZE = (1920, 1080)
@@ -63,7 +62,6 @@ def main(folder: Path) -> None:
 
 def _inspection(app: QApplication, folder: Path) -> None:
     with tempfile.TemporaryDirectory() as out:
-        finished = _measured(Path(out) / "finished")
         request = _request(Path(out))
         built = build_station(request)
         bridge = StationBridge(built.station)
@@ -86,34 +84,22 @@ def _inspection(app: QApplication, folder: Path) -> None:
             _grab(app, window, bridge, folder, "target_lost", ("dark", "light"))
             _grab(app, window, bridge, folder, "far_lost", ("light",), far=True)
             window.show_far(False)
-            _sheets(app, window, bridge, folder, finished)
+            _sheets(app, window, folder)
         finally:
             window.close()
 
 
-def _measured(folder: Path) -> Path:
-    """Measure the whole job without a window and return its file."""
-    built = build_station(replace(_request(folder), speed=0.0, stay=False))
-    built.station.start()
-    built.station.wait_finished(PATIENCE_S)
-    built.station.close()
-    return built.job_path
-
-
-def _sheets(
-    app: QApplication, window: MainWindow, bridge: StationBridge, folder: Path, finished: Path
-) -> None:
+def _sheets(app: QApplication, window: MainWindow, folder: Path) -> None:
     """Picture every sheet in the three themes and both sizes."""
     sheets = window.sheets
     sheets.open_results()
-    sheets.results.open_file(finished)
     detail = sheets.results.detail
     _until(app, lambda: not detail.is_busy())
     sheets.results.table.selectRow(0)
     detail.simulate()
     _until(app, lambda: not detail.is_busy())
     _grab_sheet(app, window, folder, "results")
-    sheets.results.report_wanted.emit(JobSource.of_file(finished))
+    sheets.results.keys["report"].trigger()
     _grab_sheet(app, window, folder, "report")
     sheets.open_plan()
     sheets.plan.items.setCurrentRow(5)
@@ -213,9 +199,8 @@ def _request(out: Path) -> StationRequest:
         frame_rate_hz=FRAME_RATE_HZ,
     )
     touches = script_of(plain, load_plan(plain.plan)).build().truth.touches
-    slot = [touch for touch in touches if touch.feature == "SLOT"][3]
-    first = slot.first_frame - FRAME_RATE_HZ
-    hidden = ScriptedOcclusion(1, HIDDEN, first, slot.last_frame)
+    pocket = [touch for touch in touches if touch.feature == "POCKET"]
+    hidden = ScriptedOcclusion(1, HIDDEN, pocket[1].first_frame, pocket[4].last_frame)
     return replace(plain, world=WorldOptions(occlusions=(hidden,)))
 
 
@@ -230,7 +215,7 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
 
 
 def _is_finished(live: LiveView, job: JobView) -> bool:
-    return job.active == "SLOT" and live.tip_world is not None
+    return job.feature("BORE_B").state is FeatureState.DONE and live.tip_world is not None
 
 
 def _is_trusted(live: LiveView, job: JobView) -> bool:

@@ -27,7 +27,9 @@ from ocmm_gui.words import (
     millimetres,
     next_step,
     quantity,
+    shape_word,
     shown_feature,
+    step_text,
     trouble,
 )
 
@@ -73,7 +75,7 @@ class FarView(QWidget):
         self._step = FitText("Next step", limit=60)
         self._trouble = FitText("What stands in the way", limit=44)
         self._captions = {
-            key: FitText(f"{name}, what it is", limit=34, reserve="perpendicularity")
+            key: FitText(f"{name}, what it is", limit=34, reserve="Deviation")
             for key, name, _ in _VALUES
         }
         side = QGridLayout()
@@ -141,7 +143,7 @@ class FarView(QWidget):
         if feature is None:
             return
         result = main_characteristic(job, feature.name)
-        self._feature.show_text(f"{feature.shape.value} {feature.name}")
+        self._feature.show_text(f"{shape_word(feature.shape)} {feature.name}")
         what = "Measured" if result is None else result.kind.capitalize()
         warm = ", 20 °C" if job.at_20_c else ""
         self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
@@ -195,7 +197,11 @@ class FarView(QWidget):
     def _show_trouble(self) -> None:
         # Why the machine has no number stands in the readout, in place of the digits.
         lines = trouble(None, self._job)
-        self._trouble.show_text(lines[0] if lines else "", self._theme.bad)
+        if lines:
+            self._trouble.show_text(lines[0], self._theme.bad)
+        else:
+            words = "" if self._job is None else step_text(self._job)
+            self._trouble.show_text(words, self._theme.muted)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the buttons at a ninth of the height: 33 mm on the screen of the far view."""

@@ -40,6 +40,7 @@ from ocmm_gui.words import (
     millimetres,
     outlier_words,
     quantity,
+    shape_word,
     shown_feature,
 )
 
@@ -53,7 +54,7 @@ _TIGHT_PX = 420
 _LOW_PX = 353
 """A lower panel has no room for form and position."""
 _NOTE_PX = 24
-_PICTURE_PX = 104
+_PICTURE_PX, _SMALL_PX = 104, 84
 
 _MAX_OTHERS = 6
 
@@ -116,8 +117,8 @@ class FeaturePanel(QFrame):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 8, 14, 8)
         layout.setSpacing(6)
-        named = QVBoxLayout()
-        named.setSpacing(4)
+        self._column, self._named = layout, QVBoxLayout()
+        named = self._named
         for widget in (self._title, self._dots, self._subject, self._basis):
             named.addWidget(widget)
         head = QHBoxLayout()
@@ -138,7 +139,7 @@ class FeaturePanel(QFrame):
         if feature is None:
             return
         result = main_characteristic(job, feature.name)
-        self._title.show_text(f"{feature.shape.value}  {feature.name}")
+        self._title.show_text(f"{shape_word(feature.shape)}  {feature.name}")
         self._dots.show_points(len(feature.points), feature.needed)
         self._show_values(job, feature, result)
         self._bar.show_result(result)
@@ -214,6 +215,15 @@ class FeaturePanel(QFrame):
             self._captions[name].setFont(text_font(13 if tight else 14))
             for label in (value, self._captions[name]):
                 label.setVisible(not (low and name in _LESS))
+        for widget, usual, least in (
+            (self._title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
+            (self._verdict, 42, 32),
+        ):  # fmt: skip
+            widget.setFixedHeight(least if tight else usual)
+        side = _SMALL_PX if tight else _PICTURE_PX
+        self._coverage.setFixedSize(side, side)
+        self._column.setSpacing(2 if tight else 6)
+        self._named.setSpacing(1 if tight else 4)
 
     def _show_values(
         self, job: JobView, feature: FeatureView, result: CharacteristicResult | None

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_gui.operator.marks import feature_mark, paint_mark
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font, verdict_colour
-from ocmm_gui.words import progress_word
+from ocmm_gui.words import progress_word, shape_word
 
 _ROLE = Qt.ItemDataRole.UserRole
 _ROW_PX = 46
@@ -51,7 +51,7 @@ class PlanList(QListWidget):
                 item = QListWidgetItem(self)
             item.setData(_ROLE, feature)
             item.setText(
-                f"{feature.name}, {feature.shape.value}, {len(feature.points)} of "
+                f"{feature.name}, {shape_word(feature.shape)}, {len(feature.points)} of "
                 f"{feature.needed} points, {progress_word(feature)}"
             )
             item.setToolTip(item.text())
@@ -118,7 +118,7 @@ class _Row(QStyledItemDelegate):
         painter.drawText(upper, left, name)
         painter.setFont(text_font(12))
         painter.setPen(QColor(theme.muted))
-        painter.drawText(lower, left, feature.shape.value)
+        painter.drawText(lower, left, shape_word(feature.shape))
         painter.setFont(text_font(12, bold=True))
         painter.setPen(QColor(colour))
         painter.drawText(lower, right, progress_word(feature))

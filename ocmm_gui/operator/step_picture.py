@@ -15,6 +15,7 @@ from ocmm_gui.painted import Painted
 from ocmm_gui.theme import text_font
 from ocmm_gui.views import shapes
 from ocmm_gui.views.scene import Dots, Face, Item, Lines, Orbit, paint_scene
+from ocmm_gui.words import shape_word
 
 _LARGEST_PX = 4000
 """A picture with a longer side is read at a smaller scale."""
@@ -42,7 +43,9 @@ class StepPicture(Painted):
             return
         self._shown, self._nominal = shown, nominal
         self._image = read_picture(file) if file is not None else None
-        what = "" if nominal is None else f"{nominal.shape.value} {nominal.name}. {nominal.text}"
+        what = ""
+        if nominal is not None:
+            what = f"{shape_word(nominal.shape)} {nominal.name}. {nominal.text}".strip()
         self.setAccessibleDescription(what)
         self.setToolTip(what)
         self.update()
