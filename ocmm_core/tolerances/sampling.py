@@ -141,10 +141,12 @@ def sample_of(
     """Return the sample of a feature whose squared residuals add up to ``squares``, mm^2.
 
     ``noise`` is the covariance of the residuals that the noise of the points makes, mm^2. Noise
-    that points share leaves few independent residuals, whose squares scatter more.
+    that points share leaves few independent residuals: their squares scatter more, and a single
+    large one is then less of a sign.
     """
-    mean = float(np.trace(noise))
-    beyond = _SEEN * float(np.sqrt(2.0) * np.linalg.norm(noise))
+    mean, norm = float(np.trace(noise)), float(np.linalg.norm(noise))
+    independent = (mean / norm) ** 2 if norm > 0.0 else float(degrees)
+    beyond = _SEEN * np.sqrt(2.0) * norm * degrees / independent
     return FormSample(
         feature=name,
         places=places,
