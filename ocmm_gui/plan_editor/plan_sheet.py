@@ -181,6 +181,7 @@ class PlanSheet(Sheet):
 
         if self._did(with_all, found[0].name):
             self.told.emit(f"{len(found)} features were added from {path.name}.")
+            self.items.setFocus()
 
     def save(self) -> None:
         """Ask for the file; the one of this plan is proposed."""
@@ -197,6 +198,7 @@ class PlanSheet(Sheet):
             self.history.saved()
             self._refresh(self.items.chosen())
             self.saved.emit(path)
+            self.items.setFocus()
 
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
