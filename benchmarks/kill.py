@@ -17,6 +17,7 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -36,8 +37,12 @@ from ocmm_core.tracking.body import ProbeBody, load_probe
 from ocmm_core.tracking.pipeline import TrackingPipeline
 
 RUNS = 500
-LONGEST_S = 0.12
-"""Of a program's life: some twenty steps, and its beginning."""
+EARLY = 0.2
+"""Part of the programs that are killed while they begin."""
+LONGEST_BEGINNING_S = 0.05
+MOST_STEPS = 8
+"""The others are killed so many steps later at the most, somewhere in the step that follows."""
+LONGEST_STEP_S = 0.004
 REOPEN_LIMIT_S = 2.0
 FRAME_RATE_HZ = 500
 
@@ -138,13 +143,13 @@ def one_kill(bench: Bench, path: Path, before: list[int], seed: int) -> tuple[Ou
         finally:
             os._exit(1)
     os.close(writing)
-    time.sleep(float(rng.uniform(0.0, LONGEST_S)))
-    os.kill(child, signal.SIGKILL)
+    with os.fdopen(reading, "rb") as pipe:
+        lines = wait_for_moment(pipe, rng)
+        os.kill(child, signal.SIGKILL)
+        lines += pipe.read().split(b"\n")[:-1]
     _, status = os.waitpid(child, 0)
     if not os.WIFSIGNALED(status):
         raise SystemExit("The measuring program ended by itself: that is no kill.")
-    with os.fdopen(reading, "rb") as pipe:
-        lines = pipe.read().split(b"\n")[:-1]
     acknowledged = [line for line in lines if not line.isalpha()]
     book = [int(word) for word in acknowledged[-1].split()] if acknowledged else before
     under_way = lines[-1].decode() if lines and lines[-1].isalpha() else ""
@@ -163,6 +168,20 @@ def one_kill(bench: Bench, path: Path, before: list[int], seed: int) -> tuple[Ou
         faults = job.verify()
     wrong = wrong_points(book, found, under_way)
     return Outcome(len(acknowledged), wrong, len(faults), reopened), found
+
+
+def wait_for_moment(pipe: BinaryIO, rng: np.random.Generator) -> list[bytes]:
+    """Wait for the moment of a kill, and return what was read from the book meanwhile."""
+    if rng.random() < EARLY:
+        time.sleep(float(rng.uniform(0.0, LONGEST_BEGINNING_S)))
+        return []
+    # By steps and not by the clock alone: a computer that is busy makes as many of them.
+    lines: list[bytes] = []
+    wanted = int(rng.integers(1, MOST_STEPS + 1))
+    while sum(not line.isalpha() for line in lines) < wanted:
+        lines.append(pipe.readline().rstrip(b"\n"))
+    time.sleep(float(rng.uniform(0.0, LONGEST_STEP_S)))
+    return lines
 
 
 def wrong_points(book: list[int], found: list[int], under_way: str) -> int:

@@ -14,8 +14,8 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="kills a copy of
 
 @pytest.mark.slow
 def test_no_acknowledged_step_of_a_session_is_lost_by_a_kill(tmp_path: Path) -> None:
-    """500 kills are the benchmark's; a step of two commits is caught by some of these 40."""
-    outcomes = run(40, seed=1, folder=tmp_path)
+    """500 kills are the benchmark's; a step of two commits is caught by some of these 30."""
+    outcomes = run(30, seed=1, folder=tmp_path)
     assert sum(outcome.acknowledged for outcome in outcomes) > 40
     assert [outcome for outcome in outcomes if outcome.lost or outcome.faults] == []
     assert max(outcome.reopen_s for outcome in outcomes) < REOPEN_LIMIT_S
