@@ -115,6 +115,7 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
         from ocmm_gui.notify import ErrorHooks, NoticeCentre
         from ocmm_gui.sound import SoundPlayer
 
+        _end_on_signals(app)
         built = build_station(_request(parsed))
     finally:
         splash.close()
@@ -137,7 +138,6 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 # Who measures which part comes before the first point.
                 window.sheets.open_job()
             bridge.start()
-            _end_on_signals(app)
             if options.quit_after_s > 0.0:
                 QTimer.singleShot(round(1000.0 * options.quit_after_s), window.close)
             app.exec()
@@ -206,7 +206,8 @@ def _splash(app: QApplication, source: str, options: WindowOptions) -> QLabel:
 
 def _end_on_signals(app: QApplication) -> None:
     def end(number: int, frame: FrameType | None) -> None:
-        app.quit()
+        # By the event loop: before it runs, quitting would have no effect.
+        QTimer.singleShot(0, app.quit)
 
     # The timer of the live values gives Python the turns in which signals are handled.
     for number in (signal.SIGINT, signal.SIGTERM):

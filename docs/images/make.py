@@ -84,6 +84,8 @@ def _inspection(app: QApplication, folder: Path) -> None:
             _grab(app, window, bridge, folder, "target_lost", ("dark", "light"))
             _grab(app, window, bridge, folder, "far_lost", ("light",), far=True)
             window.show_far(False)
+            # The budgets of a job that goes on are computed again and again.
+            bridge.toggle_pause()
             _sheets(app, window, folder)
         finally:
             window.close()

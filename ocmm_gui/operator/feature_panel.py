@@ -231,10 +231,11 @@ class FeaturePanel(QFrame):
         fit = feature.fit
         size = ""
         if result is not None:
-            self._subject.setText(f"{result.name}: {subject(result)}")
+            self._subject.setText(f"{result.name}: {result.kind}")
+            self._subject.setToolTip(f"{result.name}: {subject(result)}")
             size = quantity(result, result.measured)
         else:
-            self._subject.setText("No characteristic rests on this feature.")
+            self._subject.setText("No tolerance rests on it.")
             if fit is not None and fit.radius > 0.0:
                 size = millimetres(2.0 * fit.radius)
         self._basis.setText(basis_words(feature, result))
