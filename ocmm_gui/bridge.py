@@ -77,6 +77,7 @@ class StationBridge(QObject):
         self._closed = False
         self._writing: threading.Thread | None = None
         self._job = station.job()
+        self._selected = ""
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
         self._taken_elsewhere.connect(self.point_taken, queued)
@@ -221,14 +222,17 @@ class StationBridge(QObject):
 
     def select(self, feature: str) -> None:
         """Make a feature of the plan the active one."""
-        self._command(lambda: self._station.select(feature))
+        if self._command(lambda: self._station.select(feature)):
+            self._selected = feature
 
     def select_neighbour(self, step: int) -> None:
         """Make the feature ``step`` places after the active one the active one."""
         job = self._job
         names = [feature.name for feature in job.features]
-        if job.active in names:
-            self.select(names[min(max(names.index(job.active) + step, 0), len(names) - 1)])
+        # Keys that come faster than the job is evaluated count as well.
+        active = self._selected or job.active
+        if active in names:
+            self.select(names[min(max(names.index(active) + step, 0), len(names) - 1)])
         elif names:
             self.select(names[-1])
 
@@ -315,7 +319,7 @@ class StationBridge(QObject):
         self.live_changed.emit(self._station.live())
 
     def _show_job(self, job: JobView) -> None:
-        self._job = job
+        self._job, self._selected = job, ""
         if not self._closed:
             self.job_changed.emit(job)
 

@@ -54,9 +54,15 @@ class CoverageView(Painted):
             self._paint_dial(painter, box, inner, feature)
         else:
             painter.setPen(QPen(QColor(self._theme.border), max(1.5, 0.012 * side)))
-            painter.setBrush(QColor(self._theme.zone_good if len(places) else self._theme.panel))
+            painter.setBrush(QColor(self._ground(feature)))
             painter.drawRoundedRect(inner.adjusted(-6, -6, 6, 6), 4, 4)
         self._paint_points(painter, inner, places, feature)
+
+    def _ground(self, feature: FeatureView) -> str:
+        """Return the colour of a flat feature: empty, badly spread or well spread."""
+        if feature.coverage is None:
+            return self._theme.background
+        return self._theme.zone_warn if feature.coverage.warning else self._theme.zone_good
 
     def _paint_dial(
         self, painter: QPainter, box: QRectF, inner: QRectF, feature: FeatureView
