@@ -199,6 +199,7 @@ def make_style_sheet(theme: Theme) -> str:
     QLineEdit {{ background: {theme.panel}; border: {line}; border-radius: 4px; padding: 4px; }}
     QComboBox {{ background: {theme.panel}; color: {theme.text}; border: {line};
         border-radius: 4px; padding: 4px; }}
+    QComboBox::drop-down {{ border: none; width: 22px; }}
     QComboBox:focus {{ border: 2px solid {theme.accent}; }}
     QScrollArea, QScrollArea > QWidget > QWidget {{ background: transparent; border: none; }}
     QPlainTextEdit {{ background: {theme.panel}; color: {theme.text}; border: {line};

@@ -86,6 +86,7 @@ class FitsPage(QWidget):
         self._sentence = sentence_label("What is compared", 14)
         self._sentence.setText(_ASK)
         self.table = NumberTable("Worst errors", _COLUMNS, whole=False)
+        self.table.right_heads(range(1, _VERDICT))
         self.table.setFont(text_font(15))
         self.table.verticalHeader().setDefaultSectionSize(34)
         self.progress = QProgressBar()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QColor, QResizeEvent
@@ -65,6 +65,15 @@ class Table(QTableWidget):
         """Write a row."""
         for column, word in enumerate(words):
             self._write(row, column, word)
+
+    def right_heads(self, columns: Iterable[int]) -> None:
+        """Put the titles of columns of numbers above them, at the right."""
+        for column in columns:
+            head = self.horizontalHeaderItem(column)
+            if head is not None:
+                head.setTextAlignment(
+                    Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                )
 
     def words(self, row: int) -> tuple[str, ...]:
         """Return what stands in a row."""

@@ -51,6 +51,7 @@ class AlignmentSheet(Sheet):
         self._bridge = bridge
         self._report: AlignmentReport | None = None
         self.table = NumberTable("Residuals", _COLUMNS, whole=False)
+        self.table.right_heads(range(1, len(_COLUMNS)))
         self._state = FitText("Degrees of freedom", limit=28)
         self._state.setFixedHeight(40)
         self.words = sentence_label("What to know", 15)

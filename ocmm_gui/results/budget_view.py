@@ -30,10 +30,7 @@ class BudgetTable(NumberTable):
         self.setFont(text_font(13))
         self.verticalHeader().setDefaultSectionSize(_LINE_PX)
         self.setMinimumHeight(round(4.5 * _LINE_PX))
-        for column in (2, 3):
-            head = self.horizontalHeaderItem(column)
-            if head is not None:
-                head.setTextAlignment(_RIGHT)
+        self.right_heads((2, 3))
 
     def show_budget(self, budget: Budget | None) -> None:
         """Show the sources of one result; None hides the table."""

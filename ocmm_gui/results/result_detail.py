@@ -234,10 +234,12 @@ def decision_words(result: CharacteristicResult) -> str:
 def trial_words(result: CharacteristicResult, trials: MonteCarloValue) -> str:
     """Return what trials say beside linear propagation, in sentences."""
     low, high = (quantity(result, value) for value in trials.symmetric)
+    small = "m°" if result.unit == "deg" else "µm"
+    off = 1e3 * max(trials.off_low, trials.off_high)
     agrees = "confirms" if trials.validated else "does not confirm"
     settled = "" if trials.settled else " More trials would be needed to be sure."
     return (
-        f"Monte Carlo (JCGM 101), {trials.trials:,} trials: 2 u = "
-        f"{quantity(result, 2.0 * trials.sigma)}, interval {low} to {high}. It {agrees} linear "
-        f"propagation within {quantity(result, trials.tolerance)}.{settled}"
+        f"Monte Carlo (JCGM 101), {trials.trials:,} trials: 2 u = {2e3 * trials.sigma:.2f} "
+        f"{small}, interval {low} to {high}. It {agrees} linear propagation: the ends differ by "
+        f"{off:.2f} {small}, {1e3 * trials.tolerance:.2g} {small} is allowed.{settled}"
     )

@@ -40,7 +40,7 @@ _COLUMNS = (
     ("Verdict", "the decision"),
 )
 _NUMBERS = range(2, 7)
-_VERDICT = 7
+_DEVIATION, _VERDICT = 4, 7
 _ROW_PX = 34
 _NARROW_PX = 860
 
@@ -84,6 +84,7 @@ class ResultTable(Table):
         self.horizontalHeader().setFont(text_font(13))
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
+        self.right_heads(_NUMBERS)
         self._rows = _ColouredRow(self)
         self.setItemDelegate(self._rows)
         self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
@@ -112,12 +113,9 @@ class ResultTable(Table):
             for column, word in enumerate(words):
                 self._write(row, column, word, colour if column == _VERDICT else None)
             for column in _NUMBERS:
-                cell = self._cell(row, column)
-                cell.setFont(digit_font(15, bold=column == _NUMBERS[2]))
-                cell.setTextAlignment(
+                self._cell(row, column).setTextAlignment(
                     Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                 )
-            self._cell(row, _VERDICT).setFont(text_font(15, bold=True))
         names = [result.name for result in self._results]
         if names:
             self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
@@ -155,9 +153,16 @@ class ResultTable(Table):
         return verdict_colour(self._colours, verdict)
 
     def _share_width(self) -> None:
+        narrow = self.width() < _NARROW_PX
+        pixels = 13 if narrow else 15
+        for row in range(self.rowCount()):
+            for column in range(self.columnCount()):
+                bold = column in (_DEVIATION, _VERDICT)
+                font = digit_font if column in _NUMBERS else text_font
+                self._cell(row, column).setFont(font(pixels, bold=bold))
         self.resizeColumnsToContents()
         # Kind and features stand beside the table as well.
-        self.setColumnHidden(1, self.viewport().width() < _NARROW_PX)
+        self.setColumnHidden(1, narrow)
         wide = 0 if self.isColumnHidden(1) else 1
         rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != wide)
         room = self.viewport().width() - rest - 4
