@@ -3,8 +3,8 @@
 Everything is in the frame of the report, millimetres and degrees, and every number is the one that
 the job has. A feature goes definition, nominal, item, measurement, point set; a characteristic
 likewise. ``combinedUncertainty`` is the standard uncertainty u = U / 2; U stands in an attribute.
-NOT PROVEN is INDETERMINATE. A characteristic without a value has no measurement, because that needs
-a value; the results name it and say why.
+NOT PROVEN is INDETERMINATE. A characteristic without a value has no measurement; the results name
+it and say why.
 """
 
 from __future__ import annotations

@@ -13,14 +13,15 @@ from lxml import etree
 
 NAMESPACE = "http://qifstandards.org/xsd/qif3"
 
-_UNIT = 1e-6
-"""How far the length of a unit vector may be from one."""
+_UNIT = 1e-8
+"""How far the length of a unit vector may be from one, as the standard has it."""
 
-_VECTORS = frozenset({"Normal", "Direction", "Vector", "AxisVector"})
+_VECTORS = frozenset({"Normal", "Direction", "Vector", "AxisVector", "AnalysisVector"})
 _POINTS_TO = {
     "WholePointSetId": "MeasuredPointSet",
     "FeatureDefinitionId": "FeatureDefinition",
     "FeatureNominalId": "FeatureNominal",
+    "FeatureNominalIds": "FeatureNominal",
     "FeatureItemId": "FeatureItem",
     "FeatureItemIds": "FeatureItem",
     "FeatureMeasurementIds": "FeatureMeasurement",

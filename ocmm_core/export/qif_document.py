@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+from collections.abc import Mapping
 from datetime import UTC, datetime
 
 from lxml import etree
@@ -10,7 +11,7 @@ from lxml import etree
 from ocmm_core.export.names import check_name, clean_text
 from ocmm_core.export.qif_characteristics import add_characteristics
 from ocmm_core.export.qif_check import NAMESPACE
-from ocmm_core.export.qif_features import add_features
+from ocmm_core.export.qif_features import FeatureIds, add_features
 from ocmm_core.export.qif_writer import Writer, count_children
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.export.tables import head_table
@@ -38,7 +39,7 @@ def make_document(data: ReportData) -> etree._Element:
     )
     standard = _add_standard(writer, root)
     _add_units(writer, root)
-    frames = _add_datums(writer, root, data)
+    datums, frames = _add_datums(writer, root, data)
     devices = writer.add(writer.add(root, "MeasurementResources"), "MeasurementDevices")
     devices.set("n", "1")
     device = writer.add(devices, "MeasurementDevice", own_id=True)
@@ -55,12 +56,11 @@ def make_document(data: ReportData) -> etree._Element:
     measurements = writer.add(
         writer.add(results, "MeasuredCharacteristics"), "CharacteristicMeasurements"
     )
-    items, found = add_features(
-        writer, features, measured, point_sets, data, str(device.get("id"))
-    )
+    ids = add_features(writer, features, measured, point_sets, data, str(device.get("id")))
     add_characteristics(
-        writer, characteristics, measurements, data, items, found, frames, str(device.get("id"))
+        writer, characteristics, measurements, data, ids, frames, str(device.get("id"))
     )
+    _link_datums(writer, datums, ids)
     for element, parent in ((measured, results), (point_sets, results)):
         count_children(element, parent)
     if len(measurements):
@@ -98,34 +98,49 @@ def _add_units(writer: Writer, root: etree._Element) -> None:
 
 def _add_datums(
     writer: Writer, root: etree._Element, data: ReportData
-) -> dict[tuple[str, ...], str]:
-    """Add every datum and every frame of datums; return the ids of the frames."""
+) -> tuple[dict[str, etree._Element], dict[tuple[str, ...], str]]:
+    """Add every datum and every frame of datums; return the datums and the ids of the frames."""
     frames = dict.fromkeys(item.datums for item in data.reported if item.datums)
     if not frames:
-        return {}
+        return {}, {}
     definitions = writer.add(root, "DatumDefinitions")
-    labels: dict[str, str] = {}
-    for name in dict.fromkeys(name for datums in frames for name in datums):
+    datums: dict[str, etree._Element] = {}
+    labels: set[str] = set()
+    for name in dict.fromkeys(name for datums_of in frames for name in datums_of):
         definition = writer.add(definitions, "DatumDefinition", own_id=True)
-        writer.add(definition, "DatumLabel", check_name("datum", name))
-        labels[name] = str(definition.get("id"))
-    definitions.set("n", str(len(labels)))
+        # A label is one word; the name stands beside it where it is not.
+        label = check_name("datum", name).replace(" ", "_")
+        while label in labels:
+            label += "_"
+        labels.add(label)
+        if label != name:
+            writer.add_attributes(definition, {"Feature": name})
+        writer.add(definition, "DatumLabel", label)
+        datums[name] = definition
+    definitions.set("n", str(len(datums)))
     group = writer.add(root, "DatumReferenceFrames")
     group.set("n", str(len(frames)))
     ids = {}
-    for datums in frames:
+    for names in frames:
         frame = writer.add(group, "DatumReferenceFrame", own_id=True)
-        ids[datums] = str(frame.get("id"))
+        ids[names] = str(frame.get("id"))
         held = writer.add(frame, "Datums")
-        held.set("n", str(len(datums)))
-        for name, precedence in zip(datums, _PRECEDENCE, strict=False):
+        held.set("n", str(len(names)))
+        for name, precedence in zip(names, _PRECEDENCE, strict=False):
             datum = writer.add(held, "Datum")
             simple = writer.add(datum, "SimpleDatum")
-            writer.add(simple, "DatumDefinitionId", labels[name])
+            writer.add(simple, "DatumDefinitionId", str(datums[name].get("id")))
             writer.add(simple, "MaterialModifier", "NONE")
             writer.add(simple, "ReferencedComponent", "ACTUAL")
             writer.add(writer.add(datum, "Precedence"), "PrecedenceEnum", precedence)
-    return ids
+    return datums, ids
+
+
+def _link_datums(writer: Writer, datums: Mapping[str, etree._Element], ids: FeatureIds) -> None:
+    """Say of which feature every datum is."""
+    for name, definition in datums.items():
+        if name in ids.nominals:
+            writer.add_ids(definition, "FeatureNominalIds", [ids.nominals[name]])
 
 
 def _add_product(writer: Writer, root: etree._Element, data: ReportData) -> str:
@@ -182,6 +197,8 @@ def _end_results(
     one = writer.add(sets, "ActualComponentSet")
     one.set("n", "1")
     component = writer.add(one, "ActualComponent", own_id=True)
+    if data.head.serial:
+        writer.add(component, "SerialNumber", clean_text(data.head.serial))
     writer.add(writer.add(component, "Status"), "InspectionStatusEnum", status)
     writer.add(component, "AsmPathId", path)
     writer.add_ids(results, "ActualComponentIds", [str(component.get("id"))])

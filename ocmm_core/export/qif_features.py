@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field, replace
+
 import numpy as np
 from lxml import etree
 
 from ocmm_core.export.names import check_name, clean_text
-from ocmm_core.export.qif_words import definition_of, feature_word, measured_of, place_of
-from ocmm_core.export.qif_writer import Lists, Writer, text_of
-from ocmm_core.export.report_data import ReportData, ReportedFeature
+from ocmm_core.export.qif_words import (
+    STARTING,
+    definition_of,
+    feature_word,
+    measured_of,
+    nominal_of,
+)
+from ocmm_core.export.qif_writer import Lists, Writer
+from ocmm_core.export.report_data import Element, ReportData, ReportedFeature
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import unit
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureIds:
+    """Ids of the nominals, items and measurements of the features, by their names."""
+
+    nominals: dict[str, str] = field(default_factory=dict)
+    items: dict[str, str] = field(default_factory=dict)
+    measurements: dict[str, str] = field(default_factory=dict)
 
 
 def add_features(
@@ -20,50 +37,52 @@ def add_features(
     point_sets: etree._Element,
     data: ReportData,
     device: str,
-) -> tuple[dict[str, str], dict[str, str]]:
-    """Add all features; return the ids of their items and of their measurements by name."""
+) -> FeatureIds:
+    """Add all features; return their ids."""
     lists = Lists(writer, features, "Feature")
-    items: dict[str, str] = {}
-    found: dict[str, str] = {}
+    ids = FeatureIds()
     for feature in data.features:
         check_name("feature", feature.name)
-        word, nominal = feature_word(feature.shape), feature.nominal_element
-        if nominal is not None:
-            items[feature.name] = _add_nominal(writer, lists, feature, word)
+        word = feature_word(feature.shape)
+        if feature.nominal_element is not None:
+            _add_nominal(writer, lists, feature, feature.nominal_element, ids)
         if feature.actual_element is None:
             continue
         element = writer.add(measured, f"{word}FeatureMeasurement", own_id=True)
-        found[feature.name] = str(element.get("id"))
+        ids.measurements[feature.name] = str(element.get("id"))
         writer.add_attributes(element, _attributes(feature))
-        if feature.name in items:
-            writer.add(element, "FeatureItemId", items[feature.name])
+        if feature.name in ids.items:
+            writer.add(element, "FeatureItemId", ids.items[feature.name])
         writer.add(element, "FeatureName", feature.name)
         if feature.seen.points:
             chosen = _add_points(writer, point_sets, feature, data, device)
             listed = writer.add(element, "PointList")
             listed.set("n", "1")
             writer.add(listed, "WholePointSetId", chosen)
-        writer.add_all(element, measured_of(feature.shape, feature.actual_element))
+        actual = _from_start(feature, feature.actual_element, data)
+        writer.add_all(element, measured_of(feature.shape, actual))
     lists.count()
-    return items, found
+    return ids
 
 
-def _add_nominal(writer: Writer, lists: Lists, feature: ReportedFeature, word: str) -> str:
-    """Add definition, nominal and item of a feature, and return the id of the item."""
-    nominal = feature.nominal_element
-    assert nominal is not None  # noqa: S101 - asked for only where there is one
+def _add_nominal(
+    writer: Writer, lists: Lists, feature: ReportedFeature, nominal: Element, ids: FeatureIds
+) -> None:
+    """Add definition, nominal and item of a feature, and note their ids."""
+    word = feature_word(feature.shape)
     side = feature.nominal.side if feature.nominal is not None else "outer"
     definition = writer.add(lists.definitions, f"{word}FeatureDefinition", own_id=True)
-    writer.add_all(definition, definition_of(feature.shape, nominal, side, _reach(feature)))
+    writer.add_all(definition, definition_of(feature.shape, nominal, side))
     place = writer.add(lists.nominals, f"{word}FeatureNominal", own_id=True)
     writer.add(place, "FeatureDefinitionId", str(definition.get("id")))
-    writer.add_all(place, place_of(feature.shape, nominal))
+    writer.add_all(place, nominal_of(feature.shape, nominal))
     item = writer.add(lists.items, f"{word}FeatureItem", own_id=True)
     writer.add(item, "FeatureNominalId", str(place.get("id")))
     writer.add(item, "FeatureName", feature.name)
     mode = writer.add(writer.add(item, "DeterminationMode"), "Checked")
     writer.add(writer.add(mode, "CheckDetails"), "Measured")
-    return str(item.get("id"))
+    ids.nominals[feature.name] = str(place.get("id"))
+    ids.items[feature.name] = str(item.get("id"))
 
 
 def _add_points(
@@ -89,32 +108,24 @@ def _add_points(
 
 def _attributes(feature: ReportedFeature) -> dict[str, float | str]:
     """Return what QIF has no element for, or none that every shape has."""
-    fit, element = feature.seen.fit, feature.actual_element
+    fit = feature.seen.fit
     told: dict[str, float | str] = {}
     if fit is not None:
         told["Association"] = fit.criterion.name.lower().replace("_", " ")
         if len(feature.seen.points) > MINIMUM_POINTS[feature.shape]:
             told["Form"], told["RMS"] = fit.form, fit.rms
-    if element is not None and feature_word(feature.shape) == "OtherCurve":
+    if feature_word(feature.shape) == "OppositeParallelLines":
+        # QIF calls slots and rectangles the same.
         told["Shape"] = feature.shape.value
-        told["Centre"] = text_of(element.point)
-        for name, value in (
-            ("Normal", element.direction),
-            ("Across", element.across),
-            ("Length", element.length),
-            ("Width", element.width),
-        ):
-            if value is not None:
-                told[name] = value if isinstance(value, float) else text_of(value)
     if feature.seen.note:
         told["Note"] = clean_text(feature.seen.note)
     return told
 
 
-def _reach(feature: ReportedFeature) -> float:
-    """Return how far the points go beyond the point of a measured cone along its axis, mm."""
-    fit = feature.seen.fit
-    if fit is None or not feature.seen.points:
-        return 0.0
-    places = np.array([point.surface_world for point in feature.seen.points])
-    return max(float(((places - fit.point) @ fit.direction).max()), 0.0)
+def _from_start(feature: ReportedFeature, element: Element, data: ReportData) -> Element:
+    """Return a measured line or cylinder with its point where the points on it begin."""
+    if feature.shape not in STARTING or element.direction is None or not feature.seen.points:
+        return element
+    places = np.array([data.frame.apply(point.surface_world) for point in feature.seen.points])
+    first = float(((places - element.point) @ element.direction).min())
+    return replace(element, point=element.point + first * element.direction)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from lxml import etree
@@ -15,9 +16,11 @@ from lxml import etree
 from ocmm_core.export.qif_check import NAMESPACE, check_qif
 from ocmm_core.export.qif_document import make_document
 from ocmm_core.export.registry import write_report
+from ocmm_core.export.report_data import ReportData
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape, element
 from ocmm_core.inspection.view import JobView
+from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.result import Verdict
 from tests.core.export.sample_report import feature, point, result, sample_report, sample_view
 
@@ -104,31 +107,192 @@ def test_every_shape_and_kind_has_a_place() -> None:
     assert not any("e-" in (one.text or "") for one in root.iter(f"{Q}Value", f"{Q}Points"))
 
 
-def test_datums_become_one_frame_for_those_that_share_them() -> None:
-    view, nominals = everything()
-    data = sample_report(view, nominals=nominals)
-    asked = [
-        replaced
-        for item in data.plan.characteristics
-        for replaced in [
-            type(item)(
-                name=item.name, kind=item.kind, features=item.features, upper=item.upper,
-                datums=["Plane", "Line"] if item.kind in ("position", "symmetry") else [],
-            )
-        ]
-    ]  # fmt: skip
-    plan = type(data.plan)(
-        **{
-            name: getattr(data.plan, name)
-            for name in data.plan.__struct_fields__
-            if name != "characteristics"
-        },
-        characteristics=asked,
+def asking(
+    *asked: Characteristic, view: JobView, nominals: list[NominalFeature] | None = None
+) -> ReportData:
+    """Return a job in which these characteristics are what was asked for."""
+    results = tuple(
+        replace(
+            result(item.name, 0.004, Verdict.CONFORM, kind=item.kind, features=(*item.features,)),
+            bonus=0.002 if item.modifier else 0.0,
+        )
+        for item in asked
     )
-    root = make_document(replace(data, plan=plan))
+    data = sample_report(replace(view, characteristics=results), nominals=nominals)
+    return replace(data, plan=msgspec.structs.replace(data.plan, characteristics=list(asked)))
+
+
+def every_way(**known: float) -> ReportData:
+    """Return a job with a characteristic for every way that a document tells one.
+
+    ``known`` is what the plan says of all its features.
+    """
+    view, nominals = everything()
+    nominals = [msgspec.structs.replace(item, **known) for item in nominals]
+    asked: list[Characteristic] = []
+
+    def ask(kind: str, *features: Shape, datum: Shape | None = None, **more: str) -> None:
+        names = [shape.value for shape in features]
+        datums = [] if datum is None else [datum.value]
+        told = " ".join((*names, "to", *datums, *more.values()))
+        asked.append(
+            Characteristic(
+                name=f"{kind} {told}"[:60], kind=kind, features=names, datums=datums, upper=0.02,  # type: ignore[arg-type]  # words of a plan
+                **more,  # type: ignore[arg-type]  # words of a plan
+            )
+        )  # fmt: skip
+
+    for shape in Shape:
+        ask("form", shape)
+        ask("position", shape, datum=Shape.PLANE)
+    for shape in (Shape.SPHERE, Shape.CIRCLE):
+        ask("diameter", shape)
+        ask("radius", shape)
+        for datum in (Shape.SPHERE, Shape.CYLINDER):
+            ask("concentricity", shape, datum=datum)
+    for axis in "xyz":
+        ask("coordinate", Shape.POINT, axis=axis)
+        ask("distance", Shape.POINT, Shape.PLANE, axis=axis)
+        ask("position", Shape.CYLINDER, datum=Shape.PLANE, zone="planes", axis=axis)
+    ask("position", Shape.CIRCLE, zone="sphere")
+    ask("position", Shape.CIRCLE, modifier="maximum material")
+    for kind in ("parallelism", "perpendicularity", "angularity"):
+        for shape in (Shape.PLANE, Shape.CYLINDER):
+            for datum in (Shape.PLANE, Shape.CYLINDER):
+                ask(kind, shape, datum=datum)
+    ask("straightness", Shape.LINE)
+    ask("straightness", Shape.CYLINDER)
+    ask("angle", Shape.CONE)
+    ask("angle", Shape.LINE, Shape.PLANE)
+    for shape in (Shape.POINT, Shape.LINE, Shape.CIRCLE, Shape.RECTANGLE):
+        ask("line profile", shape)
+    ask("line profile", Shape.POINT, Shape.LINE, datum=Shape.ROUND_SLOT)
+    ask("surface profile", Shape.PLANE, Shape.TORUS, datum=Shape.PLANE)
+    ask("symmetry", Shape.SQUARE_SLOT, datum=Shape.PLANE)
+    ask("coaxiality", Shape.SPHERE, datum=Shape.CYLINDER)
+    ask("circular runout", Shape.CONE, datum=Shape.CYLINDER)
+    ask("total runout", Shape.CYLINDER, datum=Shape.CYLINDER)
+    return asking(*asked, view=view, nominals=nominals)
+
+
+def test_datums_become_one_frame_for_those_that_share_them() -> None:
+    asked = [
+        Characteristic(
+            name=kind, kind=kind, features=["BALL"], upper=0.02,
+            datums=["FACE", "BORE 1"] if kind != "diameter" else [],
+        )
+        for kind in ("position", "surface profile", "diameter")
+    ]  # fmt: skip
+    root = make_document(asking(*asked, view=sample_view()))
     assert check_qif(root) == []
     assert len(root.findall(f".//{Q}DatumReferenceFrame")) == 1
-    assert [one.text for one in root.iter(f"{Q}DatumLabel")] == ["Plane", "Line"]
+    # A label is one word (xs:NMTOKEN); it leads to the feature, and its name stands beside it.
+    assert [one.text for one in root.iter(f"{Q}DatumLabel")] == ["FACE", "BORE_1"]
+    bore = root.find(f".//{Q}CircleFeatureNominal")
+    datum = root.findall(f".//{Q}DatumDefinition")[1]
+    assert bore is not None
+    assert datum.findtext(f"{Q}FeatureNominalIds/{Q}Id") == bore.get("id")
+    name = datum.find(f"{Q}Attributes/{Q}AttributeStr")
+    assert name is not None
+    assert name.get("value") == "BORE 1"
+
+
+def names_under(root: etree._Element, path: str) -> list[str]:
+    found = root.find(".//" + "/".join(Q + part for part in path.split("/")))
+    assert found is not None, path
+    return [etree.QName(one).localname for one in found.iterchildren("{*}*")]
+
+
+def test_elements_stand_where_the_standard_has_them() -> None:
+    root = make_document(every_way())
+    assert check_qif(root) == []
+    for path, wanted in (
+        ("ElongatedCircleFeatureNominal/CenterLine", "StartPoint Vector"),
+        ("ElongatedCircleFeatureMeasurement/CenterLine", "StartPoint Vector"),
+        ("OppositeParallelLinesFeatureDefinition", "InternalExternal Width Length EndType"),
+        ("OppositeParallelLinesFeatureNominal", "FeatureDefinitionId CenterLine Normal"),
+        ("CylinderFeatureDefinition", "InternalExternal Diameter Length"),
+        (
+            "ConeFeatureDefinition",
+            "InternalExternal Diameter FullAngle LargeEndDistance SmallEndDistance",
+        ),
+        ("LineFeatureNominal", "FeatureDefinitionId Location Direction Length"),
+        ("LineProfileCharacteristicNominal", "CharacteristicDefinitionId Vector"),
+        ("SphericalDiameterCharacteristicDefinition", "Tolerance"),
+        ("EllipticityCharacteristicDefinition", "ToleranceValue"),
+        ("ToroidicityCharacteristicDefinition", "ToleranceValue"),
+        (
+            "DistanceBetweenCharacteristicNominal",
+            "CharacteristicDefinitionId TargetValue AnalysisVector AnalysisMode",
+        ),
+        ("ActualComponent", "SerialNumber Status AsmPathId"),
+    ):
+        assert names_under(root, path) == wanted.split(), path
+
+
+def test_lines_cylinders_and_cones_are_told_from_where_they_begin_and_end() -> None:
+    root = make_document(every_way())
+    # The plan has their points in the middle of 18 mm along z, at (1, 2, 3).
+    for path in ("LineFeatureNominal/{Q}Location", "CylinderFeatureNominal/{Q}Axis/{Q}AxisPoint"):
+        text = root.findtext(f".//{Q}{path.format(Q=Q)}")
+        assert text is not None
+        assert [float(word) for word in text.split()] == pytest.approx([1.0, 2.0, -6.0])
+    cone = root.find(f".//{Q}ConeFeatureDefinition")
+    assert cone is not None
+    ends = [float(cone.findtext(f"{Q}{end}EndDistance") or "nan") for end in ("Large", "Small")]
+    assert ends == [9.0, -9.0]
+    # A cone whose 18 mm go beyond its apex has no small end.
+    root = make_document(every_way(angle_deg=120.0))
+    assert root.find(f".//{Q}SmallEndDistance") is None
+    # Without a length nothing is known of where they end.
+    root = make_document(every_way(length=0.0))
+    assert root.find(f".//{Q}LargeEndDistance") is None
+    assert names_under(root, "LineFeatureNominal")[-1] == "Direction"
+
+
+def test_the_zone_is_the_one_that_counted() -> None:
+    data = every_way()
+    root = make_document(data)
+    definitions = root.find(f".//{Q}CharacteristicDefinitions")
+    assert definitions is not None
+    told = {
+        result.name: [etree.QName(one).localname for one in element_.findall(f"{Q}ZoneShape/*")]
+        for result, element_ in zip(data.results, definitions, strict=True)
+    }
+    for name, zone in (
+        ("position Point to Plane", "SphericalZone"),
+        ("position Plane to Plane", "NonDiametricalZone"),
+        ("position Cylinder to Plane", "DiametricalZone"),
+        ("position Cylinder to Plane planes x", "NonDiametricalZone"),
+        ("position Circle to sphere", "SphericalZone"),
+        ("parallelism Plane to Cylinder", "PlanarZone"),
+        ("parallelism Cylinder to Cylinder", "DiametricalZone"),
+        ("perpendicularity Cylinder to Plane", "DiametricalZone"),
+        ("perpendicularity Cylinder to Cylinder", "PlanarZone"),
+        ("straightness Line to", "NonDiametricalZone"),
+        ("straightness Cylinder to", "DiametricalZone"),
+        ("concentricity Sphere to Sphere", "SphericalZone"),
+        ("concentricity Circle to Sphere", "DiametricalZone"),
+        ("coaxiality Sphere to Cylinder", "DiametricalZone"),
+    ):
+        assert told[name] == [zone], name
+    (bonus,) = root.iter(f"{Q}Bonus")
+    assert float(bonus.text or "") == 0.002
+
+
+def test_the_plane_of_a_profile_holds_its_line_and_the_normals_of_the_surface() -> None:
+    data = every_way()
+    root = make_document(data)
+    items = [item for item in data.plan.characteristics if item.kind == "line profile"]
+    vectors = [
+        np.array((one.findtext(f"{Q}Vector") or "").split(), dtype=float)
+        for one in root.iter(f"{Q}LineProfileCharacteristicNominal")
+    ]
+    # Circle and rectangle lie in their own planes; points and lines were probed along z, and the
+    # line leads along z, too.
+    for item, vector in zip(items, vectors, strict=True):
+        along = abs(vector[2])
+        assert along == pytest.approx(0.0 if item.features[0] in ("Point", "Line") else 1.0)
 
 
 def _set_text(name: str, text: str) -> Callable[[etree._Element], None]:
@@ -194,7 +358,6 @@ def test_an_item_that_leads_to_another_shape_is_found(tmp_path: Path) -> None:
 )
 def test_the_schemas_of_the_standard_accept_the_document(tmp_path: Path) -> None:
     schema = etree.XMLSchema(etree.parse(os.environ["OCMM_QIF_SCHEMAS"]))
-    view, nominals = everything()
-    for data in (sample_report(), sample_report(view, nominals=nominals)):
+    for data in (sample_report(), every_way(), every_way(length=0.0, width=0.0)):
         (path,) = write_report(data, ("qif",), tmp_path)
         schema.assertValid(etree.parse(path))
