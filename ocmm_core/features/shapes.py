@@ -180,7 +180,7 @@ def make_fit(
         jacobian=jacobian,
         residuals=residuals,
         rms=float(np.sqrt(residuals @ residuals / len(residuals))),
-        form=float(residuals.max() - residuals.min()),
+        form=float(np.maximum.reduce(residuals) - np.minimum.reduce(residuals)),
         criterion=criterion,
         contacts=contacts,
     )

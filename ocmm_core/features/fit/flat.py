@@ -14,7 +14,7 @@ import numpy as np
 
 from ocmm_core.features.fit.common import centred, checked_points, oriented
 from ocmm_core.features.fit.plane import own_plane
-from ocmm_core.features.fit.point_kernel import spread
+from ocmm_core.features.fit.point_kernel import spread, spread_alike
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -82,7 +82,6 @@ def fit_in_own_plane(
     normal = plane.axes[2]
     basis = np.stack([plane.axes[0], _cross(normal, plane.axes[0])])
     placed = _in_plane(plane.centroid, plane.about, plane.size, normal, basis, outline_fit)
-    jacobian = placed.jacobian(normal)
     # A tilt of the plane moves a centre that is not the centroid out of it, and takes the direction
     # of the length along; how it shears the points within the plane is of the order of the
     # residuals and left out (`shapes.Fit`).
@@ -90,7 +89,11 @@ def fit_in_own_plane(
     tilt[DIRECTION] = plane.tilt
     tilt[POINT] = -normal[:, None] * (placed.lever @ plane.tilt)
     tilt[ACROSS] = -normal[:, None] * (placed.geometry[ACROSS] @ plane.tilt)
-    spread(tilt, plane.shifts, normal[None], _NOTHING, jacobian)
+    constant = np.zeros((GEOMETRY_SIZE, 3))
+    constant[POINT] = normal[:, None] * (normal / len(points))
+    jacobian = np.empty((GEOMETRY_SIZE, 3 * len(points)))
+    spread_alike(tilt[:, :, None] * normal, plane.shifts, constant, jacobian)
+    placed.spread(jacobian)
     return make_fit(shape, placed.geometry, jacobian, plane.size * placed.outline.residuals)
 
 
@@ -129,9 +132,11 @@ def fit_in_given_plane(
     centroid, about, size = centred(shape, points)
     basis = np.stack(perpendicular_pair(normal))
     placed = _in_plane(centroid, about, size, normal, basis, outline_fit)
-    fit = make_fit(
-        shape, placed.geometry, placed.jacobian(normal), size * placed.outline.residuals
-    )
+    jacobian = np.zeros((GEOMETRY_SIZE, 3 * len(points)))
+    constant = normal[:, None] * (normal / len(points))
+    jacobian[POINT] = np.tile(constant, len(points))
+    placed.spread(jacobian)
+    fit = make_fit(shape, placed.geometry, jacobian, size * placed.outline.residuals)
 
     # A turn of the normal shifts every projection by its height, and the plane about the centroid.
     height = size * (about @ normal)
@@ -166,14 +171,9 @@ class _Placed:
     outward: Float
     lever: Float
 
-    def jacobian(self, normal: Float) -> Float:
-        """Return d(geometry) / d(points), (12, 3 n), the normal (3,) of the plane being given."""
-        n = len(self.outward)
-        constant = np.zeros((GEOMETRY_SIZE, 3))
-        constant[POINT] = normal[:, None] * (normal / n)
-        jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
-        spread(self.gain, self.outline.shifts, self.outward, constant, jacobian)
-        return jacobian
+    def spread(self, jacobian: Float) -> None:
+        """Add d(geometry) / d(points), the plane being given, to ``jacobian`` (12, 3 n)."""
+        spread(self.gain, self.outline.shifts, self.outward, _NOTHING, jacobian)
 
 
 def _in_plane(

@@ -45,36 +45,43 @@ def move_flat(kind: int, p: Float, step: Float, moved: Float) -> None:
         moved[k] += step[k]
 
 
-@compiled()
+@compiled(reorder=True)
 def ball_terms(
     d: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
     """Fill the derivatives of a ball in ``d`` dimensions; see `axis_kernel.axis_terms`."""
-    for i in range(d + 1):
-        for j in range(d + 1):
-            curvature[i, j] = 0.0
-    cost = total = 0.0
+    cost = total = xx = xy = xz = yy = yz = zz = 0.0
+    radius, cx, cy, cz = p[d], p[0], p[1], p[2]
     for row in range(len(points)):
-        square = 0.0
-        for i in range(d):
-            arm = points[row, i] - p[i]
-            jacobian[row, i] = arm
-            square += arm * arm
-        distance = max(np.sqrt(square), _NEAREST)
-        residual = distance - p[d]
+        x, y = points[row, 0] - cx, points[row, 1] - cy
+        z = points[row, 2] - cz if d == 3 else 0.0
+        distance = np.sqrt(x * x + y * y + z * z)
+        distance = distance if distance > _NEAREST else _NEAREST
+        residual = distance - radius
         residuals[row] = residual
         cost += residual * residual
-        weight = residual / distance
+        scale = 1.0 / distance
+        weight = residual * scale
         total += weight
-        for i in range(d):
-            jacobian[row, i] /= -distance
-            for j in range(i + 1):
-                curvature[i, j] -= weight * jacobian[row, i] * jacobian[row, j]
-        jacobian[row, d] = -1.0
-    for i in range(d):
-        curvature[i, i] += total
-        for j in range(i):
-            curvature[j, i] = curvature[i, j]
+        x, y, z = x * scale, y * scale, z * scale
+        jacobian[row, 0], jacobian[row, 1] = -x, -y
+        if d == 3:
+            jacobian[row, 2] = -z
+        xx += weight * x * x
+        xy += weight * x * y
+        xz += weight * x * z
+        yy += weight * y * y
+        yz += weight * y * z
+        zz += weight * z * z
+    jacobian[:, d] = -1.0
+    for i in range(d + 1):
+        curvature[i, d] = curvature[d, i] = 0.0
+    curvature[0, 0], curvature[1, 1] = total - xx, total - yy
+    curvature[0, 1] = curvature[1, 0] = -xy
+    if d == 3:
+        curvature[2, 2] = total - zz
+        curvature[0, 2] = curvature[2, 0] = -xz
+        curvature[1, 2] = curvature[2, 1] = -yz
     return cost
 
 

@@ -11,7 +11,7 @@ from ocmm_core.features.fit.common import (
     oriented,
     principal_axes,
 )
-from ocmm_core.features.fit.point_kernel import spread
+from ocmm_core.features.fit.point_kernel import line_distances, spread_alike
 from ocmm_core.features.shapes import (
     DIRECTION,
     GEOMETRY_SIZE,
@@ -23,7 +23,6 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float, Points3
 
-NOTHING = np.zeros((GEOMETRY_SIZE, 3))
 ROUNDEST = 0.5
 """Second extent against the first beyond which a cloud of points has no direction."""
 
@@ -49,21 +48,15 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
             "they are nearly as broad as they are long",
             "Take the points further apart along the line.",
         )
-    direction = oriented(axes[0], direction_hint)
-    along = about @ direction
-    across = about - along[:, None] * direction
-    sides = np.where(across @ axes[1] < 0.0, -1.0, 1.0)
-
+    axes[0] = oriented(axes[0], direction_hint)
     n = len(points)
+    along, residuals = np.empty((n, 1)), np.empty(n)
+    line_distances(about, axes, along[:, 0], residuals)
+
     # A point moves the direction by its part across the line, whichever way that points.
-    gain, constant = np.zeros((GEOMETRY_SIZE, 1)), np.zeros((GEOMETRY_SIZE, 3))
-    constant[POINT] = np.eye(3) / n
-    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
-    spread(gain, along[:, None], direction[None], constant, jacobian)
-    arms = (along / (size * (along @ along)))[:, None]
-    for beside in axes[1:]:
-        gain[DIRECTION, 0] = beside
-        spread(gain, arms, beside[None], NOTHING, jacobian)
-    geometry = element(centroid, direction)
-    residuals = size * sides * np.sqrt(np.einsum("nk,nk->n", across, across))
-    return make_fit(Shape.LINE, geometry, jacobian, residuals)
+    turning, constant = np.zeros((GEOMETRY_SIZE, 1, 3)), np.zeros((GEOMETRY_SIZE, 3))
+    turning[DIRECTION, 0] = axes[1:].T @ axes[1:] / (size * extents[0] ** 2)
+    constant[POINT].flat[::4] = 1.0 / n
+    jacobian = np.empty((GEOMETRY_SIZE, 3 * n))
+    spread_alike(turning, along, constant, jacobian)
+    return make_fit(Shape.LINE, element(centroid, axes[0]), jacobian, size * residuals)

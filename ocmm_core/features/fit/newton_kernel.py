@@ -60,15 +60,15 @@ def _normal(jacobian: Float, residuals: Float, normal: Float, gradient: Float) -
     """Put the lower half of J'J into ``normal`` (k, k) and J'r into ``gradient`` (k,)."""
     n, k = jacobian.shape
     for i in range(k):
-        gradient[i] = 0.0
+        total = 0.0
+        for row in range(n):
+            total += jacobian[row, i] * residuals[row]
+        gradient[i] = total
         for j in range(i + 1):
-            normal[i, j] = 0.0
-    for row in range(n):
-        for i in range(k):
-            value = jacobian[row, i]
-            gradient[i] += value * residuals[row]
-            for j in range(i + 1):
-                normal[i, j] += value * jacobian[row, j]
+            total = 0.0
+            for row in range(n):
+                total += jacobian[row, i] * jacobian[row, j]
+            normal[i, j] = total
 
 
 @compiled()
@@ -107,14 +107,42 @@ def _solved(
     return True
 
 
+@compiled()
+def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
+    """Put the inverse of J'J into ``gain`` (k, k), of ``jacobian`` (n, k).
+
+    Returns the least and the greatest eigenvalue of J'J with columns scaled to length one.
+    """
+    n, k = jacobian.shape
+    normal, scale, unused = np.zeros((k, k)), np.ones(k), np.empty(k)
+    _normal(jacobian, np.zeros(n), normal, unused)
+    for i in range(k):
+        if normal[i, i] > 0.0:
+            scale[i] = 1.0 / np.sqrt(normal[i, i])
+    for i in range(k):
+        for j in range(i + 1):
+            normal[i, j] *= scale[i] * scale[j]
+            normal[j, i] = normal[i, j]
+    values, vectors = np.linalg.eigh(normal)
+    for i in range(k):
+        for j in range(i + 1):
+            total = 0.0
+            for m in range(k):
+                total += vectors[i, m] * vectors[j, m] / values[m]
+            gain[i, j] = total * scale[i] * scale[j]
+            gain[j, i] = gain[i, j]
+    return values[0], values[k - 1]
+
+
 @compiled(axis_kernel, flat_kernel)
 def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
     k = STEP_SIZE[kind]
     rows = len(points) * (2 if kind == RING else 1)
-    residuals, jacobian, curvature = np.empty(rows), np.empty((rows, k)), np.empty((k, k))
+    # Column by column: the sums over the rows then take several numbers at once.
+    residuals, jacobian, curvature = np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
     new_residuals, new_jacobian, new_curvature = (
-        np.empty(rows), np.empty((rows, k)), np.empty((k, k))
+        np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
     )  # fmt: skip
     normal, factor = np.zeros((k, k)), np.zeros((k, k))
     gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
@@ -184,7 +212,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         (m,), out: sum of squared residuals.
     """
     n, k = len(points), STEP_SIZE[kind]
-    residuals, jacobian, unused = np.empty(n), np.empty((n, k)), np.empty((k, k))
+    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((k, k))
     normal, factor = np.zeros((k, k)), np.zeros((k, k))
     gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
     for m in range(len(starts)):
@@ -221,6 +249,6 @@ def rank(kind: int, points: Float, starts: Float, costs: Float) -> None:
         axis_costs(kind, points, starts, costs)
         return
     n, k = len(points), STEP_SIZE[kind]
-    residuals, jacobian, unused = np.empty(n), np.empty((n, k)), np.empty((k, k))
+    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((k, k))
     for m in range(len(starts)):
         costs[m] = terms(kind, points, starts[m], residuals, jacobian, unused)

@@ -14,7 +14,7 @@ from ocmm_core.features.fit.common import (
     oriented,
     principal_axes,
 )
-from ocmm_core.features.fit.point_kernel import spread
+from ocmm_core.features.fit.point_kernel import spread_alike
 from ocmm_core.features.shapes import (
     DIRECTION,
     GEOMETRY_SIZE,
@@ -42,11 +42,12 @@ def fit_plane(points: Points3, direction_hint: Float | None = None) -> Fit:
     plane = own_plane(Shape.PLANE, points, direction_hint)
     n = len(points)
     normal = plane.axes[2]
-    gain, constant = np.zeros((GEOMETRY_SIZE, 2)), np.zeros((GEOMETRY_SIZE, 3))
-    gain[DIRECTION], constant[POINT] = plane.tilt, np.eye(3) / n
-    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
-    spread(gain, plane.shifts, normal[None], constant, jacobian)
-    residuals = plane.size * (plane.about @ normal)
+    turning, constant = np.zeros((GEOMETRY_SIZE, 2, 3)), np.zeros((GEOMETRY_SIZE, 3))
+    turning[DIRECTION] = plane.tilt[:, :, None] * normal
+    constant[POINT].flat[::4] = 1.0 / n
+    jacobian = np.empty((GEOMETRY_SIZE, 3 * n))
+    spread_alike(turning, plane.shifts, constant, jacobian)
+    residuals = plane.about @ (plane.size * normal)
     return make_fit(Shape.PLANE, element(plane.centroid, normal), jacobian, residuals)
 
 

@@ -10,33 +10,35 @@ from ocmm_core.geometry import Float
 
 @compiled(reorder=True)
 def centre(points: Float, centroid: Float, about: Float) -> float:
-    """Put the centroid (d,) and the points about it (n, d) divided by their size; return the size.
+    """Put the centroid (3,) and the points about it (n, 3) divided by their size; return the size.
 
     The size is the root mean squared distance from the centroid.
     """
-    n, d = points.shape
-    for k in range(d):
-        total = 0.0
-        for row in range(n):
-            total += points[row, k]
-        mean = total / n
-        # The second pass removes the rounding of a mean far from the origin.
-        total = 0.0
-        for row in range(n):
-            total += points[row, k] - mean
-        correction = total / n
-        for row in range(n):
-            about[row, k] = (points[row, k] - mean) - correction
-        centroid[k] = mean + correction
-    square = 0.0
+    n = len(points)
+    x = y = z = 0.0
     for row in range(n):
-        for k in range(d):
-            square += about[row, k] * about[row, k]
-    size: float = np.sqrt(square / n)
-    if size > 0.0:
-        for row in range(n):
-            for k in range(d):
-                about[row, k] /= size
+        x += points[row, 0]
+        y += points[row, 1]
+        z += points[row, 2]
+    x, y, z = x / n, y / n, z / n
+    # The second pass removes the rounding of a mean far from the origin.
+    rest_x = rest_y = rest_z = square = 0.0
+    for row in range(n):
+        dx, dy, dz = points[row, 0] - x, points[row, 1] - y, points[row, 2] - z
+        about[row, 0], about[row, 1], about[row, 2] = dx, dy, dz
+        rest_x += dx
+        rest_y += dy
+        rest_z += dz
+        square += dx * dx + dy * dy + dz * dz
+    rest_x, rest_y, rest_z = rest_x / n, rest_y / n, rest_z / n
+    centroid[0], centroid[1], centroid[2] = x + rest_x, y + rest_y, z + rest_z
+    square = square / n - (rest_x * rest_x + rest_y * rest_y + rest_z * rest_z)
+    size: float = np.sqrt(max(square, 0.0))
+    scale = 1.0 / size if size > 0.0 else 1.0
+    for row in range(n):
+        about[row, 0] = (about[row, 0] - rest_x) * scale
+        about[row, 1] = (about[row, 1] - rest_y) * scale
+        about[row, 2] = (about[row, 2] - rest_z) * scale
     return size
 
 
@@ -108,7 +110,6 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
     for _ in range(2):
         _gram(points, axes, gram)
         _turn(gram, axes)
-    _gram(points, axes, gram)
     for i in range(2):
         for j in range(2 - i):
             if gram[j, j] < gram[j + 1, j + 1]:
@@ -132,19 +133,25 @@ def taubin(points: Float, moments: Float) -> float:
             square += points[row, k] * points[row, k]
     mean = square / n
     scale = 0.5 / np.sqrt(mean)
-    for i in range(d + 1):
-        for j in range(d + 1):
-            moments[i, j] = 0.0
+    ff = fx = fy = fz = xx = xy = xz = yy = yz = zz = 0.0
     for row in range(n):
-        first = -mean
-        for k in range(d):
-            first += points[row, k] * points[row, k]
-        first *= scale
-        moments[0, 0] += first * first
-        for i in range(d):
-            moments[i + 1, 0] += first * points[row, i]
-            for j in range(i + 1):
-                moments[i + 1, j + 1] += points[row, i] * points[row, j]
+        x, y = points[row, 0], points[row, 1]
+        z = points[row, 2] if d == 3 else 0.0
+        first = scale * (x * x + y * y + z * z - mean)
+        ff += first * first
+        fx += first * x
+        fy += first * y
+        fz += first * z
+        xx += x * x
+        xy += x * y
+        xz += x * z
+        yy += y * y
+        yz += y * z
+        zz += z * z
+    moments[0, 0], moments[1, 0], moments[2, 0] = ff, fx, fy
+    moments[1, 1], moments[2, 1], moments[2, 2] = xx, xy, yy
+    if d == 3:
+        moments[3, 0], moments[3, 1], moments[3, 2], moments[3, 3] = fz, xz, yz, zz
     for i in range(d + 1):
         for j in range(i + 1):
             moments[i, j] /= n
@@ -153,8 +160,62 @@ def taubin(points: Float, moments: Float) -> float:
     return size
 
 
+@compiled(reorder=True)
+def line_distances(about: Float, axes: Float, along: Float, residuals: Float) -> None:
+    """Put places along the first axis and distances from it into ``along`` and ``residuals`` (n,).
+
+    Distances of points (n, 3) have the sign of their side along the second of the ``axes`` (3, 3).
+    """
+    for row in range(len(about)):
+        x, y, z = about[row, 0], about[row, 1], about[row, 2]
+        along[row] = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
+        second = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
+        third = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
+        distance = np.sqrt(second * second + third * third)
+        residuals[row] = -distance if second < 0.0 else distance
+
+
 @compiled()
-def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian: Float) -> None:
+def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float) -> None:
+    """Put how a geometry changes with the points into ``jacobian`` (12, 3 n), all alike.
+
+    Parameters
+    ----------
+    turning
+        (12, k, 3): d(geometry) / d(a point) for every unit of its ``shifts``.
+    shifts
+        (n, k): how much each point takes part.
+    constant
+        (12, 3): what every point adds.
+    """
+    n, k = shifts.shape
+    for place in range(len(turning)):
+        rests = True
+        for j in range(3):
+            rests = rests and constant[place, j] == 0.0
+            for i in range(k):
+                rests = rests and turning[place, i, j] == 0.0
+        row_of = jacobian[place]
+        if rests:
+            row_of[:] = 0.0
+            continue
+        cx, cy, cz = constant[place, 0], constant[place, 1], constant[place, 2]
+        ax, ay, az = turning[place, 0, 0], turning[place, 0, 1], turning[place, 0, 2]
+        last = k - 1
+        bx, by, bz = turning[place, last, 0], turning[place, last, 1], turning[place, last, 2]
+        if k == 1:
+            bx = by = bz = 0.0
+        for row in range(n):
+            a, b = shifts[row, 0], shifts[row, last]
+            row_of[3 * row] = a * ax + b * bx + cx
+            row_of[3 * row + 1] = a * ay + b * by + cy
+            row_of[3 * row + 2] = a * az + b * bz + cz
+
+
+@compiled()
+def spread(
+    gain: Float, shifts: Float, normals: Float, constant: Float, jacobian: Float
+) -> None:
     """Add how a geometry changes with the points to ``jacobian`` (12, 3 n).
 
     Parameters
@@ -164,12 +225,11 @@ def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian
     shifts
         (n, k): how much a shift of each point along its normal takes part in the step.
     normals
-        (n, 3), or (1, 3) where all points have the same.
+        (n, 3).
     constant
         (12, 3): what every point adds, whichever way it moves.
     """
     n, k = shifts.shape
-    single = len(normals) == 1
     for place in range(len(gain)):
         used = False
         for j in range(k):
@@ -178,10 +238,12 @@ def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian
             used = used or constant[place, j] != 0.0
         if not used:
             continue
+        row_of, weights = jacobian[place], gain[place]
+        cx, cy, cz = constant[place, 0], constant[place, 1], constant[place, 2]
         for row in range(n):
             total = 0.0
             for j in range(k):
-                total += gain[place, j] * shifts[row, j]
-            normal = normals[0 if single else row]
-            for j in range(3):
-                jacobian[place, 3 * row + j] += total * normal[j] + constant[place, j]
+                total += weights[j] * shifts[row, j]
+            row_of[3 * row] += total * normals[row, 0] + cx
+            row_of[3 * row + 1] += total * normals[row, 1] + cy
+            row_of[3 * row + 2] += total * normals[row, 2] + cz

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.features.fit.axis_kernel import RING
-from ocmm_core.features.fit.newton_kernel import STEP_SIZE, move, newton, terms
+from ocmm_core.features.fit.newton_kernel import STEP_SIZE, gain_of, move, newton, terms
 from ocmm_core.geometry import Float
 
 WELL_CONDITIONED = 1e-10
@@ -54,7 +54,7 @@ def derivatives(kind: int, points: Float, parameters: Float) -> tuple[Float, Flo
     """
     k = STEP_SIZE[kind]
     rows = len(points) * (2 if kind == RING else 1)
-    residuals, jacobian, curvature = np.empty(rows), np.empty((rows, k)), np.empty((k, k))
+    residuals, jacobian, curvature = np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
     terms(kind, points, parameters, residuals, jacobian, curvature)
     return residuals, jacobian, curvature
 
@@ -72,18 +72,18 @@ def gains(jacobian: Float) -> tuple[Float, Float, float]:
     It is the first part (k, k) times the second (n, k) transposed. The columns are scaled to length
     one first, so that the condition number tells of the geometry of the points and not of units.
     """
-    normal = jacobian.T @ jacobian
-    scale = np.sqrt(np.diag(normal))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(normal / (scale[:, None] * scale))
-    if values[0] > WELL_CONDITIONED * values[-1]:
-        rotated = vectors / scale[:, None]
-        return (rotated / values) @ rotated.T, jacobian, float(np.sqrt(values[-1] / values[0]))
+    k = jacobian.shape[1]
+    gain = np.empty((k, k))
+    least, greatest = gain_of(jacobian, gain)
+    if least > WELL_CONDITIONED * greatest:
+        return gain, jacobian, float(np.sqrt(greatest / least))
     # Squaring has lost too much; the pseudoinverse itself has not.
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
     u, s, vt = np.linalg.svd(jacobian / scale, full_matrices=False)
     condition = float(s[0] / s[-1]) if s[-1] > 0.0 else np.inf
     inverse_s = np.where(s > 1e-300, 1.0 / np.maximum(s, 1e-300), 0.0)
-    return np.eye(len(scale)), u @ (vt * inverse_s[:, None] / scale), condition
+    return np.eye(k), u @ (vt * inverse_s[:, None] / scale), condition
 
 
 def sensitivity(jacobian: Float) -> tuple[Float, float]:
