@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
-from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QPolygonF,
+)
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_gui.actions import ActionInfo, make_button
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.operator.path_panel import OwnKeysField
-from ocmm_gui.theme import text_font
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 LEAVE = ActionInfo("leave", "Back", "Go back to the measuring; nothing is lost", ("Esc",))
 _BUTTON_PX = 42
@@ -115,6 +123,43 @@ class FormField(OwnKeysField):
                 event.ignore()
                 return False
         return super().event(event)
+
+
+class ChoiceBox(QComboBox):
+    """A choice whose arrow is painted in the colours of the theme.
+
+    Parameters
+    ----------
+    name, tip
+        Accessible name, and what it is for.
+    choices
+        In their order.
+    """
+
+    def __init__(self, name: str, tip: str, choices: Sequence[str]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self.setAccessibleName(name)
+        self.setToolTip(tip)
+        self.addItems(list(choices))
+        self.setFont(text_font(15))
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the choice and its arrow."""
+        super().paintEvent(event)
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.text))
+        x, y = self.width() - 16.0, 0.5 * self.height()
+        painter.drawPolygon(
+            QPolygonF([QPointF(x - 5, y - 3), QPointF(x + 5, y - 3), QPointF(x, y + 4)])
+        )
 
 
 def form_field(name: str, tip: str, text: str = "") -> FormField:

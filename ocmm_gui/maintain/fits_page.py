@@ -7,7 +7,6 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QComboBox,
     QHBoxLayout,
     QProgressBar,
     QPushButton,
@@ -30,6 +29,7 @@ from ocmm_gui.maintain.side_process import SideProcess, Tell
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
 from ocmm_gui.operator.path_panel import OwnKeysField
+from ocmm_gui.sheet import ChoiceBox
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 
 _ASK = (
@@ -70,11 +70,11 @@ class FitsPage(QWidget):
         self.folder.setPlaceholderText("Folder of the reference pairs")
         self.folder.setFont(text_font(15))
         self.folder.returnPressed.connect(self.toggle)
-        self.convention = QComboBox()
-        self.convention.addItems([item.name for item in Convention])
-        self.convention.setAccessibleName("Convention")
-        self.convention.setToolTip("Whose certified numbers they are: what they mean differs")
-        self.convention.setFont(text_font(15))
+        self.convention = ChoiceBox(
+            "Convention",
+            "Whose certified numbers they are: what they mean differs",
+            [item.name for item in Convention],
+        )
         self.button = QPushButton("Verify")
         self.button.setProperty("role", "primary")
         self.button.setAccessibleName("Verify")

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QScroll
 
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan_csv import number
-from ocmm_gui.sheet import caption, form_field
+from ocmm_gui.sheet import ChoiceBox, caption, form_field
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 Item = TypeVar("Item", bound=msgspec.Struct)
@@ -160,11 +160,8 @@ class ItemForm(QScrollArea, Generic[Item]):
 
     def _field(self, line: FormLine) -> QLineEdit | QComboBox:
         if line.kind is Kind.CHOICE:
-            choice = QComboBox()
-            choice.addItems(list(line.choices))
+            choice = ChoiceBox(line.label, line.tip, line.choices)
             choice.setFont(text_font(14))
-            choice.setAccessibleName(line.label)
-            choice.setToolTip(line.tip)
             choice.currentTextChanged.connect(lambda _text: self.edited.emit())
             return choice
         field = form_field(line.label, line.tip)

@@ -264,7 +264,7 @@ class PlanSheet(Sheet):
     def _refresh(self, chosen: str) -> None:
         self.items.show_plan(self.history.plan, chosen)
         state = "saved" if self.history.is_saved else "not saved yet"
-        where = "no file yet" if self._path is None else str(self._path)
+        where = "no file yet" if self._path is None else self._path.name
         self.say(f"{self.history.plan.name}, {where}, {state}.")
         self._show_item()
 
