@@ -125,7 +125,7 @@ def _number_faults(element: etree._Element) -> Iterator[str]:
         for place in range(0, len(numbers) - 2, 3):
             length = math.hypot(*numbers[place : place + 3])
             if abs(length - 1.0) > _UNIT:
-                yield f"{name} has the length {length:.6f}, which is no unit vector."
+                yield f"{name} has the length {length:.9f}, which is no unit vector."
 
 
 def _family(name: str) -> str:

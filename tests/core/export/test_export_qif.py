@@ -237,6 +237,13 @@ def test_lines_cylinders_and_cones_are_told_from_where_they_begin_and_end() -> N
         text = root.findtext(f".//{Q}{path.format(Q=Q)}")
         assert text is not None
         assert [float(word) for word in text.split()] == pytest.approx([1.0, 2.0, -6.0])
+    # Of what was measured, the first point on it tells the start.
+    for path in (
+        "LineFeatureMeasurement/{Q}Location", "CylinderFeatureMeasurement/{Q}Axis/{Q}AxisPoint"
+    ):  # fmt: skip
+        text = root.findtext(f".//{Q}{path.format(Q=Q)}")
+        assert text is not None
+        assert float(text.split()[2]) == pytest.approx(999.0 - 1.5 - 1000.0)
     cone = root.find(f".//{Q}ConeFeatureDefinition")
     assert cone is not None
     ends = [float(cone.findtext(f"{Q}{end}EndDistance") or "nan") for end in ("Large", "Small")]
@@ -323,6 +330,7 @@ def _set(name: str, attribute: str, value: str) -> Callable[[etree._Element], No
         (_set_text("FormalStandardId", ""), "FormalStandardId refers to ''"),
         (_set_text("FeatureNominalId", "2"), "FeatureNominalId refers to 2"),
         (_set_text("Normals", "0 0 2 " * 4), "no unit vector"),
+        (_set_text("Normal", "0 0 1.0000001"), "1.000000100, which is no unit vector"),
         (_set_text("Points", "1 2 3"), "its Points are 3 numbers"),
         (_set_text("Normal", "0 0 nan"), "not finite"),
         (_set_text("Value", "twenty"), "no number"),
