@@ -17,9 +17,9 @@ from ocmm_gui.results.job_source import JobSource
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
-PATIENCE_MS = 90_000
+PATIENCE_MS = 150_000
 
 
 def _press(*keys: Qt.Key) -> None:
