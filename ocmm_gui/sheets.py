@@ -14,6 +14,7 @@ from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.job_sheet import JobSheet
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
 from ocmm_gui.results.alignment_sheet import AlignmentSheet
+from ocmm_gui.results.compare_sheet import CompareSheet
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.report_sheet import ReportSheet
 from ocmm_gui.results.results_sheet import ResultsSheet
@@ -56,6 +57,7 @@ class Sheets(QObject):
         self.report = ReportSheet(folder)
         self.alignment = AlignmentSheet(bridge)
         self.job = JobSheet(bridge)
+        self.batch = CompareSheet()
         self.plan = PlanSheet(bridge.station.plan, plan_path, lambda: bridge.station.job_path)
         self.plan.saved.connect(
             lambda path: notices.inform(
@@ -70,12 +72,15 @@ class Sheets(QObject):
             sheet.told.connect(notices.inform)
         self.report.left.disconnect(self.left)
         self.report.left.connect(self.open_results)
+        self.batch.left.disconnect(self.left)
+        self.batch.left.connect(self.open_results)
         self.results.report_wanted.connect(self._open_report)
+        self.results.batch_wanted.connect(self._open_batch)
         self.report.written.connect(bridge.exported)
 
     def all(self) -> tuple[Sheet, ...]:
         """Return every sheet, for the stack of the window."""
-        return (self.results, self.report, self.job, self.plan, self.alignment)
+        return (self.results, self.report, self.batch, self.job, self.plan, self.alignment)
 
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
@@ -108,6 +113,7 @@ class Sheets(QObject):
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
         self.results.close_work()
+        self.batch.close_work()
         self.plan.close_work()
         self.alignment.close_work()
 
@@ -118,6 +124,10 @@ class Sheets(QObject):
     def _open_report(self, source: JobSource) -> None:
         self.wanted.emit(self.report)
         self.report.open(source)
+
+    def _open_batch(self, folder: Path) -> None:
+        self.wanted.emit(self.batch)
+        self.batch.open(folder)
 
 
 def calibration_words(bridge: StationBridge) -> str:

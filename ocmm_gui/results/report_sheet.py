@@ -11,11 +11,15 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPlainTextEdit,
+    QStackedWidget,
     QVBoxLayout,
 )
 
 from ocmm_core.export.registry import EXPORTERS, preview, preview_text, write_report
+from ocmm_core.export.report_data import ReportData
 from ocmm_gui.actions import ActionInfo
+from ocmm_gui.reports.pdf import write_pdf
+from ocmm_gui.reports.preview import PagePreview
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.sheet import Sheet, caption, form_field
 from ocmm_gui.theme import digit_font, text_font
@@ -25,6 +29,9 @@ _KEYS = (
     ActionInfo("write", "Write", "Write the marked formats into the folder", ("F8", "E")),
 )
 _NAME = Qt.ItemDataRole.UserRole
+_PDF = "pdf"
+_TITLES = {**{name: item.title for name, item in EXPORTERS.items()}, _PDF: "PDF"}
+"""By the name of the format; the PDF is drawn here, the others come from the core."""
 _LIST_PX, _ROW_PX = 320, 36
 _MOST_LINES = 400
 """A cloud of points is shown by its beginning."""
@@ -50,7 +57,7 @@ class ReportSheet(Sheet):
         self.formats.setAccessibleName("Formats")
         self.formats.setAccessibleDescription("Up and down show a preview, Space marks a format")
         self.formats.setFont(text_font(16))
-        for name in EXPORTERS:
+        for name in _TITLES:
             item = QListWidgetItem(self.formats)
             item.setData(_NAME, name)
             item.setSizeHint(QSize(_LIST_PX - 20, _ROW_PX))
@@ -66,8 +73,12 @@ class ReportSheet(Sheet):
         self.text.setFont(digit_font(14, bold=False))
         left = QVBoxLayout()
         left.addWidget(self.formats, 1)
+        self.pages = PagePreview()
+        self.shown = QStackedWidget()
+        self.shown.addWidget(self.text)
+        self.shown.addWidget(self.pages)
         right = QVBoxLayout()
-        right.addWidget(self.text, 1)
+        right.addWidget(self.shown, 1)
         where = QHBoxLayout()
         where.addWidget(caption("Folder", self.folder))
         where.addWidget(self.folder, 1)
@@ -98,7 +109,7 @@ class ReportSheet(Sheet):
 
     def marked(self) -> tuple[str, ...]:
         """Return the names of the marked formats."""
-        return tuple(name for name in EXPORTERS if name in self._marked)
+        return tuple(name for name in _TITLES if name in self._marked)
 
     def write(self) -> None:
         """Write the marked formats; every file is read back and compared before it counts."""
@@ -106,21 +117,32 @@ class ReportSheet(Sheet):
         if source is None:
             return
         folder = Path(self.folder.text().strip()).expanduser()
-        paths = self.attempt(lambda: write_report(source.report(), self.marked(), folder))
+        paths = self.attempt(lambda: self._written(source.report(), folder))
         if paths is not None:
             self.written.emit(paths)
+
+    def _written(self, data: ReportData, folder: Path) -> tuple[Path, ...]:
+        tables = [name for name in self.marked() if name != _PDF]
+        paths = write_report(data, tables, folder) if tables or _PDF not in self._marked else ()
+        return (*paths, write_pdf(data, folder)) if _PDF in self._marked else paths
 
     def _write_marks(self) -> None:
         for row in range(self.formats.count()):
             item = self.formats.item(row)
             name = str(item.data(_NAME))
-            item.setText(f"{'☑' if name in self._marked else '☐'}  {EXPORTERS[name].title}")
+            item.setText(f"{'☑' if name in self._marked else '☐'}  {_TITLES[name]}")
 
     def _show_preview(self) -> None:
         row, source = self.formats.currentRow(), self._source
         if row < 0 or source is None:
             return
         name = str(self.formats.item(row).data(_NAME))
+        self.shown.setCurrentWidget(self.pages if name == _PDF else self.text)
+        if name == _PDF:
+            data = self.attempt(source.report)
+            if data is not None:
+                self.pages.show_report(data)
+            return
         tables = self.attempt(lambda: preview(source.report(), name))
         lines = [] if tables is None else preview_text(tables).splitlines()
         more = len(lines) - _MOST_LINES

@@ -24,6 +24,7 @@ _KEYS = (
     ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by trials", ("F6",)),
     ActionInfo("open", "Open a job", "Show a job from its file, without changing it", ("F7",)),
     ActionInfo("running", "Running job", "Show the job that is measured now", ("F9",)),
+    ActionInfo("batch", "Batch", "Compare the jobs of this folder", ("F10",)),
     ActionInfo("report", "Report", "Preview and write the reports", ("F8", "E")),
 )
 
@@ -43,6 +44,8 @@ class ResultsSheet(Sheet):
 
     report_wanted = Signal(object)
     """Emits the `JobSource` that is to be reported."""
+    batch_wanted = Signal(object)
+    """Emits the folder whose jobs are to be compared."""
 
     def __init__(
         self, running: JobSource, calibration: Callable[[], str], *, guarded: bool
@@ -74,6 +77,7 @@ class ResultsSheet(Sheet):
                 "simulate": self.detail.simulate,
                 "open": lambda: self.file.ask(Path.home()),
                 "running": self.show_running,
+                "batch": lambda: self.batch_wanted.emit(self._source.path.parent),
                 "report": lambda: self.report_wanted.emit(self._source),
             },
             primary="report",
