@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from ocmm_core.features.fit.common import principal_axes
 from ocmm_core.geometry import Float
 
 TRIAL_AXES = 80
 """Over the hemisphere; more lie around the principal axes of the points."""
+FEW_AXES = 24
+"""The same where the result can be certified and a full search follows if it is not."""
 RINGS = np.deg2rad([1.5, 4.0, 10.0])
 """How far around; the patch of a long cylinder's narrow arc has a narrow basin there."""
 
 
 def trial_axes(points: Float) -> Float:
     """Return trial axes (m, 3): the principal ones, rings around them, and a hemisphere."""
-    principal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    principal = principal_axes(points - points.mean(axis=0))[1]
     rings = [_ring(principal, k, RINGS) for k in range(3)]
     return np.concatenate([principal, *rings, _hemisphere(TRIAL_AXES)])
+
+
+def few_axes(points: Float) -> Float:
+    """Return the principal axes of the points and a coarse hemisphere, (m, 3)."""
+    principal = principal_axes(points - points.mean(axis=0))[1]
+    return np.concatenate([principal, _hemisphere(FEW_AXES)])
 
 
 def _ring(principal: Float, k: int, tilts: Float) -> Float:

@@ -89,7 +89,8 @@ def axis_terms(
     jacobian
         As long as the residuals, (., k).
     curvature
-        (k, k): sum of every residual times its matrix of second derivatives.
+        (k, k): sum of every residual times its matrix of second derivatives; (0, 0) where nobody
+        needs it.
     """
     n = len(points)
     e = np.empty((2, 3))
@@ -97,9 +98,8 @@ def axis_terms(
     k = jacobian.shape[1]
     along = 0 if kind <= CONE else 1
     turn = 2 + along
-    for i in range(k):
-        for j in range(k):
-            curvature[i, j] = 0.0
+    bent = curvature.size > 0
+    curvature[:] = 0.0
     cf, sf = np.cos(p[6]), np.sin(p[6])
     cost = 0.0
     normal = np.empty(2)
@@ -135,10 +135,12 @@ def axis_terms(
             cost += d * d
             for i in range(4):
                 jacobian[row, i] = by_rho[i] * cf - by_t[i] * sf
-                curvature[i, 4] -= d * (by_rho[i] * sf + by_t[i] * cf)
+                if bent:
+                    curvature[i, 4] -= d * (by_rho[i] * sf + by_t[i] * cf)
             jacobian[row, 4] = -rho * sf - t * cf
             jacobian[row, 5] = -1.0
-            curvature[4, 4] -= d * (rho * cf - t * sf)
+            if bent:
+                curvature[4, 4] -= d * (rho * cf - t * sf)
             weight_rho, weight_t = d * cf, -d * sf
         elif kind == TORUS:
             u = rho - p[6]
@@ -151,7 +153,7 @@ def axis_terms(
                 jacobian[row, i] = (u * by_rho[i] + t * by_t[i]) / tube
             jacobian[row, 6] = -1.0
             share = d / tube
-            for i in range(6):
+            for i in range(6 if bent else 0):
                 for j in range(i, 6):
                     curvature[i, j] += share * (
                         by_rho[i] * by_rho[j]
@@ -168,7 +170,7 @@ def axis_terms(
                 jacobian[row, i] = by_rho[i]
                 jacobian[n + row, i] = by_t[i]
             weight_rho, weight_t = u, t
-        for i in range(2):
+        for i in range(2 if bent else 0):
             for j in range(2):
                 same = 1.0 if i == j else 0.0
                 flat = weight_rho * (same - normal[i] * normal[j]) / rho
@@ -182,7 +184,7 @@ def axis_terms(
                 curvature[i, turn + j] += flat * t - weight_t * same
             if along:
                 curvature[2, turn + i] += weight_rho * normal[i]
-    for i in range(k):
+    for i in range(len(curvature)):
         for j in range(i):
             curvature[i, j] = curvature[j, i]
     return cost

@@ -153,14 +153,14 @@ def _starts(points: Float, offset: float) -> Iterator[Float]:
     start = _of_conic(np.concatenate([first, to_linear @ first]), offset)
     if start is not None:
         yield start
-    start = _of_conic(np.linalg.svd(columns.T, full_matrices=False)[2][-1], offset)
+    start = _of_conic(np.linalg.eigh(scatter)[1][:, 0], offset)
     if start is not None:
         yield start
     # Where neither is an ellipse: the principal axes of the points.
-    extents, axes = np.linalg.svd(points, full_matrices=False)[1:]
-    turn = np.arctan2(axes[0, 1], axes[0, 0])
-    sizes = extents * np.sqrt(2.0 / len(points))
-    yield np.array([0.0, 0.0, turn, sizes[0], sizes[1] + 1e-3, 0.0, 0.0, offset])
+    squares, axes = np.linalg.eigh(points.T @ points)
+    turn = np.arctan2(axes[1, 1], axes[0, 1])
+    short, long = np.sqrt(np.maximum(squares, 0.0) * (2.0 / len(points)))
+    yield np.array([0.0, 0.0, turn, long, short + 1e-3, 0.0, 0.0, offset])
 
 
 def _of_conic(conic: Float, offset: float) -> Float | None:

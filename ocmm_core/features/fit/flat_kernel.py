@@ -11,10 +11,7 @@ kind            parameters                 step
 ==============  =========================  ====================================================
 
 Distances are positive outside. That of an ellipse is less its offset, which is no parameter: a ball
-that rolls on an ellipse has its centre on a curve that is none.
-
-The second derivatives of the distance from an ellipse follow from those of half its square F,
-whose minimum over the eccentric anomaly E of the foot is taken: F'' - F'E F'E / FEE.
+that rolls on an ellipse has its centre on a curve that is none. Its loops are in `ellipse_kernel`.
 """
 
 from __future__ import annotations
@@ -86,51 +83,14 @@ def ball_terms(
 
 
 @compiled()
-def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
-    """Return cosine and sine of the eccentric anomaly of the nearest point of an ellipse.
-
-    Newton's iteration on a convex function (D. Eberly, Distance from a point to an ellipse, 2013),
-    which always ends at the nearest foot, counted from the end of the shorter axis so that nothing
-    cancels there.
-    """
-    if a >= b:
-        long, short, along, beside = a, b, abs(x), abs(y)
-    else:
-        long, short, along, beside = b, a, abs(y), abs(x)
-    beside = max(beside, 1e-18 * long)
-    gap = long * long - short * short
-    least = max(short * beside, long * along - gap)
-    # On the ellipse itself t is the square of the short axis. From beyond the solution the first
-    # step leads back to its safe side, or further than that.
-    t = max(least, short * short)
-    for _ in range(80):
-        by_long, by_short = 1.0 / (t + gap), 1.0 / t
-        first, second = long * along * by_long, short * beside * by_short
-        first, second = first * first, second * second
-        change = 0.5 * (first + second - 1.0) / (first * by_long + second * by_short)
-        t = max(t + change, least)
-        # The next step would be as small as the square of this one.
-        if abs(change) < 1e-9 * t:
-            break
-    c, s = long * along / (t + gap), short * beside / t
-    scale = 1.0 / np.sqrt(c * c + s * s)
-    c, s = c * scale, s * scale
-    if a < b:
-        c, s = s, c
-    return np.copysign(c, x), np.copysign(s, y)
-
-
-@compiled()
-def outline_terms(
+def slot_terms(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
-    """Fill the derivatives of an outline by a step; see `axis_kernel.axis_terms`."""
+    """Fill the derivatives of a slot or rectangle by a step; see `axis_kernel.axis_terms`."""
     turn_cos, turn_sin = np.cos(p[2]), np.sin(p[2])
     a, b = p[3], p[4]
-    offset = p[7] if kind == ELLIPSE else 0.0
-    for i in range(5):
-        for j in range(5):
-            curvature[i, j] = 0.0
+    bent = curvature.size > 0
+    curvature[:] = 0.0
     g = np.zeros((5, 2))
     g[0, 0] = g[1, 1] = -1.0
     by_anomaly = np.empty(5)
@@ -144,15 +104,7 @@ def outline_terms(
         g[3, 0] = g[3, 1] = g[4, 0] = g[4, 1] = 0.0
         # Normal (nx, ny), distance, and how the distance changes with the two sizes.
         bend = 0.0
-        if kind == ELLIPSE:
-            c, s = ellipse_foot(x, y, a, b)
-            nx, ny = c * b, s * a
-            scale = 1.0 / np.sqrt(nx * nx + ny * ny)
-            nx, ny = nx * scale, ny * scale
-            distance = nx * (x - a * c) + ny * (y - b * s)
-            g[3, 0], g[4, 1] = -c, -s
-            by_a, by_b = -nx * c, -ny * s
-        elif kind == ROUND_ENDS:
+        if kind == ROUND_ENDS:
             reach = abs(x) - (a - b)
             if reach <= 0.0:
                 nx, ny, distance, by_a, by_b = 0.0, side_y, abs(y) - b, 0.0, -1.0
@@ -176,43 +128,25 @@ def outline_terms(
                 nx, ny, distance, by_a = side_x, 0.0, reach_x, -1.0
             else:
                 nx, ny, distance, by_b = 0.0, side_y, reach_y, -1.0
-        residual = distance - offset
-        residuals[row] = residual
-        cost += residual * residual
+        residuals[row] = distance
+        cost += distance * distance
         jacobian[row, 0], jacobian[row, 1] = -nx, -ny
         jacobian[row, 2] = nx * y - ny * x
         jacobian[row, 3], jacobian[row, 4] = by_a, by_b
+        if not bent:
+            continue
 
         # Second derivatives of the place of the point in the frame of the outline.
-        curvature[2, 2] -= residual * (nx * x + ny * y)
-        curvature[0, 2] += residual * ny
-        curvature[1, 2] -= residual * nx
-        if kind == ELLIPSE:
-            weight = 1.0
-            if offset != 0.0:
-                weight = residual / np.copysign(max(abs(distance), 1e-9), distance)
-            foot_x, foot_y = -a * s, b * c
-            second = foot_x * foot_x + foot_y * foot_y + distance * (nx * a * c + ny * b * s)
-            for i in range(5):
-                by_anomaly[i] = -(g[i, 0] * foot_x + g[i, 1] * foot_y)
-            by_anomaly[3] += distance * nx * s
-            by_anomaly[4] -= distance * ny * c
-            softness = 1.0 / max(second, _NEAREST)
-            for i in range(5):
-                for j in range(i, 5):
-                    curvature[i, j] += weight * (
-                        g[i, 0] * g[j, 0]
-                        + g[i, 1] * g[j, 1]
-                        - by_anomaly[i] * by_anomaly[j] * softness
-                        - jacobian[row, i] * jacobian[row, j]
-                    )
-        elif bend > 0.0:
+        curvature[2, 2] -= distance * (nx * x + ny * y)
+        curvature[0, 2] += distance * ny
+        curvature[1, 2] -= distance * nx
+        if bend > 0.0:
             for i in range(5):
                 by_anomaly[i] = g[i, 1] * nx - g[i, 0] * ny
             for i in range(5):
                 for j in range(i, 5):
-                    curvature[i, j] += residual * bend * by_anomaly[i] * by_anomaly[j]
-    for i in range(5):
+                    curvature[i, j] += distance * bend * by_anomaly[i] * by_anomaly[j]
+    for i in range(len(curvature)):
         for j in range(i):
             curvature[i, j] = curvature[j, i]
     return cost

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.camera.compiled import compiled
-from ocmm_core.features.fit import axis_kernel, flat_kernel
+from ocmm_core.features.fit import axis_kernel, ellipse_kernel, flat_kernel
 from ocmm_core.features.fit.axis_kernel import (
     CYLINDER,
     RING,
@@ -13,7 +13,15 @@ from ocmm_core.features.fit.axis_kernel import (
     axis_terms,
     move_axis,
 )
-from ocmm_core.features.fit.flat_kernel import BALL, DISC, ball_terms, move_flat, outline_terms
+from ocmm_core.features.fit.ellipse_kernel import ellipse_terms
+from ocmm_core.features.fit.flat_kernel import (
+    BALL,
+    DISC,
+    ELLIPSE,
+    ball_terms,
+    move_flat,
+    slot_terms,
+)
 from ocmm_core.geometry import Float
 
 STEP_SIZE = (5, 6, 7, 6, 3, 4, 5, 5, 5)
@@ -34,7 +42,7 @@ NOISE_OF_COST = 1e-12
 """Relative increase of the cost that counts as rounding."""
 
 
-@compiled(axis_kernel, flat_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def move(kind: int, p: Float, step: Float, moved: Float) -> None:
     """Put the parameters (8,) after a step (k,) into ``moved``."""
     if kind <= RING:
@@ -43,7 +51,7 @@ def move(kind: int, p: Float, step: Float, moved: Float) -> None:
         move_flat(kind, p, step, moved)
 
 
-@compiled(axis_kernel, flat_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def terms(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
@@ -52,7 +60,9 @@ def terms(
         return axis_terms(kind, points, p, residuals, jacobian, curvature)
     if kind in (DISC, BALL):
         return ball_terms(kind - DISC + 2, points, p, residuals, jacobian, curvature)
-    return outline_terms(kind, points, p, residuals, jacobian, curvature)
+    if kind == ELLIPSE:
+        return ellipse_terms(points, p, residuals, jacobian, curvature)
+    return slot_terms(kind, points, p, residuals, jacobian, curvature)
 
 
 @compiled(reorder=True)
@@ -134,7 +144,7 @@ def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
     return values[0], values[k - 1]
 
 
-@compiled(axis_kernel, flat_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
     k = STEP_SIZE[kind]
@@ -194,14 +204,14 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     return cost, False
 
 
-@compiled(axis_kernel, flat_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -> None:
     """Take some damped Gauss-Newton steps from every start, in place.
 
     Parameters
     ----------
     kind
-        Any but a ring.
+        Any but a ring and a ball.
     points
         (n, d); a sample will do, as the best ends are refined with all points.
     starts
@@ -212,7 +222,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         (m,), out: sum of squared residuals.
     """
     n, k = len(points), STEP_SIZE[kind]
-    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((k, k))
+    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((0, 0))
     normal, factor = np.zeros((k, k)), np.zeros((k, k))
     gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
     for m in range(len(starts)):
@@ -223,7 +233,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         for _ in range(steps):
             if fresh:
                 _normal(jacobian, residuals, normal, gradient)
-            if not _solved(normal, unused, gradient, damping, 0.0, factor, step):
+            if not _solved(normal, normal, gradient, damping, 0.0, factor, step):
                 break
             move(kind, p, step, moved)
             new_cost = terms(kind, points, moved, residuals, jacobian, unused)
@@ -242,13 +252,13 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         costs[m] = cost
 
 
-@compiled(axis_kernel, flat_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def rank(kind: int, points: Float, starts: Float, costs: Float) -> None:
     """Put the sum of squared residuals at every start (m, 8) into ``costs`` (m,)."""
     if CYLINDER <= kind < RING:
         axis_costs(kind, points, starts, costs)
         return
     n, k = len(points), STEP_SIZE[kind]
-    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((k, k))
+    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((0, 0))
     for m in range(len(starts)):
         costs[m] = terms(kind, points, starts[m], residuals, jacobian, unused)

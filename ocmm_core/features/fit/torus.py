@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from ocmm_core.features.fit.axes import across_axes, trial_axes
+from ocmm_core.features.fit.axes import across_axes, few_axes, trial_axes
 from ocmm_core.features.fit.axis_kernel import TORUS, tubes
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -28,9 +28,20 @@ from ocmm_core.features.fit.common import (
     oriented,
     principal_axes,
 )
-from ocmm_core.features.fit.search import NEAR, chosen, minima, sampled
-from ocmm_core.features.fit.solver import derivatives, sensitivity
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.features.fit.point_kernel import spread
+from ocmm_core.features.fit.search import NEAR, chosen, minima, nearest_minimum, sampled
+from ocmm_core.features.fit.solver import Solution, derivatives, gains
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    GEOMETRY_SIZE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
 from ocmm_core.geometry import Float, Points3
 
 RANKING_POINTS = 60
@@ -38,6 +49,10 @@ BENT = np.array([0.7, 2.0, 6.0])
 """Distances of trial centres against the size of the points."""
 WAYS = 8
 """Directions around a trial axis."""
+CERTAIN_POINTS, CERTAIN_KEPT = 30, 16
+"""Points from which on a torus may be certain from so many starts."""
+CERTAIN_RESIDUAL, CERTAIN_CONDITION = 0.01, 30.0
+"""Root mean squared residual against the radius of the tube, and condition number, below which."""
 
 
 def fit_torus(
@@ -73,7 +88,9 @@ def fit_torus(
     )
     if extents[2] < FLAT * extents[0]:
         raise flat
-    solutions = minima(TORUS, about, _starts(about), _possible)
+    certain = _certain(about)
+    found = [] if certain is None else [certain]
+    solutions = found or minima(TORUS, about, _starts(about, trial_axes(about)), _possible)
     if not solutions:
         raise not_converged(Shape.TORUS)
     expected = None
@@ -83,17 +100,18 @@ def fit_torus(
     best = chosen(Shape.TORUS, solutions, len(points), expected)
     best[3:6] = oriented(best[3:6], direction_hint)
     residuals, jacobian, _ = derivatives(TORUS, about, best)
-    inverse, condition = sensitivity(jacobian)
+    inverse, shifts, condition = gains(jacobian)
     if condition > WORST_CONDITION:
         raise flat
     basis = np.stack([*across_axes(best[3:6]), best[3:6]])
-    by_shift = np.zeros((GEOMETRY_SIZE, len(points)))
-    by_shift[0:3] = -basis.T @ inverse[0:3]
-    by_shift[3:6] = -basis[0:2].T @ inverse[3:5] / size
-    by_shift[6:8] = -inverse[5:7]
+    gain = np.zeros((GEOMETRY_SIZE, inverse.shape[1]))
+    gain[POINT] = -basis.T @ inverse[0:3]
+    gain[DIRECTION] = -basis[0:2].T @ inverse[3:5] / size
+    gain[RADIUS], gain[SECOND] = -inverse[5], -inverse[6]
     # The distance falls by as much as the centre moves along the normal.
     normals = -jacobian[:, 0:3] @ basis
-    by_points = (by_shift[:, :, None] * normals).reshape(GEOMETRY_SIZE, -1)
+    by_points = np.zeros((GEOMETRY_SIZE, 3 * len(points)))
+    spread(gain, shifts, normals, np.zeros((GEOMETRY_SIZE, 3)), by_points)
     geometry = element(
         centroid + size * best[0:3], best[3:6], size * best[6], second=size * float(best[7])
     )
@@ -108,11 +126,28 @@ def _possible(parameters: Float) -> bool:
     return 0.0 < float(parameters[7]) < float(parameters[6]) < LARGEST_RADIUS
 
 
-def _starts(points: Float) -> Float:
-    axes = trial_axes(points)
+def _certain(points: Float) -> Solution | None:
+    """Return the torus that few starts lead to, where no other can be as good, else None.
+
+    Many points that lie close to a torus and determine it well lie close to no other one.
+    """
+    if len(points) < CERTAIN_POINTS:
+        return None
+    found = nearest_minimum(TORUS, points, _starts(points, few_axes(points)), CERTAIN_KEPT)
+    p = found.parameters
+    if not found.converged or not _possible(p):
+        return None
+    if found.cost > len(points) * (CERTAIN_RESIDUAL * p[7]) ** 2:
+        return None
+    _, _, condition = gains(derivatives(TORUS, points, p)[1])
+    return found if condition < CERTAIN_CONDITION else None
+
+
+def _starts(points: Float, axes: Float) -> Float:
     sample = sampled(points, RANKING_POINTS)
     frames = np.stack(across_axes(axes), axis=1)
-    x = np.einsum("mkx,nx->mnk", frames, sample)
+    flat = sample @ frames.reshape(-1, 3).T
+    x = np.ascontiguousarray(flat.reshape(len(sample), len(axes), 2).swapaxes(0, 1))
     middle = x.mean(axis=1)
     moments, mean_square = taubin_moments(x - middle[:, None, :])
     centres, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
@@ -123,6 +158,6 @@ def _starts(points: Float) -> Float:
     feet = np.einsum("wmk,mkx->wmx", across, frames)
     starts = np.zeros((*feet.shape[:2], 8))
     starts[..., 0:3], starts[..., 3:6] = feet, axes
-    flat = starts.reshape(-1, 8)
-    tubes(sample, flat)
-    return flat
+    starts = starts.reshape(-1, 8)
+    tubes(sample, starts)
+    return starts

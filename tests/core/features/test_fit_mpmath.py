@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.features.fit import fit_ellipse, fit_shape
-from ocmm_core.features.fit.flat_kernel import ellipse_foot
+from ocmm_core.features.fit.ellipse_kernel import ellipse_foot
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, Points3
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points, somewhere

@@ -7,13 +7,13 @@ import pytest
 
 from ocmm_core.features.fit import fit_cylinder, fit_shape
 from ocmm_core.features.fit.axis_kernel import CONE, CYLINDER, RING, TORUS
+from ocmm_core.features.fit.ellipse_kernel import ellipse_foot
 from ocmm_core.features.fit.flat_kernel import (
     BALL,
     DISC,
     ELLIPSE,
     ROUND_ENDS,
     SQUARE_ENDS,
-    ellipse_foot,
 )
 from ocmm_core.features.fit.solver import derivatives, minimise, moved
 from ocmm_core.features.shapes import Shape
