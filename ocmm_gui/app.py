@@ -150,6 +150,7 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
 
 def _request(parsed: argparse.Namespace) -> StationRequest:
     from ocmm_core.cli.compose import StationRequest
+    from ocmm_core.cli.stream_options import stream_options
 
     return StationRequest(
         plan=parsed.plan,
@@ -171,6 +172,7 @@ def _request(parsed: argparse.Namespace) -> StationRequest:
         probes=parsed.probes,
         tip=parsed.tip,
         check_after_h=parsed.check_after,
+        stream=stream_options(parsed.stream, parsed.stream_host, parsed.stream_token),
     )
 
 
@@ -272,6 +274,9 @@ def _parser() -> argparse.ArgumentParser:
         "--check-after", type=float, default=8.0, metavar="HOURS",
         help="without a point or a check for so long the tip must be checked",
     )  # fmt: skip
+    add("--stream", type=int, metavar="PORT", help="give points and poses to other programs")
+    add("--stream-host", default="127.0.0.1", help="address of the stream; others need a token")
+    add("--stream-token", type=Path, help="file with the token of the stream")
     add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="looks; T changes it")
     add("--far", action="store_true", help="begin with the far view; F11 changes it")
     add("--size", type=_size, help="of the window, e.g. 1280x720; maximised without")

@@ -173,7 +173,7 @@ class MeasuringStation:
         self.stream: StreamServer | None = None
         """What other programs read points and poses from; None where they do not."""
         if options.stream is not None:
-            self.stream = StreamServer(self, job.path.stem, options.stream)
+            self.stream = StreamServer(self, options.stream)
 
     def start(self) -> None:
         """Start acquisition and reconstruction, and the stream where one is wanted.
@@ -376,6 +376,11 @@ class MeasuringStation:
     def stored_points(self) -> list[MeasuredPoint]:
         """Return the durable points that count, in the order in which they were taken."""
         return self._job.points()
+
+    def stored_job(self) -> tuple[str, list[MeasuredPoint]]:
+        """Return the name of the job that is measured, and its durable points that count."""
+        job = self._job
+        return job.path.stem, job.points()
 
     def bus(self) -> BusView | None:
         """Return what is known about the bus; None where the frames do not come over one."""

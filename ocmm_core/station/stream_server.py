@@ -61,8 +61,8 @@ class StreamSource(Protocol):
         """Return what the machine sees now."""
         ...
 
-    def stored_points(self) -> list[MeasuredPoint]:
-        """Return the durable points that count."""
+    def stored_job(self) -> tuple[str, list[MeasuredPoint]]:
+        """Return the name of the job that is measured, and its durable points that count."""
         ...
 
 
@@ -102,14 +102,12 @@ class _Client:
 
 
 class StreamServer:
-    """Serve the stream of one job; used in ``with``, or with `start` and `close`.
+    """Serve the stream of a station, job after job; used in ``with``, or with `start` and `close`.
 
     Parameters
     ----------
     source
         What is streamed.
-    job
-        Name of the job.
     options
         See `StreamOptions`.
 
@@ -119,10 +117,10 @@ class StreamServer:
         The address is open to others and there is no token worth the name.
     """
 
-    def __init__(self, source: StreamSource, job: str, options: StreamOptions) -> None:
+    def __init__(self, source: StreamSource, options: StreamOptions) -> None:
         check_stream(options)
         self._source = source
-        self._job = job
+        self._job = ""
         self._options = options
         self._id = uuid.uuid4().hex
         self._log: list[bytes] = []
@@ -300,11 +298,14 @@ class StreamServer:
 
     def _take_points(self) -> None:
         try:
-            points = self._source.stored_points()
+            job, points = self._source.stored_job()
         except OcmmError:
             # Told elsewhere; the next change tries again.
             _log.exception("The stream could not read the points.")
             return
+        if job != self._job:
+            # The points of the job before count as they did; this one has numbers of its own.
+            self._job, self._counting = job, set()
         counting = {point.number for point in points}
         for number in sorted(self._counting - counting):
             self._log.append(annulled_line(len(self._log) + 1, self._job, number))

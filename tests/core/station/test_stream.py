@@ -15,12 +15,14 @@ import pytest
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
+from ocmm_core.inspection.view import JobHeader
 from ocmm_core.station.station import MeasuringStation
 from ocmm_core.station.stream_server import LONGEST_REQUEST, StreamOptions, StreamServer
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test
 TIMEOUT_S = 10.0
 POINTS = 14  # of the quick plan
+JOB = "QUICK-001"
 
 
 @pytest.fixture
@@ -69,7 +71,7 @@ class Client:
 
 
 def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringStation) -> None:
-    server = StreamServer(station, "JOB", StreamOptions())
+    server = StreamServer(station, StreamOptions())
     address = server.start()
     # This one reads nothing until all is over; the other must not wait for it.
     with closing(Client(address, "")) as sleeper, closing(Client(address, "")) as client:
@@ -88,7 +90,7 @@ def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringSta
 
 
 def test_a_pose_is_given_where_it_can_be_trusted_and_else_null(station: MeasuringStation) -> None:
-    with StreamServer(station, "JOB", StreamOptions()) as server:
+    with StreamServer(station, StreamOptions()) as server:
         address = server.address
         with closing(Client(address)) as client:
             pose = client.until("pose")
@@ -106,7 +108,7 @@ def test_a_pose_is_given_where_it_can_be_trusted_and_else_null(station: Measurin
 def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation) -> None:
     station.start()
     assert station.wait_finished(TIMEOUT_S)
-    with StreamServer(station, "JOB", StreamOptions()) as server:
+    with StreamServer(station, StreamOptions()) as server:
         with closing(Client(server.address, '{"poses": false}')) as first:
             first.numbered(5)
         with closing(Client(server.address, '{"resume": 5, "poses": false}')) as second:
@@ -124,11 +126,29 @@ def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation
 
 
 def second_of(seq: int, number: int) -> dict[str, Any]:
-    return {"v": 1, "type": "annulled", "seq": seq, "job": "JOB", "number": number}
+    return {"v": 1, "type": "annulled", "seq": seq, "job": JOB, "number": number}
+
+
+def test_the_points_of_the_next_part_follow_under_its_own_name(
+    station: MeasuringStation,
+) -> None:
+    station.start()
+    assert station.wait_finished(TIMEOUT_S)
+    with (
+        StreamServer(station, StreamOptions()) as server,
+        closing(Client(server.address, '{"poses": false}')) as client,
+    ):
+        assert {line["job"] for line in client.numbered(POINTS)} == {JOB}
+        first = station.job_path
+        station.next_part(JobHeader("Ada", "DEMO_PART", "A-2", "12", "first"))
+        station.go_on(first)
+        # Nothing was annulled: the points of the first job come again when it goes on.
+        again = client.numbered(POINTS)
+        assert {(line["type"], line["job"]) for line in again} == {("point", JOB)}
 
 
 def test_without_the_token_nothing_is_told(station: MeasuringStation) -> None:
-    with StreamServer(station, "JOB", StreamOptions(token=TOKEN)) as server:
+    with StreamServer(station, StreamOptions(token=TOKEN)) as server:
         for said in ("", '{"token": "0123456789abcdef-toke"}', '{"token": ""}'):
             with closing(Client(server.address, said)) as stranger:
                 assert stranger.hello["token_needed"]
@@ -140,7 +160,7 @@ def test_without_the_token_nothing_is_told(station: MeasuringStation) -> None:
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.5", "measuring-room"])  # noqa: S104 - must be refused
 def test_other_computers_need_a_token(station: MeasuringStation, host: str) -> None:
     with pytest.raises(InputError) as caught:
-        StreamServer(station, "JOB", StreamOptions(host=host, token="short"))  # noqa: S106 - of a test
+        StreamServer(station, StreamOptions(host=host, token="short"))  # noqa: S106 - of a test
     assert caught.value.code == "stream.token"
 
 
@@ -150,15 +170,15 @@ def test_other_computers_need_a_token(station: MeasuringStation, host: str) -> N
 )
 def test_what_is_no_request_ends_the_talk_in_words(station: MeasuringStation, said: str) -> None:
     with (
-        StreamServer(station, "JOB", StreamOptions()) as server,
+        StreamServer(station, StreamOptions()) as server,
         closing(Client(server.address, said)) as client,
     ):
         assert client.line()["type"] == "bye"
 
 
 def test_a_port_in_use_is_told(station: MeasuringStation) -> None:
-    with StreamServer(station, "JOB", StreamOptions()) as server:
-        second = StreamServer(station, "JOB", StreamOptions(port=server.address[1]))
+    with StreamServer(station, StreamOptions()) as server:
+        second = StreamServer(station, StreamOptions(port=server.address[1]))
         with pytest.raises(MeasuringError) as caught:
             second.start()
         assert caught.value.code == "stream.address"
@@ -166,7 +186,7 @@ def test_a_port_in_use_is_told(station: MeasuringStation) -> None:
 
 
 def test_nine_clients_are_one_too_many(station: MeasuringStation) -> None:
-    with StreamServer(station, "JOB", StreamOptions()) as server:
+    with StreamServer(station, StreamOptions()) as server:
         clients = [Client(server.address) for _ in range(8)]
         ninth = Client(server.address, None)
         assert ninth.hello["type"] == "bye"
