@@ -1,12 +1,21 @@
 """Fits of 1,000 points against other packages, in ratios of time, and what the results are worth.
 
 Peers: scikit-image (CircleModel, EllipseModel, LineModelND), pyransac3d (plane, sphere, circle,
-cylinder), scipy's least_squares from the true start, which ours do not know, and numpy. Our fits
-start cold from points in space, and give the derivatives of the result by every point, from which
-its uncertainty follows; none of the peers does. CircleModel and EllipseModel are of the plane: they
-get the plane of the points first (from numpy), as somebody who measures in space would do. Times
-are medians, taken in turns in one process with one thread. "Error" is the distance from the
-orthogonal-distance optimum in what the shape's points determine (centre or axis, and radius), mm.
+cylinder), scipy's least_squares and ODR from the true start, which ours do not know, and numpy. Our
+fits start cold from points in space, and give the derivatives of the result by every point, from
+which its uncertainty follows; none of the peers does, and the time for them counts as ours.
+CircleModel and EllipseModel are of the plane: they get the plane of the points first (from numpy),
+as somebody who measures in space would do.
+
+Times are process times, the least of many calls taken in turns with one thread. "Error" is the
+distance of the peer's result from the orthogonal-distance optimum in what the shape's points
+determine (centre or axis, and radius), mm; that ours is this optimum to 1e-8 mm is what
+`tests/core/features/test_fit_mpmath.py` checks against 50 digits.
+
+The limit: ours takes no longer than the fastest peer whose error is less than the noise of the
+points, whether that peer is as accurate or less. A peer that is further off than a single point
+solves another problem (pyransac3d samples, EllipseModel minimises algebraic distances); it is shown
+with its ratio and marked, and no limit is taken from it.
 Run: ``python -m benchmarks.fits``.
 """
 
@@ -24,6 +33,7 @@ from functools import partial
 
 import numpy as np
 import pyransac3d
+from scipy import odr
 from scipy.optimize import least_squares
 from skimage.measure import CircleModel, EllipseModel, LineModelND
 
@@ -36,6 +46,9 @@ N, RADIUS, SECOND, HALF_ANGLE, NOISE = 1000, 12.0, 5.0, 0.3, 0.01
 ARC = 2.0
 """rad: of circle, ellipse and cylinder; a fit that is not orthogonal shows on a partial arc."""
 
+SECONDS, SLOWEST, LEAST_CALLS = 2.0, 1.0, 20
+"""s a pair may take, s after which a peer is not called twice, and the least calls of ours."""
+
 
 @dataclass(frozen=True, slots=True)
 class Peer:
@@ -46,15 +59,15 @@ class Peer:
 
 
 def main() -> int:
-    """Print the table; return 1 if a peer is faster than ours at no less accuracy."""
+    """Print the table; return 1 if a peer that solves the same problem is faster than ours."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--rounds", type=int, default=30)
+    parser.add_argument("--rounds", type=int, default=200)
     rounds = parser.parse_args().rounds
     use_one_thread()
     rng = np.random.default_rng(5)
-    print(f"{N} points, noise {NOISE} mm, radius {RADIUS} mm; medians of {rounds} rounds")
+    print(f"{N} points, noise {NOISE} mm, radius {RADIUS} mm; least of up to {rounds} calls")
     print(f"{'shape':<10}{'peer':<36}{'ours us':>9}{'peer us':>10}{'ratio':>8}{'error mm':>11}")
-    good = True
+    slower = []
     for shape in (
         Shape.LINE, Shape.PLANE, Shape.CIRCLE, Shape.ELLIPSE, Shape.SPHERE, Shape.CYLINDER,
         Shape.CONE, Shape.TORUS,
@@ -62,33 +75,48 @@ def main() -> int:
         points, truth = _sample(shape, rng)
         fit = fit_shape(shape, points)
         for peer in _peers(shape, points, truth):
-            times = _in_turns(partial(fit_shape, shape, points), peer.fit, rounds)
-            error = _error(shape, fit, *peer.fit())
-            ratio = times[1] / times[0]
-            good = good and (ratio >= 1.0 or error > 1e-9)
+            ours, theirs, found = _in_turns(partial(fit_shape, shape, points), peer.fit, rounds)
+            error = _error(shape, fit, *found)
+            ratio = theirs / ours
+            same = error < NOISE
+            if same and ratio < 1.0:
+                slower.append(f"{shape.value} than {peer.name}")
             print(
-                f"{shape.value:<10}{peer.name:<36}{times[0]:>9.0f}{times[1]:>10.0f}{ratio:>8.2f}"
-                f"{error:>11.1e}"
+                f"{shape.value:<10}{peer.name:<36}{ours:>9.0f}{theirs:>10.0f}{ratio:>8.2f}"
+                f"{error:>11.1e}{'' if same else '  another problem'}"
             )
-    print("ratio: peer's time over ours")
-    return int(not good)
+    print("ratio: peer's time over ours; limit: at least 1 against every peer of the same problem")
+    print("slower: " + ", ".join(slower) if slower else "limit kept")
+    return int(bool(slower))
 
 
 def _in_turns(
-    first: Callable[[], object], second: Callable[[], object], rounds: int
-) -> tuple[float, float]:
-    """Return the median times of both, us; a slow call gets fewer rounds."""
-    taken: tuple[list[float], list[float]] = ([], [])
-    first(), second()
+    ours: Callable[[], object], peer: Callable[[], tuple[Float, float]], rounds: int
+) -> tuple[float, float, tuple[Float, float]]:
+    """Return the least times of both, us, and what the peer found; a slow peer gets fewer calls."""
+    ours()
+    times: tuple[list[int], list[int]] = ([], [])
     began = time.perf_counter()
-    for _ in range(rounds):
-        for call, times in zip((first, second), taken, strict=True):
-            start = time.perf_counter()
-            call()
-            times.append(1e6 * (time.perf_counter() - start))
-        if time.perf_counter() - began > 5.0:
+    found = None
+    # The first call of each warms up, unless there is time for no other.
+    for round_number in range(rounds + 1):
+        start = time.process_time_ns()
+        ours()
+        between = time.process_time_ns()
+        found = peer()
+        times[0].append(between - start)
+        times[1].append(time.process_time_ns() - between)
+        if time.perf_counter() - began > SECONDS and round_number >= 1:
             break
-    return float(np.median(taken[0])), float(np.median(taken[1]))
+        if time.perf_counter() - began > SLOWEST:
+            break
+    # One call of ours beside a slow peer is no measure.
+    for _ in range(max(0, LEAST_CALLS - len(times[0]))):
+        start = time.process_time_ns()
+        ours()
+        times[0].append(time.process_time_ns() - start)
+    assert found is not None
+    return 1e-3 * min(times[0]), 1e-3 * min(times[1]), found
 
 
 def _sample(shape: Shape, rng: np.random.Generator) -> tuple[Points3, Float]:
@@ -146,7 +174,11 @@ def _peers(shape: Shape, points: Points3, truth: Float) -> list[Peer]:
             peers.append(Peer("scikit-image CircleModel in plane", lambda: _circle(points)))
             peers.append(Peer("pyransac3d Circle", lambda: _ransac(pyransac3d.Circle(), points)))
         case Shape.ELLIPSE:
-            peers.append(Peer("scikit-image EllipseModel in plane", lambda: _ellipse(points)))
+            peers = [
+                Peer("scipy least_squares, from EllipseModel", lambda: _scipy_ellipse(points)),
+                Peer("scipy ODR, from EllipseModel", lambda: _odr_ellipse(points)),
+                Peer("scikit-image EllipseModel in plane", lambda: _ellipse(points)),
+            ]
         case Shape.SPHERE:
             peers.append(Peer("pyransac3d Sphere", lambda: _ransac(pyransac3d.Sphere(), points)))
         case Shape.CYLINDER:
@@ -204,9 +236,6 @@ def _by_scipy(
     local = (points - place) @ rotation
     sizes = {Shape.TORUS: [RADIUS, SECOND], Shape.CONE: [RADIUS, HALF_ANGLE]}
     start = np.array([0.0, 0.0, 0.0, 0.0, 0.0, *sizes.get(shape, [RADIUS])])
-    if shape is Shape.ELLIPSE:
-        start = np.array([0.0, 0.0, 0.0, RADIUS, SECOND, *np.arctan2(local[:, 1], local[:, 0])])
-        return lambda: _scipy_ellipse(points)
 
     def residuals(p: Float) -> Float:
         axis = np.array([np.sin(p[4]), -np.sin(p[3]) * np.cos(p[4]), np.cos(p[3]) * np.cos(p[4])])
@@ -231,31 +260,51 @@ def _by_scipy(
 
 
 def _scipy_ellipse(points: Points3) -> tuple[Float, float]:
-    """Return the ellipse by least_squares over the anomaly of every point, from EllipseModel."""
-    from scipy.sparse import lil_matrix
-
-    centroid, _, axes = _plane(points)
-    flat = (points - centroid) @ axes[:2].T
-    model = EllipseModel.from_estimate(flat)
-    (x, y), (a, b), turn = model.center, model.axis_lengths, model.theta
-    n = len(flat)
-    pattern = lil_matrix((2 * n, 5 + n))
-    pattern[:, :5] = 1
-    rows = np.arange(n)
-    pattern[rows, 5 + rows] = 1
-    pattern[n + rows, 5 + rows] = 1
+    """Return the ellipse by least_squares over five parameters, feet by Newton's iteration."""
+    centroid, axes, flat, start = _algebraic(points)
 
     def residuals(p: Float) -> Float:
         c, s = np.cos(p[2]), np.sin(p[2])
-        u, v = p[3] * np.cos(p[5:]), p[4] * np.sin(p[5:])
-        x_off, y_off = p[0] + c * u - s * v - flat[:, 0], p[1] + s * u + c * v - flat[:, 1]
-        return np.concatenate([x_off, y_off])
+        x, y = flat[:, 0] - p[0], flat[:, 1] - p[1]
+        u, v = c * x + s * y, c * y - s * x
+        turn = np.arctan2(v * p[3], u * p[4])
+        for _ in range(6):
+            cosine, sine = np.cos(turn), np.sin(turn)
+            off_u, off_v = u - p[3] * cosine, v - p[4] * sine
+            slope = p[3] * sine * off_u - p[4] * cosine * off_v
+            bend = (p[3] * sine) ** 2 + (p[4] * cosine) ** 2
+            turn -= slope / (bend + p[3] * cosine * off_u + p[4] * sine * off_v)
+        cosine, sine = np.cos(turn), np.sin(turn)
+        normal = np.stack([p[4] * cosine, p[3] * sine])
+        normal /= np.hypot(*normal)
+        found: Float = normal[0] * (u - p[3] * cosine) + normal[1] * (v - p[4] * sine)
+        return found
 
-    c, s = np.cos(turn), np.sin(turn)
-    arms = flat - [x, y]
-    start = np.arctan2((arms[:, 1] * c - arms[:, 0] * s) / b, (arms[:, 0] * c + arms[:, 1] * s) / a)
-    p = least_squares(residuals, np.array([x, y, turn, a, b, *start]), jac_sparsity=pattern).x
+    p = least_squares(residuals, start, method="lm", x_scale="jac").x
     return centroid + p[:2] @ axes[:2], float(max(p[3:5]))
+
+
+def _odr_ellipse(points: Points3) -> tuple[Float, float]:
+    """Return the ellipse by scipy's orthogonal distance regression of its equation."""
+    centroid, axes, flat, start = _algebraic(points)
+
+    def equation(p: Float, at: Float) -> Float:
+        c, s = np.cos(p[2]), np.sin(p[2])
+        x, y = at[0] - p[0], at[1] - p[1]
+        level: Float = ((c * x + s * y) / p[3]) ** 2 + ((c * y - s * x) / p[4]) ** 2 - 1.0
+        return level
+
+    model = odr.Model(equation, implicit=True)
+    p = odr.ODR(odr.Data(np.ascontiguousarray(flat.T), 1), model, beta0=start).run().beta
+    return centroid + p[:2] @ axes[:2], float(max(p[3:5]))
+
+
+def _algebraic(points: Points3) -> tuple[Float, Float, Float, Float]:
+    """Return centroid, axes of the plane, points in it (n, 2), and EllipseModel's ellipse (5,)."""
+    centroid, _, axes = _plane(points)
+    flat = (points - centroid) @ axes[:2].T
+    model = EllipseModel.from_estimate(flat)
+    return centroid, axes, flat, np.array([*model.center, model.theta, *model.axis_lengths])
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
 from ocmm_core.features.fit.common import FLAT, degenerate
+from ocmm_core.features.fit.ellipse_kernel import of_conic
 from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.flat_kernel import ELLIPSE
 from ocmm_core.features.fit.newton_kernel import descend
@@ -150,32 +151,12 @@ def _starts(points: Float, offset: float) -> Iterator[Float]:
     vectors = np.linalg.eig(system)[1].real
     inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
     first = vectors[:, int(np.argmax(inside))]
-    start = _of_conic(np.concatenate([first, to_linear @ first]), offset)
-    if start is not None:
-        yield start
-    start = _of_conic(np.linalg.eigh(scatter)[1][:, 0], offset)
-    if start is not None:
-        yield start
+    for conic in (np.concatenate([first, to_linear @ first]), np.linalg.eigh(scatter)[1][:, 0]):
+        start = np.zeros(8)
+        if of_conic(conic, offset, start):
+            yield start
     # Where neither is an ellipse: the principal axes of the points.
     squares, axes = np.linalg.eigh(points.T @ points)
     turn = np.arctan2(axes[1, 1], axes[0, 1])
     short, long = np.sqrt(np.maximum(squares, 0.0) * (2.0 / len(points)))
     yield np.array([0.0, 0.0, turn, long, short + 1e-3, 0.0, 0.0, offset])
-
-
-def _of_conic(conic: Float, offset: float) -> Float | None:
-    """Return start parameters (8,) of a conic (6,), or None where it is no ellipse."""
-    a, b, c, d, e, f = conic
-    matrix = np.array([[a, 0.5 * b], [0.5 * b, c]])
-    if not a * c - 0.25 * b * b > 0.0:
-        return None
-    centre = np.linalg.solve(matrix, [-0.5 * d, -0.5 * e])
-    level = -(f + 0.5 * (d * centre[0] + e * centre[1]))
-    values, vectors = np.linalg.eigh(matrix)
-    squares = level / values
-    if not (squares > 0.0).all():
-        return None
-    long, short = np.sqrt(squares)
-    turn = np.arctan2(vectors[1, 0], vectors[0, 0])
-    sizes = np.maximum([long - offset, short - offset], 0.05 * short)
-    return np.array([centre[0], centre[1], turn, sizes[0], sizes[1], 0.0, 0.0, offset])

@@ -198,3 +198,28 @@ def ellipse_terms(
         for k in range(j):
             curvature[j, k] = curvature[k, j]
     return cost
+
+
+@compiled()
+def of_conic(conic: Float, offset: float, start: Float) -> bool:
+    """Put the parameters of a conic (6,) into ``start`` (8,); False where it is no ellipse.
+
+    The conic is a x^2 + b x y + c y^2 + d x + e y + f = 0, of the points, which lie ``offset``
+    outside the ellipse.
+    """
+    sign = 1.0 if conic[0] > 0.0 else -1.0
+    a, h, c = sign * conic[0], 0.5 * sign * conic[1], sign * conic[2]
+    d, e = 0.5 * sign * conic[3], 0.5 * sign * conic[4]
+    determinant = a * c - h * h
+    if not determinant > 0.0:
+        return False
+    x, y = (h * e - c * d) / determinant, (h * d - a * e) / determinant
+    level = -(sign * conic[5] + d * x + e * y)
+    if not level > 0.0:
+        return False
+    greatest = 0.5 * (a + c) + np.hypot(0.5 * (a - c), h)
+    long, short = np.sqrt(level * greatest / determinant), np.sqrt(level / greatest)
+    start[0], start[1], start[7] = x, y, offset
+    start[2] = 0.5 * np.arctan2(2.0 * h, a - c) + 0.5 * np.pi
+    start[3], start[4] = max(long - offset, 0.05 * short), max(short - offset, 0.05 * short)
+    return True

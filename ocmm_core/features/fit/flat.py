@@ -14,7 +14,7 @@ import numpy as np
 
 from ocmm_core.features.fit.common import centred, checked_points, oriented
 from ocmm_core.features.fit.plane import own_plane
-from ocmm_core.features.fit.point_kernel import spread, spread_alike
+from ocmm_core.features.fit.point_kernel import places, spread, spread_alike
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -184,7 +184,9 @@ def _in_plane(
     basis: Float,
     outline_fit: OutlineFit,
 ) -> _Placed:
-    outline = outline_fit(about @ basis.T, size)
+    flat = np.empty((len(about), 2))
+    places(about, basis, flat)
+    outline = outline_fit(flat, size)
     lever = (size * outline.centre) @ basis
     geometry = element(centroid + lever, normal, size * outline.radius)
     geometry[SECOND] = size * outline.second

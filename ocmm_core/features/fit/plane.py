@@ -14,7 +14,7 @@ from ocmm_core.features.fit.common import (
     oriented,
     principal_axes,
 )
-from ocmm_core.features.fit.point_kernel import spread_alike
+from ocmm_core.features.fit.point_kernel import places, spread_alike
 from ocmm_core.features.shapes import (
     DIRECTION,
     GEOMETRY_SIZE,
@@ -94,6 +94,7 @@ def own_plane(shape: Shape, points: Points3, direction_hint: Float | None) -> Ow
             "Take the points further apart, not along one line.",
         )
     axes[2] = oriented(axes[2], direction_hint)
-    shifts = about @ axes[:2].T
+    shifts = np.empty((2, len(about))).T
+    places(about, axes, shifts)
     tilt = axes[:2].T / (-size * extents[:2] ** 2)
     return OwnPlane(centroid, about, size, axes, shifts, tilt)

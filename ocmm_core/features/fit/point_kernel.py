@@ -121,6 +121,15 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
 
 
 @compiled(reorder=True)
+def places(about: Float, axes: Float, along: Float) -> None:
+    """Put the places (n, k) of points (n, 3) along the first k ``axes`` (., 3) into ``along``."""
+    for k in range(along.shape[1]):
+        x, y, z = axes[k, 0], axes[k, 1], axes[k, 2]
+        for row in range(len(about)):
+            along[row, k] = about[row, 0] * x + about[row, 1] * y + about[row, 2] * z
+
+
+@compiled(reorder=True)
 def taubin(points: Float, moments: Float) -> float:
     """Put the moments of Taubin's ball (d + 1, d + 1) of centred points (n, d); return their size.
 
@@ -230,6 +239,7 @@ def spread(
         (12, 3): what every point adds, whichever way it moves.
     """
     n, k = shifts.shape
+    moves = np.empty(n)
     for place in range(len(gain)):
         used = False
         for j in range(k):
@@ -238,12 +248,15 @@ def spread(
             used = used or constant[place, j] != 0.0
         if not used:
             continue
-        row_of, weights = jacobian[place], gain[place]
+        row_of = jacobian[place]
+        moves[:] = 0.0
+        for j in range(k):
+            weight = gain[place, j]
+            for row in range(n):
+                moves[row] += weight * shifts[row, j]
         cx, cy, cz = constant[place, 0], constant[place, 1], constant[place, 2]
         for row in range(n):
-            total = 0.0
-            for j in range(k):
-                total += weights[j] * shifts[row, j]
+            total = moves[row]
             row_of[3 * row] += total * normals[row, 0] + cx
             row_of[3 * row + 1] += total * normals[row, 1] + cy
             row_of[3 * row + 2] += total * normals[row, 2] + cz
