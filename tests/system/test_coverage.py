@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.coverage import Setup, coverage_table, run_many
 
-RUNS = 200
+RUNS = 60
 FIRST_SEED = 1000
 
 

@@ -20,7 +20,7 @@ from ocmm_core.station.station import MeasuringStation
 from ocmm_core.station.stream_server import LONGEST_REQUEST, StreamOptions, StreamServer
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test
-TIMEOUT_S = 10.0
+TIMEOUT_S = 30.0
 POINTS = 14  # of the quick plan
 JOB = "QUICK-001"
 
