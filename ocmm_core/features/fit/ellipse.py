@@ -15,7 +15,7 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.ball import LARGEST_RADIUS, WORST_CONDITION, not_converged
 from ocmm_core.features.fit.common import FLAT, degenerate
-from ocmm_core.features.fit.ellipse_kernel import of_conic
+from ocmm_core.features.fit.ellipse_kernel import conics, of_conic
 from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.flat_kernel import ELLIPSE
 from ocmm_core.features.fit.newton_kernel import descend
@@ -26,6 +26,8 @@ from ocmm_core.geometry import Float, Points3
 
 SAMPLE, STEPS = 40, 20
 """Points and steps with which a start goes down before all points are used."""
+MIDDLE = 200
+"""Points on which a start is refined before all points are used."""
 NEAR = 0.02
 """Root mean squared residual against the short axis below which no other minimum is looked for."""
 ROUNDEST = 1e-7
@@ -77,8 +79,11 @@ def _outline(points: Float, size: float, offset: float) -> Outline:
         "Spread the points around the ellipse; measure a round one as a circle.",
     )
     found: list[Solution] = []
-    for start in _descended(points, offset / size):
-        solution = minimise(ELLIPSE, points, start)
+    middle = sampled(points, MIDDLE)
+    for start in _descended(sampled(points, SAMPLE), offset / size):
+        # Steps on fewer points are cheap, and the last ones on all points are then few.
+        near = minimise(ELLIPSE, middle, start)
+        solution = minimise(ELLIPSE, points, near.parameters if near.converged else start)
         a, b = solution.parameters[3:5]
         if solution.converged and 0.0 < b < LARGEST_RADIUS and 0.0 < a < LARGEST_RADIUS:
             found.append(solution)
@@ -125,38 +130,28 @@ def oblong(
     )  # fmt: skip
 
 
-def _descended(points: Float, offset: float) -> Float:
-    """Return start parameters (m, 8) that have gone down on a sample of the points, best first."""
-    sample = sampled(points, SAMPLE)
-    starts = np.array(list(_starts(sample, offset))).reshape(-1, 8)
+def _descended(sample: Float, offset: float) -> Iterator[Float]:
+    """Yield start parameters (8,) that have gone down on a sample of the points, best first."""
+    starts = _conics(sample, offset)
     costs = np.empty(len(starts))
     descend(ELLIPSE, sample, starts, STEPS, costs)
-    return starts[np.argsort(costs, kind="stable")]
+    yield from starts[np.argsort(costs, kind="stable")]
+    # Where neither leads to the ellipse: the principal axes of the points.
+    squares, axes = np.linalg.eigh(sample.T @ sample)
+    turn = np.arctan2(axes[1, 1], axes[0, 1])
+    short, long = np.sqrt(np.maximum(squares, 0.0) * (2.0 / len(sample)))
+    last = np.array([[0.0, 0.0, turn, long, short + 1e-3, 0.0, 0.0, offset]])
+    descend(ELLIPSE, sample, last, STEPS, np.empty(1))
+    yield last[0]
 
 
-def _starts(points: Float, offset: float) -> Iterator[Float]:
-    """Yield start parameters (8,), the most promising ones first."""
-    x, y = points[:, 0], points[:, 1]
-    columns = np.stack([x * x, x * y, y * y, x, y, np.ones(len(x))])
-    scatter = columns @ columns.T
-    quadratic, mixed, linear = scatter[:3, :3], scatter[:3, 3:], scatter[3:, 3:]
+def _conics(points: Float, offset: float) -> Float:
+    """Return start parameters (m, 8) of those algebraic fits that are ellipses."""
+    found, starts = np.empty((2, 6)), np.zeros((2, 8))
     try:
-        to_linear = -np.linalg.solve(linear, mixed.T)
+        conics(points, found)
     except np.linalg.LinAlgError:
         # They lie on a straight line, which is told later.
-        return
-    reduced = quadratic + mixed @ to_linear
-    # The inverse of the constraint 4 a c - b^2 = 1.
-    system = np.stack([0.5 * reduced[2], -reduced[1], 0.5 * reduced[0]])
-    vectors = np.linalg.eig(system)[1].real
-    inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
-    first = vectors[:, int(np.argmax(inside))]
-    for conic in (np.concatenate([first, to_linear @ first]), np.linalg.eigh(scatter)[1][:, 0]):
-        start = np.zeros(8)
-        if of_conic(conic, offset, start):
-            yield start
-    # Where neither is an ellipse: the principal axes of the points.
-    squares, axes = np.linalg.eigh(points.T @ points)
-    turn = np.arctan2(axes[1, 1], axes[0, 1])
-    short, long = np.sqrt(np.maximum(squares, 0.0) * (2.0 / len(points)))
-    yield np.array([0.0, 0.0, turn, long, short + 1e-3, 0.0, 0.0, offset])
+        return starts[:0]
+    pairs = zip(found, starts, strict=True)
+    return starts[[of_conic(conic, offset, start) for conic, start in pairs]]

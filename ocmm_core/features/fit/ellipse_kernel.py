@@ -223,3 +223,41 @@ def of_conic(conic: Float, offset: float, start: Float) -> bool:
     start[2] = 0.5 * np.arctan2(2.0 * h, a - c) + 0.5 * np.pi
     start[3], start[4] = max(long - offset, 0.05 * short), max(short - offset, 0.05 * short)
     return True
+
+
+@compiled()
+def conics(points: Float, found: Float) -> None:
+    """Put two conics (2, 6) through points (n, 2), in the form of `of_conic`, into ``found``.
+
+    First the constrained one of Halir and Flusser, which always is an ellipse, then that whose
+    coefficients have length one. Raises LinAlgError for points on a straight line.
+    """
+    scatter = np.zeros((6, 6))
+    one = np.empty(6)
+    for row in range(len(points)):
+        x, y = points[row, 0], points[row, 1]
+        one[0], one[1], one[2], one[3], one[4], one[5] = x * x, x * y, y * y, x, y, 1.0
+        for i in range(6):
+            for j in range(6):
+                scatter[i, j] += one[i] * one[j]
+    mixed = np.ascontiguousarray(scatter[0:3, 3:6])
+    to_linear = -np.linalg.solve(scatter[3:6, 3:6].copy(), mixed.T.copy())
+    reduced = scatter[0:3, 0:3] + mixed @ to_linear
+    # The inverse of the constraint 4 a c - b^2 = 1. Complex numbers, as rounding may need them.
+    system = np.empty((3, 3), dtype=np.complex128)
+    for j in range(3):
+        system[0, j], system[1, j], system[2, j] = (
+            0.5 * reduced[2, j], -reduced[1, j], 0.5 * reduced[0, j]
+        )  # fmt: skip
+    vectors = np.linalg.eig(system)[1].real
+    best = 0
+    inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
+    for j in range(1, 3):
+        if inside[j] > inside[best]:
+            best = j
+    for i in range(3):
+        found[0, i] = vectors[i, best]
+        found[0, 3 + i] = 0.0
+        for j in range(3):
+            found[0, 3 + i] += to_linear[i, j] * vectors[j, best]
+    found[1] = np.linalg.eigh(scatter)[1][:, 0]
