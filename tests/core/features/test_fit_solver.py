@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.features.fit import fit_cylinder, fit_shape
+from ocmm_core.features.fit import fit_cylinder, fit_shape, torus
 from ocmm_core.features.fit.axis_kernel import CONE, CYLINDER, RING, TORUS
+from ocmm_core.features.fit.common import centred
 from ocmm_core.features.fit.ellipse_kernel import ellipse_foot
 from ocmm_core.features.fit.flat_kernel import (
     BALL,
@@ -113,3 +114,44 @@ def test_cones_and_tori_start_as_cold(shape: Shape, arc: float) -> None:
                 # From the truth the noise may lead to what is no torus.
                 continue
             assert np.sum(fit_shape(shape, points).residuals ** 2) <= truth.cost * (1.0 + 1e-9)
+
+
+def test_points_of_an_ellipse_in_blocks_are_as_near_as_one_at_a_time() -> None:
+    # Two blocks and a part, with points far inside, on both axes and in the centre, whose feet take
+    # more steps than a block gives to all of its points.
+    rng = np.random.default_rng(29)
+    points = rng.normal(0.0, 1.0, (150, 2))
+    points[::7, 0], points[::11, 1] = 0.0, 0.0
+    for a, b in ((1.3, 0.2), (0.2, 1.3), (1.0, 1.0)):
+        residuals, _, _ = derivatives(ELLIPSE, points, np.array([0, 0, 0, a, b, 0, 0, 0.0]))
+        for (x, y), residual in zip(points, residuals, strict=True):
+            c, s = ellipse_foot(x, y, a, b)
+            assert abs(residual) == pytest.approx(np.hypot(x - a * c, y - b * s), abs=1e-12)
+            assert residual > 0.0 or np.hypot(x / a, y / b) < 1.0 + 1e-12
+
+
+@pytest.mark.parametrize("arc", [1.0, 2.0, 6.28])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_torus_from_few_starts_is_the_best_of_the_full_search(
+    arc: float, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(seed)
+    turn, tube, small = rng.uniform(0.0, arc, 200), rng.uniform(0.0, 6.28, 200), rng.uniform(2, 8)
+    rho = 10.0 + small * np.cos(tube)
+    points = np.stack([rho * np.cos(turn), rho * np.sin(turn), small * np.sin(tube)], axis=1)
+    points += rng.normal(0.0, 0.01, points.shape)
+    quick = fit_shape(Shape.TORUS, points)
+    monkeypatch.setattr(torus, "_certain", lambda _points: None)
+    full = fit_shape(Shape.TORUS, points)
+    assert quick.rms == pytest.approx(full.rms, rel=1e-9)
+    assert quick.geometry == pytest.approx(full.geometry, abs=1e-7)
+
+
+def test_a_torus_is_not_certain_from_few_points_or_large_residuals() -> None:
+    rng = np.random.default_rng(31)
+    points = ideal_points(Shape.TORUS, rng, 200)
+    _, about, _ = centred(Shape.TORUS, points)
+    assert torus._certain(about) is not None  # noqa: SLF001 # what decides is tested
+    assert torus._certain(about[:20]) is None  # noqa: SLF001
+    noisy = about + rng.normal(0.0, 0.02, about.shape)
+    assert torus._certain(noisy) is None  # noqa: SLF001
