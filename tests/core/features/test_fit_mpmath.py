@@ -17,7 +17,7 @@ import pytest
 from ocmm_core.features.fit import fit_ellipse, fit_shape
 from ocmm_core.features.fit.ellipse_kernel import ellipse_foot
 from ocmm_core.features.shapes import Shape
-from ocmm_core.geometry import Float, Points3
+from ocmm_core.geometry import Float, Points3, rotation_from_vector
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points, somewhere
 
 DIGITS = 50
@@ -221,3 +221,25 @@ def test_an_offset_ellipse() -> None:
         fit = fit_ellipse(motion.apply(points), offset=-1.5)
         assert abs(fit.radius - p[3]) < LENGTH
         assert abs(fit.second - p[4]) < LENGTH
+
+
+@pytest.mark.parametrize("offset", [0.0, FAR])
+@pytest.mark.parametrize("noise", [1e-6, 0.01])
+@pytest.mark.parametrize("shape", [Shape.LINE, Shape.PLANE])
+def test_principal_axes_of_thin_points(shape: Shape, noise: float, offset: float) -> None:
+    # The moments of such points have eigenvalues that differ by up to sixteen digits.
+    rng = np.random.default_rng(37)
+    extent = [1.0, 0.0, 0.0] if shape is Shape.LINE else [1.0, 0.02, 0.0]
+    points = rng.uniform(-150.0, 150.0, (100, 3)) * extent + rng.normal(0.0, noise, (100, 3))
+    rotation = rotation_from_vector(rng.normal(size=3))
+    points = points @ rotation.T + offset * rng.normal(size=3)
+    fit = fit_shape(shape, points, direction_hint=rotation[:, 0 if shape is Shape.LINE else 2])
+    with mp.workdps(DIGITS):
+        rows = [[mp.mpf(float(x)) for x in row] for row in points]
+        centre = [mp.fsum(row[k] for row in rows) / len(rows) for k in range(3)]
+        arms = mp.matrix([[row[k] - centre[k] for k in range(3)] for row in rows])
+        vectors = mp.eigsy(arms.T * arms)[1]
+        axis = np.array([vectors[k, 2 if shape is Shape.LINE else 0] for k in range(3)], float)
+    # Coordinates of some 10 m are rounded to 2e-12 mm; the direction does not feel that.
+    assert fit.point == pytest.approx(np.array(centre, float), abs=1e-11 if offset else 1e-13)
+    assert fit.direction * np.sign(axis @ fit.direction) == pytest.approx(axis, abs=2e-15)
