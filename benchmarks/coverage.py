@@ -36,7 +36,7 @@ from ocmm_core.simulation.artefacts import Part, load_part
 from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
-from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.tolerances.characteristic import FORMS, Characteristic
 from ocmm_core.tracking.body import ProbeBody, load_probe
 from ocmm_core.tracking.pipeline import TrackingPipeline
 
@@ -100,7 +100,7 @@ def more_characteristics(plan: Plan) -> Plan:
         _extra("Ball z", "coordinate", ["SPHERE"], "z"),
         _extra("Edge y", "coordinate", ["EDGE_1"], "y"),
     ]
-    kept = [item for item in plan.characteristics if item.kind != "form"]
+    kept = [item for item in plan.characteristics if item.kind not in FORMS]
     return msgspec.structs.replace(plan, characteristics=kept + extra)
 
 
