@@ -22,9 +22,9 @@ def test_value_plus_minus_u_holds_the_truth_in_most_runs(
     """60 whole jobs, each with cameras, probe, ball and noise of its own.
 
     k = 2 stands for 95.4 %; 60 runs show that with a standard deviation of 2.7 %, so 89 % is its
-    -2.4 sigma. Upwards there is no limit for one characteristic: where residuals suggest a form that
-    is not there, U is too great, and the decision on the safe side. The benchmark of the same name
-    makes as many runs as one likes.
+    -2.4 sigma. Upwards there is no limit for one characteristic: where residuals suggest a form
+    that is not there, U is too great, and the decision on the safe side. The benchmark of the same
+    name makes as many runs as one likes.
     """
     rows = coverage_table(run_many(Setup(), range(FIRST_SEED, FIRST_SEED + RUNS)))
     for name, covered, stated, error in rows:
