@@ -10,6 +10,7 @@ are made again.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import sys
@@ -53,6 +54,7 @@ State = Callable[[LiveView, JobView], bool]
 
 def main(folder: Path) -> None:
     """Make all pictures in ``folder``."""
+    folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     app = make_application()
     _inspection(app, folder)
@@ -61,11 +63,13 @@ def main(folder: Path) -> None:
 
 
 def _inspection(app: QApplication, folder: Path) -> None:
-    with tempfile.TemporaryDirectory() as out:
-        request = _request(Path(out))
+    # The pages show where the job is: a short name instead of a place of this computer.
+    with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
+        out = Path("jobs")
+        request = _request(out)
         built = build_station(request)
         bridge = StationBridge(built.station)
-        window = MainWindow(bridge, NoticeCentre(), out=Path(out), plan_path=request.plan)
+        window = MainWindow(bridge, NoticeCentre(), out=out, plan_path=request.plan)
         window.resize(*SIZE)
         window.show()
         bridge.start()
@@ -92,7 +96,7 @@ def _inspection(app: QApplication, folder: Path) -> None:
 
 
 def _sheets(app: QApplication, window: MainWindow, folder: Path) -> None:
-    """Picture every sheet in the three themes and both sizes."""
+    """Picture every sheet in the three themes, the dark one large."""
     sheets = window.sheets
     sheets.open_results()
     detail = sheets.results.detail
@@ -103,6 +107,8 @@ def _sheets(app: QApplication, window: MainWindow, folder: Path) -> None:
     _grab_sheet(app, window, folder, "results")
     sheets.results.keys["report"].trigger()
     _grab_sheet(app, window, folder, "report")
+    sheets.report.formats.setCurrentRow(sheets.report.formats.count() - 1)
+    _grab_sheet(app, window, folder, "report_pages")
     sheets.open_plan()
     sheets.plan.items.setCurrentRow(5)
     _grab_sheet(app, window, folder, "plan")

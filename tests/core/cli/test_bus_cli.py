@@ -82,6 +82,10 @@ def test_a_recording_is_accounted_for_and_kept_for_replay(ocmm: Ocmm, tmp_path: 
     assert (tmp_path / "frames.ocmr").stat().st_size > 160 * 276
 
 
+def _hear_ctrl_c() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.timing
 @pytest.mark.slow
 @pytest.mark.usefixtures("virtual")
@@ -140,6 +144,8 @@ class TestVirtualWire:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
+            # A program that was started in the background ignores Ctrl-C, and so do its children.
+            preexec_fn=_hear_ctrl_c,
             env={**os.environ, "PYTHONUNBUFFERED": "1"},
         ) as process:
             assert process.stdout is not None
