@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.coverage import Setup, coverage_table, run_many
 
-RUNS = 60
+RUNS = 40
 FIRST_SEED = 1000
 
 
@@ -19,10 +19,10 @@ FIRST_SEED = 1000
 def test_value_plus_minus_u_holds_the_truth_in_most_runs(
     record_property: Callable[[str, object], None],
 ) -> None:
-    """60 whole jobs, each with cameras, probe, ball and noise of its own.
+    """40 whole jobs, each with cameras, probe, ball and noise of its own.
 
-    k = 2 stands for 95.4 %; 60 runs show that with a standard deviation of 2.7 %, so 89 % is its
-    -2.4 sigma. Upwards there is no limit for one characteristic: where residuals suggest a form
+    k = 2 stands for 95.4 %; 40 runs show that with a standard deviation of 3.3 %, so 87 % is its
+    -2.5 sigma. Upwards there is no limit for one characteristic: where residuals suggest a form
     that is not there, U is too great, and the decision on the safe side. The benchmark of the same
     name makes as many runs as one likes.
     """
@@ -30,6 +30,6 @@ def test_value_plus_minus_u_holds_the_truth_in_most_runs(
     for name, covered, stated, error in rows:
         text = f"{100 * covered:.1f} %, mean U {1e3 * stated:.2f} um, RMS {1e3 * error:.2f} um"
         record_property(f"coverage of {name}", text)
-    assert {name: covered for name, covered, _, _ in rows if not covered >= 0.89} == {}
+    assert {name: covered for name, covered, _, _ in rows if not covered >= 0.87} == {}
     # All characteristics together would show a bias of the whole budget that one alone hides.
     assert 0.935 <= np.mean([covered for _, covered, _, _ in rows]) <= 0.985
