@@ -38,6 +38,7 @@ from ocmm_core.inspection.progress import open_plan
 from ocmm_core.inspection.stored_plan import stored_plan
 from ocmm_core.inspection.view import JobHeader
 from ocmm_core.simulation.rig import VirtualRig
+from ocmm_core.station.jobs import free_path
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
@@ -221,7 +222,7 @@ def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
 
 
 def _job_path(folder: Path, plan: Plan) -> Path:
-    """Return a job file name in ``folder`` that is not taken."""
+    """Return a job file name that is not taken in ``folder``, which is made where it is missing."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -236,8 +237,4 @@ def _job_path(folder: Path, plan: Plan) -> Path:
             f"{folder}: the output folder cannot be written to.",
             "Give --out a folder that you may write to.",
         )
-    stem = plan.name.replace(" ", "_")
-    number = 1
-    while (path := folder / f"{stem}-{number:03d}.ocmm").exists():
-        number += 1
-    return path
+    return free_path(folder, plan)

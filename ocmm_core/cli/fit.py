@@ -77,20 +77,7 @@ _RADII = {
     Shape.SQUARE_SLOT: ("Length", "Width"),
     Shape.RECTANGLE: ("Length", "Width"),
 }
-_PARAMETERS = {
-    Shape.POINT: 3,
-    Shape.LINE: 4,
-    Shape.PLANE: 3,
-    Shape.CIRCLE: 3,
-    Shape.SPHERE: 4,
-    Shape.CYLINDER: 5,
-    Shape.ELLIPSE: 5,
-    Shape.ROUND_SLOT: 5,
-    Shape.SQUARE_SLOT: 5,
-    Shape.RECTANGLE: 5,
-    Shape.CONE: 6,
-    Shape.TORUS: 7,
-}
+_PARAMETERS = {**MINIMUM_POINTS, Shape.POINT: 3, Shape.LINE: 4}
 """How many numbers the residuals determine; those of a circle leave its plane out."""
 _POINTS = {
     Shape.LINE: "Point on it",

@@ -11,111 +11,72 @@ from ocmm_core.camera.rig import Vector3
 Area = tuple[float, float, float, float]
 
 
-class PlaneEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="plane",
-    tag_field="kind",
-):  # fmt: skip
+class _Surface(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"
+):
+    """What all of them have: a name, a place, and a direction."""
+
+    name: str
+    point: Vector3
+    direction: Vector3
+
+
+class PlaneEntry(_Surface, frozen=True, kw_only=True, tag="plane"):
     """A plane: a point on it and the normal that leaves the material.
 
     ``along`` is the first axis in the plane, the second is normal x along; ``areas`` are the
     free rectangles [from, from, to, to] on these axes, from ``point``, mm.
     """
 
-    name: str
-    point: Vector3
-    direction: Vector3
     along: Vector3
     areas: list[Area]
 
 
-class SphereEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="sphere",
-    tag_field="kind",
-):  # fmt: skip
+class SphereEntry(_Surface, frozen=True, kw_only=True, tag="sphere"):
     """A ball: its centre, and the direction from its stem to its pole."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
     diameter: float
 
 
-class BoreEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="bore",
-    tag_field="kind",
-):  # fmt: skip
+class BoreEntry(_Surface, frozen=True, kw_only=True, tag="bore"):
     """A bore: the centre of its mouth, the axis that leaves the material, and its depth."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
     diameter: float
     depth: float
 
 
-class CylinderEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="cylinder",
-    tag_field="kind",
-):  # fmt: skip
+class CylinderEntry(_Surface, frozen=True, kw_only=True, tag="cylinder"):
     """A boss: the centre of its foot, the axis that leaves the material, and its height."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
     diameter: float
     height: float
 
 
-class ConeEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="cone",
-    tag_field="kind",
-):  # fmt: skip
+class ConeEntry(_Surface, frozen=True, kw_only=True, tag="cone"):
     """A truncated cone: the centre of its foot, its axis, both diameters and its height."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
     diameter: float
     top_diameter: float
     height: float
 
 
-class LineEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="line",
-    tag_field="kind",
-):  # fmt: skip
+class LineEntry(_Surface, frozen=True, kw_only=True, tag="line"):
     """A line on a face: its start, its direction, its length and the normal of the face."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
     normal: Vector3
     length: float
 
 
-class PointEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="point",
-    tag_field="kind",
-):  # fmt: skip
+class PointEntry(_Surface, frozen=True, kw_only=True, tag="point"):
     """A point on a face, and the normal of the face."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
 
-
-class SlotEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="slot",
-    tag_field="kind",
-):  # fmt: skip
+class SlotEntry(_Surface, frozen=True, kw_only=True, tag="slot"):
     """A slot or pocket: the centre of its mouth, the axis that leaves the material, its depth.
 
     ``along`` is the direction of its length; both sizes are overall.
     """
 
-    name: str
-    point: Vector3
-    direction: Vector3
     along: Vector3
     length: float
     width: float
@@ -123,30 +84,18 @@ class SlotEntry(
     ends: Literal["round", "square"] = "round"
 
 
-class EllipseEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="ellipse",
-    tag_field="kind",
-):  # fmt: skip
+class EllipseEntry(_Surface, frozen=True, kw_only=True, tag="ellipse"):
     """An elliptic bore: as a slot, its two axes being length and width."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
     along: Vector3
     length: float
     width: float
     depth: float
 
 
-class TorusEntry(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="torus",
-    tag_field="kind",
-):  # fmt: skip
+class TorusEntry(_Surface, frozen=True, kw_only=True, tag="torus"):
     """A ring: its centre, the axis whose side can be touched, and both its diameters."""
 
-    name: str
-    point: Vector3
-    direction: Vector3
     diameter: float
     tube_diameter: float
 

@@ -47,7 +47,7 @@ def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFi
         part=header.part,
         serial=header.serial,
     )
-    job = JobFile.create(_free_path(folder, plan), head)
+    job = JobFile.create(free_path(folder, plan), head)
     job.append_event(EVENT, header_text(header))
     return job
 
@@ -81,7 +81,8 @@ def drop_if_empty(job: JobFile) -> None:
         job.path.unlink(missing_ok=True)
 
 
-def _free_path(folder: Path, plan: Plan) -> Path:
+def free_path(folder: Path, plan: Plan) -> Path:
+    """Return a name of a job file in ``folder`` that is not taken; StorageError if all are."""
     stem = plan.name.replace(" ", "_")
     for number in range(1, 100_000):
         path = folder / f"{stem}-{number:03d}{SUFFIX}"

@@ -373,10 +373,6 @@ class MeasuringStation:
         """Return where the job file is."""
         return self._job.path
 
-    def stored_points(self) -> list[MeasuredPoint]:
-        """Return the durable points that count, in the order in which they were taken."""
-        return self._job.points()
-
     def stored_job(self) -> tuple[str, list[MeasuredPoint]]:
         """Return the name of the job that is measured, and its durable points that count."""
         job = self._job

@@ -166,18 +166,6 @@ class JobFile:
         with self._transaction() as db:
             self._insert_annulment(db, number, reason)
 
-    def replace_point(self, number: int, reason: str, point: MeasuredPoint) -> None:
-        """Annul a point and store another one for it: both, or none, whatever happens between.
-
-        Raises
-        ------
-        StorageError
-            As `annul_point` and `append_point`; the old point counts then as before.
-        """
-        with self._transaction() as db:
-            self._insert_annulment(db, number, reason)
-            self._insert_point(db, point)
-
     def append_event(self, kind: str, text: str) -> None:
         """Store something that happened; it is on the disk when this returns."""
         with self._transaction() as db:

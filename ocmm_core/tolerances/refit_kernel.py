@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.camera.compiled import compiled
-from ocmm_core.features.fit import axis_kernel, flat_kernel, newton_kernel
+from ocmm_core.features.fit import axis_kernel, ellipse_kernel, flat_kernel, newton_kernel
 from ocmm_core.features.fit.axis_kernel import CONE, TORUS, across
 from ocmm_core.features.fit.flat_kernel import BALL, DISC
-from ocmm_core.features.fit.newton_kernel import STEP_SIZE, move, terms
+from ocmm_core.features.fit.newton_kernel import STEP_SIZE, move, solve_step, terms
 from ocmm_core.geometry import Float, Int
 
 POINT_KIND, LINE_KIND, PLANE_KIND, PROJECTED_KIND = -1, -2, -3, -4
@@ -24,35 +24,7 @@ _SETTLED = 1e-6
 _MOST_STEPS = 12
 
 
-@compiled()
-def _solved(normal: Float, gradient: Float, step: Float) -> bool:
-    """Put minus the solution into ``step``; ``normal`` (k, k) is destroyed; False if not convex."""
-    k = len(gradient)
-    for i in range(k):
-        for j in range(i + 1):
-            total = normal[i, j]
-            for m in range(j):
-                total -= normal[i, m] * normal[j, m]
-            if i == j:
-                if not total > 0.0:
-                    return False
-                normal[i, i] = np.sqrt(total)
-            else:
-                normal[i, j] = total / normal[j, j]
-    for i in range(k):
-        total = -gradient[i]
-        for m in range(i):
-            total -= normal[i, m] * step[m]
-        step[i] = total / normal[i, i]
-    for i in range(k - 1, -1, -1):
-        total = step[i]
-        for m in range(i + 1, k):
-            total -= normal[m, i] * step[m]
-        step[i] = total / normal[i, i]
-    return True
-
-
-@compiled(axis_kernel, flat_kernel, newton_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel, newton_kernel)
 def _settle(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float,
     normal: Float, gradient: Float, step: Float, moved: Float,
@@ -71,7 +43,7 @@ def _settle(
                 gradient[i] += value * residuals[row]
                 for j in range(i + 1):
                     normal[i, j] += value * jacobian[row, j]
-        if not _solved(normal, gradient, step):
+        if not solve_step(normal, curvature, gradient, 0.0, 0.0, normal, step):
             return False
         move(kind, p, step, moved)
         square = 0.0
@@ -135,7 +107,7 @@ def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
     return False
 
 
-@compiled(axis_kernel, flat_kernel, newton_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel, newton_kernel)
 def refit(
     kind: int, base: Float, size: float, places: Int, deviations: Float, start: Float,
     normals: Float, geometry: Float, ranges: Float,

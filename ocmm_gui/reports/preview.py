@@ -37,10 +37,6 @@ class PagePreview(QScrollArea):
         self._paint()
         self.verticalScrollBar().setValue(0)
 
-    def page_count(self) -> int:
-        """Return how many pages are shown."""
-        return self._pages.count()
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Paint the pages as wide as there is room now."""
         super().resizeEvent(event)

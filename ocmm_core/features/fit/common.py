@@ -83,6 +83,15 @@ def principal_axes(about: Float) -> tuple[Float, Float]:
     return extents, axes
 
 
+def centred_solid(shape: Shape, points: Points3, flat: FitError) -> tuple[Float, Float, float]:
+    """Return what `centred` does; raise ``flat`` if the points lie in a plane or on a line."""
+    centroid, about, size = centred(shape, points)
+    extents, _ = principal_axes(about)
+    if extents[2] < FLAT * extents[0]:
+        raise flat
+    return centroid, about, size
+
+
 def oriented(direction: Float, hint: Float | None) -> Float:
     """Return ``direction`` or its opposite: along ``hint``, else its largest component positive."""
     if hint is not None:

@@ -14,11 +14,9 @@ from ocmm_core.features.fit.ball import (
     taubin_moments,
 )
 from ocmm_core.features.fit.common import (
-    FLAT,
-    centred,
+    centred_solid,
     checked_points,
     degenerate,
-    principal_axes,
 )
 from ocmm_core.features.fit.search import chosen, minima, sampled
 from ocmm_core.features.fit.solver import derivatives, sensitivity
@@ -54,15 +52,12 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
         Too few points, or they do not determine one cone.
     """
     points = checked_points(Shape.CONE, points)
-    centroid, about, size = centred(Shape.CONE, points)
-    extents, _ = principal_axes(about)
     flat = degenerate(
         Shape.CONE,
         "they lie in a plane, on one circle or on too small a patch",
         "Take points around the cone at two heights or more.",
     )
-    if extents[2] < FLAT * extents[0]:
-        raise flat
+    centroid, about, size = centred_solid(Shape.CONE, points, flat)
     solutions = minima(CONE, about, _starts(about), _possible)
     if not solutions:
         raise not_converged(Shape.CONE)

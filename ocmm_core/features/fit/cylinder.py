@@ -19,12 +19,10 @@ from ocmm_core.features.fit.ball import (
     taubin_moments,
 )
 from ocmm_core.features.fit.common import (
-    FLAT,
-    centred,
+    centred_solid,
     checked_points,
     degenerate,
     oriented,
-    principal_axes,
 )
 from ocmm_core.features.fit.search import NEAR, chosen, minima, sampled
 from ocmm_core.features.fit.solver import derivatives, sensitivity
@@ -56,15 +54,12 @@ def fit_cylinder(
         Too few points, or they do not determine one cylinder.
     """
     points = checked_points(Shape.CYLINDER, points)
-    centroid, about, size = centred(Shape.CYLINDER, points)
-    extents, _ = principal_axes(about)
     flat = degenerate(
         Shape.CYLINDER,
         "they lie in a plane, on one circle or on too small a patch",
         "Take points around the cylinder at two heights or more.",
     )
-    if extents[2] < FLAT * extents[0]:
-        raise flat
+    centroid, about, size = centred_solid(Shape.CYLINDER, points, flat)
     solutions = minima(CYLINDER, about, _starts(about), _possible)
     if not solutions:
         raise not_converged(Shape.CYLINDER)

@@ -82,13 +82,14 @@ def _normal(jacobian: Float, residuals: Float, normal: Float, gradient: Float) -
 
 
 @compiled()
-def _solved(
+def solve_step(
     normal: Float, curvature: Float, gradient: Float, damping: float, share: float, factor: Float,
     step: Float,
 ) -> bool:  # fmt: skip
     """Put minus the solution of the damped equations into ``step``; False if not convex.
 
-    ``share`` is how much of the curvature is added to the normal matrix.
+    ``share`` is how much of the curvature is added to the normal matrix. ``factor`` (k, k) is for
+    work and may be ``normal`` itself, which is destroyed then.
     """
     k = len(gradient)
     for i in range(k):
@@ -162,8 +163,8 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     last_length = np.inf
     for _ in range(MAX_STEPS):
         # Where it is not convex a Newton step might climb; a Gauss-Newton step does not.
-        convex = _solved(normal, curvature, gradient, damping, 1.0, factor, step)
-        solved = convex or _solved(
+        convex = solve_step(normal, curvature, gradient, damping, 1.0, factor, step)
+        solved = convex or solve_step(
             normal, curvature, gradient, max(damping, 1e-14), 0.0, factor, step
         )
         new_cost = np.inf
@@ -233,7 +234,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         for _ in range(steps):
             if fresh:
                 _normal(jacobian, residuals, normal, gradient)
-            if not _solved(normal, normal, gradient, damping, 0.0, factor, step):
+            if not solve_step(normal, normal, gradient, damping, 0.0, factor, step):
                 break
             move(kind, p, step, moved)
             new_cost = terms(kind, points, moved, residuals, jacobian, unused)

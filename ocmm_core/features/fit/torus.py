@@ -21,12 +21,10 @@ from ocmm_core.features.fit.ball import (
     taubin_moments,
 )
 from ocmm_core.features.fit.common import (
-    FLAT,
-    centred,
+    centred_solid,
     checked_points,
     degenerate,
     oriented,
-    principal_axes,
 )
 from ocmm_core.features.fit.point_kernel import spread
 from ocmm_core.features.fit.search import NEAR, chosen, minima, nearest_minimum, sampled
@@ -79,15 +77,12 @@ def fit_torus(
         Too few points, or they do not determine a torus whose tube is thinner than its ring.
     """
     points = checked_points(Shape.TORUS, points)
-    centroid, about, size = centred(Shape.TORUS, points)
-    extents, _ = principal_axes(about)
     flat = degenerate(
         Shape.TORUS,
         "they lie in a plane, on one circle, on a ball or on a straight tube",
         "Take points around the tube at several places of the ring.",
     )
-    if extents[2] < FLAT * extents[0]:
-        raise flat
+    centroid, about, size = centred_solid(Shape.TORUS, points, flat)
     certain = _certain(about)
     found = [] if certain is None else [certain]
     solutions = found or minima(TORUS, about, _starts(about, trial_axes(about)), _possible)

@@ -50,13 +50,13 @@ def test_parts_of_a_batch_follow_each_other_and_an_open_job_goes_on(built: Built
     assert first != unused
     assert not unused.exists()
     station.start()
-    _until(lambda: len(station.stored_points()) >= 2)
+    _until(lambda: len(station.stored_job()[1]) >= 2)
     station.next_part(_header("A-2"))
     second = station.job_path
     kept = len(reopen_job(first).points)
     assert kept >= 2
     assert station.job().header == _header("A-2")
-    _until(lambda: len(station.stored_points()) >= 1)
+    _until(lambda: len(station.stored_job()[1]) >= 1)
 
     with pytest.raises(InputError, match="A-1"):
         station.next_part(_header("A-1"))
@@ -64,7 +64,7 @@ def test_parts_of_a_batch_follow_each_other_and_an_open_job_goes_on(built: Built
 
     station.go_on(first)
     assert station.job().header.serial == "A-1"
-    _until(lambda: len(station.stored_points()) > kept)
+    _until(lambda: len(station.stored_job()[1]) > kept)
     assert reopen_job(second).doubts == ()
 
 

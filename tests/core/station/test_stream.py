@@ -80,7 +80,7 @@ def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringSta
         points = client.numbered(POINTS)
         assert [point["seq"] for point in points] == list(range(1, POINTS + 1))
         assert station.wait_finished(TIMEOUT_S)
-        for line, stored in zip(points, station.stored_points(), strict=True):
+        for line, stored in zip(points, station.stored_job()[1], strict=True):
             assert (line["number"], line["feature"]) == (stored.number, stored.feature)
             np.testing.assert_array_equal(line["pos"], stored.tip_world)
             np.testing.assert_array_equal(line["surface"], stored.surface_world)

@@ -309,10 +309,10 @@ def test_a_point_and_its_replacement_change_together_or_not_at_all(
     with JobFile.create(tmp_path / "a.ocmm", head) as job:
         job.append_point(make_point(1))
         with pytest.raises(StorageError) as caught:
-            job.replace_point(1, "flipped", make_point(1))
+            job.change(annul={1: "flipped"}, append=[make_point(1)])
         assert caught.value.code == "job.number"
         assert [point.number for point in job.points()] == [1]
-        job.replace_point(1, "flipped", make_point(2))
+        job.change(annul={1: "flipped"}, append=[make_point(2)])
         assert [point.number for point in job.points()] == [2]
         assert job.verify() == []
 
