@@ -21,7 +21,7 @@ from ocmm_core.export.names import check_file_stem, check_name, clean_text
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.export.tables import Cell, Number, Table, Units
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.quarantine import held_below
 
 _FIELD, _CHARACTERISTIC = "\x14", "\x0f"
 _NEWLINE = "\r\n"
@@ -208,17 +208,11 @@ def _number(reported: ReportedResult, units: Units, value: float) -> Number:
 def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Number | None, int]:
     """Return value and attribute of a result."""
     result = reported.result
-    if result.verdict is Verdict.NOT_MEASURED or result.measured is None:
+    if result.stated is None:
         return None, _MISSING
-    names = result.features if reported.asked is None else data.plan.rests_on(reported.asked)
-    held = any(
-        point.number in data.view.held
-        for feature in data.features
-        if feature.name in names
-        for point in feature.seen.points
-    )
+    held = bool(held_below(result, data.plan, data.view))
     doubtful = held or bool(data.view.unproven) or result.name in data.view.provisional
-    number = _number(reported, units, result.measured)
+    number = _number(reported, units, result.stated[0])
     return number, _DOUBTFUL if doubtful else _VALID
 
 

@@ -30,7 +30,6 @@ from ocmm_core.export.tables import (
     report_table,
 )
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.result import Verdict
 
 _SAME = 1e-9
 """mm: numbers are written with all their digits."""
@@ -79,13 +78,13 @@ def _other_results(root: etree._Element, data: ReportData) -> Iterator[str]:
                 found[names.get(item)] = (number, 2.0 * u, status)
     for result in data.results:
         told = found.pop(result.name, None)
-        if result.verdict is Verdict.NOT_MEASURED or result.measured is None:
+        if result.stated is None:
             if told is not None:
                 yield f"{result.name} has a value, and was not measured."
         elif told is None or told[2] != STATUS[result.verdict]:
             yield f"{result.name} is missing or has another status."
         elif not np.allclose(
-            told[:2], (result.measured, result.uncertainty or np.nan), 0.0, _SAME, equal_nan=True
+            told[:2], (result.stated[0], result.stated[2] or np.nan), 0.0, _SAME, equal_nan=True
         ):
             yield f"{result.name} has another value or uncertainty."
     yield from (f"{name} is not a result of the job." for name in found)

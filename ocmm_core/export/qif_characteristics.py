@@ -71,8 +71,9 @@ def add_characteristics(
         writer.add_ids(item, "FeatureItemIds", _known(result.features, ids.items))
         writer.add_ids(item, "MeasurementDeviceIds", [device])
         writer.add(item, "CharacteristicNominalId", str(nominal.get("id")))
-        if result.verdict is Verdict.NOT_MEASURED or result.measured is None:
+        if result.stated is None:
             continue
+        measured, _, uncertainty = result.stated
         element = writer.add(measurements, f"{kind.word}CharacteristicMeasurement", own_id=True)
         writer.add_attributes(element, _told_beside(reported))
         status = writer.add(element, "Status")
@@ -82,9 +83,8 @@ def add_characteristics(
         if kind.word == "LinearCoordinate":
             kinds = writer.add(element, "TypeOfCoordinates")
             writer.add(kinds, "CoordinateEnum", "CARTESIAN_3D")
-        value = writer.add(element, "Value", finite(name, result.measured))
-        if result.uncertainty is not None:
-            value.set("combinedUncertainty", text_of(finite(name, 0.5 * result.uncertainty)))
+        value = writer.add(element, "Value", finite(name, measured))
+        value.set("combinedUncertainty", text_of(finite(name, 0.5 * uncertainty)))
         if result.bonus:
             writer.add(element, "Bonus", finite(name, result.bonus))
     lists.count()

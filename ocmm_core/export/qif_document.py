@@ -171,7 +171,7 @@ def _begin_results(
     missing = {
         f"Not measured: {check_name('characteristic', result.name)}": clean_text(result.note)
         for result in data.results
-        if result.verdict is Verdict.NOT_MEASURED or result.measured is None
+        if result.stated is None
     }
     writer.add_attributes(results, {**pairs, **missing})
     writer.add(results, "ThisResultsInstanceQPId", str(uuid.uuid5(_SPACE, _version_of(data) + "r")))

@@ -252,14 +252,9 @@ def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tup
     result = reported.result
     name = check_name("characteristic", result.name)
     tell = units.angle if reported.unit == "deg" else units.length
-    measured, deviation, uncertainty = result.measured, result.deviation, result.uncertainty
     cells: list[Cell] = [None, None, "Fail", None, None]
-    if (
-        result.verdict is not Verdict.NOT_MEASURED
-        and measured is not None
-        and deviation is not None
-        and uncertainty is not None
-    ):
+    if result.stated is not None:
+        measured, deviation, uncertainty = result.stated
         beyond = max(deviation - result.upper, result.lower - deviation, 0.0)
         cells = [
             tell(name, measured),

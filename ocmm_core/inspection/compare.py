@@ -11,9 +11,11 @@ import numpy as np
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.quarantine import held_below
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
 from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
 from ocmm_core.tolerances.capability import Capability, ControlChart, capability, control_chart
+from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 
 
@@ -175,32 +177,34 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
             )
     ordered = sorted(jobs, key=lambda job: job.head.created_utc)
     return tuple(
-        _trend(index, item.name, ordered) for index, item in enumerate(first.plan.characteristics)
+        _trend(index, item, ordered) for index, item in enumerate(first.plan.characteristics)
     )
 
 
-def _trend(index: int, name: str, jobs: Sequence[ReopenedJob]) -> Trend:
+def _trend(index: int, item: Characteristic, jobs: Sequence[ReopenedJob]) -> Trend:
     results = [job.view.characteristics[index] for job in jobs]
     left_out = []
     counted = []
     parts = []
     for job, result in zip(jobs, results, strict=True):
         why = _why_not_counted(job, result)
-        if why:
+        stated = None if why else result.stated
+        if stated is None:
             left_out.append(f"{job.path.stem}: {why}")
-        elif result.measured is not None and result.uncertainty is not None:
-            counted.append((result.measured, result.uncertainty))
+        else:
+            counted.append((stated[0], stated[2]))
         parts.append(
             PartValue(
                 job=job.path.stem,
                 serial=job.head.serial,
                 created_utc=job.head.created_utc,
-                value=None if why else result.measured,
-                uncertainty=None if why else result.uncertainty,
+                value=None if stated is None else stated[0],
+                uncertainty=None if stated is None else stated[2],
                 verdict=result.verdict,
             )
         )
-    low, high = limits_of(results[0])
+    low = -math.inf if item.one_sided else item.nominal + item.lower
+    high = item.nominal + item.upper
     chart, able, why_not = None, None, ""
     values = np.array([value for value, _ in counted])
     try:
@@ -210,15 +214,8 @@ def _trend(index: int, name: str, jobs: Sequence[ReopenedJob]) -> Trend:
     except OcmmError as error:
         why_not = f"{error.what} {error.remedy}"
     return Trend(
-        name, results[0].kind, low, high, tuple(parts), tuple(left_out), chart, able, why_not
+        item.name, item.kind, low, high, tuple(parts), tuple(left_out), chart, able, why_not
     )
-
-
-def limits_of(result: CharacteristicResult) -> tuple[float, float]:
-    """Return the limits of the value; no lower one where it cannot be below zero anyway."""
-    low, high = result.nominal + result.lower, result.nominal + result.upper
-    one_sided = result.nominal == 0.0 and result.lower == 0.0
-    return (-math.inf if one_sided else low), high
 
 
 def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
@@ -226,8 +223,8 @@ def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
         return job.doubts[0]
     if job.view.unproven:
         return job.view.unproven
-    if result.measured is None:
+    if result.stated is None:
         return result.note or "It was not measured."
-    if job.view.held and result.verdict is Verdict.NOT_PROVEN and result.note:
+    if held_below(result, job.plan, job.view):
         return result.note
     return ""

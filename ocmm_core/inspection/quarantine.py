@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from enum import Enum
 
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.view import JobView
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.storage.rows import JobEvent
 from ocmm_core.tolerances.decision import not_proven
@@ -84,6 +85,19 @@ def feature_note(feature: str, points: Sequence[MeasuredPoint], held: Mapping[in
         return ""
     count = "1 point" if len(numbers) == 1 else f"{len(numbers)} points"
     return f"{count} of {feature} held back. {held[numbers[0]]}"
+
+
+def held_below(result: CharacteristicResult, plan: Plan, view: JobView) -> tuple[int, ...]:
+    """Return the numbers of the points that are held back and that a result rests on."""
+    item = next((item for item in plan.characteristics if item.name == result.name), None)
+    names = result.features if item is None else plan.rests_on(item)
+    return tuple(
+        point.number
+        for feature in view.features
+        if feature.name in names
+        for point in feature.points
+        if point.number in view.held
+    )
 
 
 def with_doubt(

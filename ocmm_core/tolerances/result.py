@@ -83,6 +83,22 @@ class CharacteristicResult:
     unit: Literal["mm", "deg"] = "mm"
 
     @property
+    def stated(self) -> tuple[float, float, float] | None:
+        """Return value, deviation and U as they may be reported.
+
+        None where nothing was measured, and where the value is provisional: a screen may show that
+        one as such, a report or a statistic may not.
+        """
+        if (
+            self.verdict is Verdict.NOT_MEASURED
+            or self.measured is None
+            or self.deviation is None
+            or self.uncertainty is None
+        ):
+            return None
+        return self.measured, self.deviation, self.uncertainty
+
+    @property
     def caution(self) -> str:
         """Return what to know of the uncertainty beside the tolerance; empty where it is small."""
         if self.tur is None or self.tur >= LOW_TUR:

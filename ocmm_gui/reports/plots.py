@@ -11,7 +11,6 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.reports.canvas import INK, SMALL, Canvas, Style, paint_text
 from ocmm_gui.theme import text_font, verdict_colour
 from ocmm_gui.views.contents import job_items
@@ -77,10 +76,11 @@ def _place(item: ReportedResult) -> tuple[float, float] | None:
     """Return deviation and U in half tolerances from the middle; None where there is no such."""
     result = item.result
     half = 0.5 * (result.upper - result.lower)
-    if result.deviation is None or result.uncertainty is None or half <= 0.0:
+    if result.stated is None or half <= 0.0:
         return None
+    _, deviation, uncertainty = result.stated
     middle = 0.5 * (result.upper + result.lower)
-    return (result.deviation - middle) / half, result.uncertainty / half
+    return (deviation - middle) / half, uncertainty / half
 
 
 def _paint_deviation(painter: QPainter, box: QRectF, *, item: ReportedResult) -> None:
@@ -120,10 +120,9 @@ def _paint_deviation(painter: QPainter, box: QRectF, *, item: ReportedResult) ->
             ]
         )
     unit = "°" if item.unit == "deg" else " mm"
-    verdict = result.verdict
-    words = f"{result.deviation:+.4f}{unit}" if verdict is not Verdict.NOT_MEASURED else "–"
     paint_text(
-        painter, QRectF(plot.right() + 20.0, box.top(), 340.0, box.height()), words,
-        Style(28.0, bold=True, colour=verdict_colour(INK, verdict)),
+        painter, QRectF(plot.right() + 20.0, box.top(), 340.0, box.height()),
+        f"{result.deviation:+.4f}{unit}",
+        Style(28.0, bold=True, colour=verdict_colour(INK, result.verdict)),
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
     )  # fmt: skip

@@ -167,6 +167,8 @@ def basis(canvas: Canvas, data: ReportData) -> None:
     rows = []
     for item in data.reported:
         result = item.result
+        if result.stated is None:
+            continue
         rows.append(
             [
                 Field(result.name, STRONG),
@@ -250,11 +252,12 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
     if has_symbol(kind):
         symbol = partial(_paint_symbol, kind=kind)
     numbers = ("–", "–", "–")
-    if None not in (result.measured, result.deviation, result.uncertainty):
+    if result.stated is not None:
+        measured, deviation, uncertainty = result.stated
         numbers = (
-            f"{result.measured:.{places}f}{unit}",
-            f"{result.deviation:+.{places}f}{unit}",
-            f"{result.uncertainty:.{places}f}{unit}",
+            f"{measured:.{places}f}{unit}",
+            f"{deviation:+.{places}f}{unit}",
+            f"{uncertainty:.{places}f}{unit}",
         )
     word = f"{_MARKS[result.verdict]} {result.verdict.value}"
     if result.leaning:

@@ -96,6 +96,18 @@ def test_what_is_not_proven_is_said_large_and_first(data: ReportData) -> None:
     assert "The observation 3 was changed." in said
 
 
+@pytest.mark.usefixtures("qapp")
+def test_a_provisional_number_is_on_no_page(data: ReportData) -> None:
+    first, *others = data.results
+    waiting = replace(first, verdict=Verdict.NOT_MEASURED, measured=123.4567, note="Provisional.")
+    spoiled = replace(data, view=replace(data.view, characteristics=(waiting, *others)))
+    said = texts(pdf.lay_out(spoiled))
+    assert "NOT MEASURED" in said
+    assert "123.4567" not in said
+    # Neither its deviation, which stands in the table and beside the plot.
+    assert said.count(f"{first.deviation:+.4f}") == 0
+
+
 def test_a_part_without_results_is_not_measured(data: ReportData) -> None:
     assert overall(replace(data, view=replace(data.view, characteristics=()))) is (
         Verdict.NOT_MEASURED

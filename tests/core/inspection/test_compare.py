@@ -6,6 +6,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -76,8 +77,38 @@ def test_a_value_held_back_is_not_counted(batch: tuple[ReopenedJob, ...]) -> Non
         replace(result, verdict=Verdict.NOT_PROVEN, note="held back") if index == 0 else result
         for index, result in enumerate(view.characteristics)
     )
-    first = replace(batch[0], view=replace(view, held=(1,), characteristics=doubtful))
+    own = view.feature("SPHERE").points[0].number
+    first = replace(batch[0], view=replace(view, held=(own,), characteristics=doubtful))
     assert compare_jobs([first, *batch[1:]])[0].left_out[0].endswith("held back")
+    # What is held back of another feature is no reason.
+    other = view.feature("BED").points[0].number
+    first = replace(batch[0], view=replace(view, held=(other,), characteristics=doubtful))
+    assert compare_jobs([first, *batch[1:]])[0].left_out == ()
+
+
+def test_a_provisional_value_is_not_counted(batch: tuple[ReopenedJob, ...]) -> None:
+    view = batch[0].view
+    waiting = tuple(
+        replace(result, verdict=Verdict.NOT_MEASURED, note="SPHERE has not all its points yet.")
+        for result in view.characteristics
+    )
+    first = replace(batch[0], view=replace(view, characteristics=waiting))
+    for trend in compare_jobs([first, *batch[1:]]):
+        assert trend.parts[0].value is None
+        assert "not all its points" in trend.left_out[0]
+
+
+def test_a_lower_limit_of_zero_is_a_limit_where_a_value_can_be_below_it(
+    batch: tuple[ReopenedJob, ...],
+) -> None:
+    asked = batch[0].plan.characteristics[0]
+    assert not asked.one_sided
+    zero = msgspec.structs.replace(asked, nominal=0.0, lower=0.0, upper=0.1)
+    plan = msgspec.structs.replace(
+        batch[0].plan, characteristics=[zero, *batch[0].plan.characteristics[1:]]
+    )
+    trend = compare_jobs([replace(job, plan=plan) for job in batch])[0]
+    assert (trend.low, trend.high) == (0.0, 0.1)
 
 
 def test_one_job_or_the_same_twice_or_of_another_plan_is_refused(
