@@ -20,6 +20,7 @@ from ocmm_core.calibration.probe_shape import (
 from ocmm_core.calibration.thermal import Expansion, Temperature
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import MAX_EXPANSION_PPM, Plan
+from ocmm_core.inspection.plan_climate import material_expansion
 from ocmm_core.measuring.temperature import Climate, PartWarmth, check_part
 from ocmm_core.tracking.body import ProbeBody
 
@@ -174,9 +175,4 @@ def _expansion(given_ppm: float | None, plan: Plan) -> Expansion | None:
                 "Give --part-expansion in 1e-6/K, e.g. 11.5 for steel or 23.1 for aluminium.",
             )
         return Expansion(_GIVEN, _PPM * given_ppm, _PPM * _SIGMA_PPM)
-    if plan.material is None:
-        return None
-    material = plan.material
-    return Expansion(
-        material.name, _PPM * material.expansion_ppm, _PPM * material.expansion_sigma_ppm
-    )
+    return material_expansion(plan)

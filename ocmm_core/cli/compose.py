@@ -128,6 +128,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 intent=_intent(feed.virtual) if feed.virtual is not None else None,
                 pause=timedelta(hours=request.check_after_h),
                 stream=request.stream,
+                plan_file=request.plan if begun is None else None,
             ),
             recorder,
         )
@@ -140,8 +141,10 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         station.change(lambda session: session.go_on(request.operator))
     if request.probing != station.job().probing:
         station.change(lambda session: session.set_order(request.probing))
-    if feed.simulated is not None:
-        feed.simulated.ask = station.missing
+    if feed.simulated is not None and feed.virtual is not None:
+        # What the plan of a later job has besides, nobody can touch on this part.
+        there = {entry.name for entry in feed.virtual.part.artefacts}
+        feed.simulated.ask = lambda: [item for item in station.missing() if item[0] in there]
     return BuiltStation(station, job.path, feed.description, feed.virtual, feed.live)
 
 

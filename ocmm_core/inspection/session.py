@@ -293,6 +293,9 @@ class InspectionSession(JobSteps):
     ) -> Meant | Refusal:
         """Return what a touch is meant for: by where it is, by the script, or the active one."""
         name = wanted if wanted is not None else self._progress.active
+        if wanted is not None and wanted not in self._progress.names:
+            # Meant for the plan before.
+            return Meant("", "approach")
         radius = self._body.tip_radius
         place = None
         if self._progress.probing == "any":

@@ -1,4 +1,4 @@
-"""Job files that a running station goes on with: the next part, or a job that was left open."""
+"""Job files that a running station goes on with."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import uuid
 from dataclasses import replace
 from pathlib import Path
 
-from ocmm_core.errors import MeasuringError, StorageError
+from ocmm_core.errors import StorageError
 from ocmm_core.inspection.batch import SUFFIX, require_new_serial
 from ocmm_core.inspection.header import EVENT, check_header, header_text
 from ocmm_core.inspection.plan import Plan
@@ -49,27 +49,6 @@ def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFi
     )
     job = JobFile.create(free_path(folder, plan), head)
     job.append_event(EVENT, header_text(header))
-    return job
-
-
-def open_job(path: Path, like: JobHead) -> JobFile:
-    """Return a job file that was left open, to go on with it.
-
-    Raises
-    ------
-    StorageError
-        It cannot be opened for measuring.
-    MeasuringError
-        It was begun by another plan.
-    """
-    job = JobFile.open(path)
-    if job.head.plan_identity != like.plan_identity:
-        job.close()
-        raise MeasuringError(
-            "job.other_plan",
-            f"{path}: this job was begun by another plan than the one that is measured now.",
-            "Start the program with the plan of that job, or begin a new job.",
-        )
     return job
 
 

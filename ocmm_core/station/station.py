@@ -11,7 +11,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -32,6 +32,7 @@ from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obst
 from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
+from ocmm_core.documents import digest
 from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import Profile
@@ -47,8 +48,9 @@ from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
 from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.change_watch import ChangeWatch
-from ocmm_core.station.jobs import drop_if_empty, job_for, open_job
+from ocmm_core.station.jobs import drop_if_empty, job_for
 from ocmm_core.station.live import LiveState
+from ocmm_core.station.plan_change import PlanInUse, job_by, pause_unfinished, plan_of
 from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
 from ocmm_core.station.stream_server import StreamOptions, StreamServer
 from ocmm_core.storage.job_file import JobFile
@@ -94,6 +96,8 @@ class StationOptions:
         After so long without a point or a check the tip must be checked.
     stream
         How points and poses are given to other programs; None where they are not.
+    plan_file
+        Where the plan is, with its pictures beside it; None where that is not known.
     """
 
     session: SessionOptions
@@ -102,6 +106,7 @@ class StationOptions:
     intent: Callable[[int], str | None] | None = None
     pause: timedelta = PAUSE
     stream: StreamOptions | None = None
+    plan_file: Path | None = None
 
 
 class MeasuringStation:
@@ -143,13 +148,16 @@ class MeasuringStation:
         options: StationOptions,
         recorder: FrameSink | None = None,
     ) -> None:
-        self.plan = plan
         self.rig = rig = calibration.rig
         self.body = body = probe.body
         self._job = job
         self._acquisition = acquisition
         self._ring = ring
         self._options = options
+        self._use = PlanInUse(plan, options.session, options.plan_file)
+        self._plan_files: dict[str, Path] = {}
+        if options.plan_file is not None:
+            self._plan_files[job.head.plan_identity] = options.plan_file
         self._recorder = recorder
         self._session = InspectionSession(plan, rig, body, job, options.session)
         self._bus = BusWatch(ring) if options.live_source else None
@@ -193,41 +201,76 @@ class MeasuringStation:
 
     def next_part(self, header: JobHeader) -> None:
         """Go on with a new job for another part by the same plan; errors as `job_for`."""
-        self._begin(job_for(header, self._job.head, self.plan, self._job.path.parent))
+        job = job_for(header, self._job.head, self.plan, self._job.path.parent)
+        self._begin(job, lambda: self._use)
 
-    def go_on(self, path: Path) -> None:
-        """Go on with a job of the same plan that was left open.
+    def change_plan(self, path: Path, header: JobHeader) -> str:
+        """Begin a job by the plan of a file, and say in a sentence what became of the one before.
+
+        A job that has points and is not finished is paused first; it can be gone on with. Where
+        the file is the plan that is measured already, this is `next_part`.
+
+        Parameters
+        ----------
+        path
+            Document of the plan.
+        header
+            Operator, serial number, order and batch; the part is that of the plan.
 
         Raises
         ------
-        StorageError, MeasuringError
-            As `open_job`; the job belongs to another probe, or is relative to a reference body
-            that has moved since.
+        InputError, StorageError
+            As `job_by`; nothing has changed then.
         """
-        self._begin(open_job(path, self._job.head))
+        path = path.absolute()
+        if digest(path) == self._job.head.plan_identity:
+            self.next_part(replace(header, part=self.plan.part))
+            return ""
+        job, use = job_by(path, header, self._job.head, self._use, self._job.path.parent)
+        self._plan_files[job.head.plan_identity] = path
+        return self._begin(job, lambda: use)
 
-    def _begin(self, job: JobFile) -> None:
+    def go_on(self, path: Path) -> str:
+        """Go on with a job that was left open, by the plan in its own file.
+
+        Returns what became of the job before, as `change_plan`.
+
+        Raises
+        ------
+        StorageError, InputError, MeasuringError
+            The file cannot be opened for measuring, or its plan cannot be used; the job belongs to
+            another probe, or is relative to a reference body that has moved since.
+        """
+        job = JobFile.open(path)
+        return self._begin(
+            job, lambda: plan_of(job, self._job.head, self._use, self._plan_files)
+        )
+
+    def _begin(self, job: JobFile, by: Callable[[], PlanInUse]) -> str:
         """Measure into another job file; the one before is closed. Nothing changes on an error."""
+        words = ""
         try:
-            session = InspectionSession(
-                self.plan, self.rig, self.body, job, self._options.session
-            )
+            use = by()
+            session = InspectionSession(use.plan, self.rig, self.body, job, use.options)
             if self.reference is not None and session.reference_home is not None:
                 raise MeasuringError(
                     "job.other_place",
                     f"{job.path}: its points are relative to where the reference body stood then.",
                     "Start the program with this job to go on with it.",
                 )
+            if use is not self._use:
+                words = pause_unfinished(self._session, self._job)
         except BaseException:
             job.close()
             raise
         with self._measuring:
-            before, self._job, self._session = self._job, job, session
+            before, self._job, self._session, self._use = self._job, job, session, use
             self._changes = ChangeWatch(self._calibration.in_use, self.body, session)
             self._probe = ProbeWatch(self._probe.in_use, session, job, self._options.pause)
             self._note_start()
         drop_if_empty(before)
         self.changed.emit()
+        return words
 
     def _note_start(self) -> None:
         """Store with what the points from now on are taken."""
@@ -310,6 +353,16 @@ class MeasuringStation:
     def probe_in_use(self) -> ProbeInUse:
         """Return the probe that the job was begun with, and its records."""
         return self._probe.in_use
+
+    @property
+    def plan(self) -> Plan:
+        """Return what is measured now."""
+        return self._use.plan
+
+    @property
+    def plan_file(self) -> Path | None:
+        """Return where the plan is, with its pictures beside it; None where not known."""
+        return self._use.file
 
     @property
     def reference(self) -> ReferenceBody | None:
@@ -471,7 +524,7 @@ class MeasuringStation:
                 "" if reference is None else reference.label,
                 "" if reference is None else f"{reference.name} {reference.identity}",
             ),
-            climate=self._options.session.climate,
+            climate=self._use.options.climate,
             observations=tuple(self._job.points()),
             annulled=tuple(point.number for point, _ in back),
             taken_utc=self._job.taken_utc(),

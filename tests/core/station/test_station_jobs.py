@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
+from ocmm_core.calibration.thermal import Expansion, Temperature
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError, MeasuringError
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.plan import Material, load_plan
+from ocmm_core.inspection.plan_climate import climate_for, material_expansion
+from ocmm_core.inspection.plan_file import save_plan
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.view import JobHeader
-from ocmm_core.storage.job_file import JobFile
+from ocmm_core.measuring.temperature import Climate, PartWarmth
 
 PATIENCE_S = 60.0
 
@@ -68,19 +74,78 @@ def test_parts_of_a_batch_follow_each_other_and_an_open_job_goes_on(built: Built
     assert reopen_job(second).doubts == ()
 
 
-def test_a_job_by_another_plan_is_refused_and_the_running_one_goes_on(
+def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on_with(
     built: BuiltStation, tmp_path: Path
 ) -> None:
-    other = build_station(
-        StationRequest(
-            plan=resource("plans", "demo.toml"), out=tmp_path / "other", frame_rate_hz=800
-        )
+    station, begun_with = built.station, built.station.plan_file
+    station.start()
+    _until(lambda: len(station.stored_job()[1]) >= 2)
+    first = station.job_path
+    other = tmp_path / "plans" / "two.toml"
+    other.parent.mkdir()
+    # Of another part, with a feature that this one has and one that nobody can touch on it.
+    plan = load_plan(resource("plans", "demo.toml"))
+    bore = plan.features[-1]
+    features = [bore, msgspec.structs.replace(bore, name="NOT_THERE")]
+    plan = msgspec.structs.replace(
+        plan, name="TWO", part="OTHER", features=features, characteristics=[], alignment=None
     )
-    path = other.station.job_path
-    other.station.close()
-    running = built.station.job_path
-    with pytest.raises(MeasuringError, match="another plan"):
-        built.station.go_on(path)
-    assert built.station.job_path == running
-    # The refused file is let go of.
-    JobFile.open(path).close()
+    save_plan(plan, other)
+
+    words = station.change_plan(other, _header("B-1"))
+    second = station.job_path
+    assert f"{first.stem} is paused" in words
+    assert "still to be measured" in words
+    assert (station.plan, station.plan_file) == (plan, other)
+    assert station.job().header.part == "OTHER"
+    assert [feature.name for feature in station.job().features] == [bore.name, "NOT_THERE"]
+    kept = len(reopen_job(first).points)
+    assert kept >= 2
+    _until(lambda: station.missing() == [("NOT_THERE", bore.points)])
+
+    # The same plan again is the next part of it, and nothing has to be paused.
+    assert station.change_plan(other, _header("B-2")) == ""
+    assert station.plan_file == other
+
+    station.go_on(first)
+    job = station.job()
+    assert (job.header.serial, job.paused) == ("1", True)
+    assert station.plan.name != "TWO"
+    assert station.plan_file == begun_with
+    station.change(lambda session: session.resume())
+    _until(lambda: len(station.stored_job()[1]) > kept)
+    assert reopen_job(second).plan == plan
+    assert reopen_job(second).doubts == ()
+
+
+@pytest.mark.parametrize("fault", ["missing", "faulty", "measured"])
+def test_a_plan_that_cannot_be_begun_with_changes_nothing(
+    built: BuiltStation, tmp_path: Path, fault: str
+) -> None:
+    station, running = built.station, built.station.job_path
+    path = tmp_path / "other.toml"
+    if fault == "faulty":
+        path.write_text('schema = "ocmm.plan/1"\n')
+    elif fault == "measured":
+        station.next_part(_header("A-1"))
+        running = station.job_path
+        path.write_bytes(resource("plans", "demo.toml").read_bytes())
+        station.change(lambda session: session.skip())
+    with pytest.raises(InputError, match="A-1" if fault == "measured" else "other.toml"):
+        station.change_plan(path, _header("A-1"))
+    assert station.job_path == running
+    assert not station.job().paused
+    assert station.plan_file == resource("plans", "quick.toml")
+
+
+def test_the_growth_of_the_part_is_that_of_its_plan(built: BuiltStation) -> None:
+    plan = built.station.plan
+    steel = msgspec.structs.replace(plan, material=Material(name="steel", expansion_ppm=11.5))
+    warm = PartWarmth(Temperature(25.0, 0.5, "test"), material_expansion(plan), compensated=False)
+    changed = climate_for(Climate(part=warm), plan, steel)
+    assert changed.part.expansion == material_expansion(steel)
+    given = Climate(part=replace(warm, expansion=Expansion("given", 2e-5, 1e-6)))
+    assert climate_for(given, plan, steel) == given
+    compensated = Climate(part=replace(changed.part, compensated=True))
+    with pytest.raises(InputError, match="expansion of the part is not known"):
+        climate_for(compensated, steel, plan)
