@@ -8,6 +8,7 @@ from ocmm_core.calibration.probe_shape import ContactForce
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.measuring.temperature import Climate
+from ocmm_core.tracking.pose import Method
 from ocmm_core.tracking.reference_body import ReferenceBody
 
 
@@ -31,6 +32,8 @@ class SessionOptions:
     near
         Motion from the world to the nominals of the plan, roughly, as a part before this one
         stood; only for guidance. None where nothing is known.
+    method
+        How the poses of the touches are computed; results of ``"thesis"`` prove nothing.
     """
 
     point: PointOptions = field(default_factory=PointOptions)
@@ -39,3 +42,4 @@ class SessionOptions:
     contact: ContactForce | None = None
     reference: ReferenceBody | None = None
     near: RigidTransform | None = None
+    method: Method = "gauss-newton"

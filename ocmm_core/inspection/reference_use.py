@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobReference
 from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.reference import relative_sensitivity
+from ocmm_core.tracking.body_tracker import spot_sigma_px
+from ocmm_core.tracking.pose import PoseBatch, solve_leds
+from ocmm_core.tracking.reference import motion_to_world, relative_sensitivity
 from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.reference_home import home_of
 from ocmm_core.tracking.result import ReferenceHome
@@ -111,3 +115,27 @@ class ReferenceUse:
         return relative_sensitivity(
             spots, reference_spots, self.home, self._rig, self._body, self._reference
         )
+
+    def thesis_tip(self, spots: Float, reference_spots: Float | None) -> Float:
+        """Return the tip (3,), mm, of mean spots by the method of the thesis.
+
+        It is NaN where the spots do not determine a pose, or the point is not relative to the
+        reference body of the job.
+        """
+        if (self._reference is None) != (reference_spots is None):
+            return np.full(3, np.nan)
+        pose = self._thesis(spots, self._body.leds_probe, self._body.tip_probe)
+        if self._reference is None or reference_spots is None:
+            return pose.tip_world[0]
+        if self.home is None:
+            return np.full(3, np.nan)
+        now = self._thesis(reference_spots, self._reference.leds.leds_body, np.zeros(3))
+        turn, shift = motion_to_world(
+            self.home, now.rotation_world_from_probe, now.origin_world
+        )
+        tip_world: Float = turn[0] @ pose.tip_world[0] + shift[0]
+        return tip_world
+
+    def _thesis(self, spots: Float, leds: Float, point: Float) -> PoseBatch:
+        sigma_px = spot_sigma_px(self._rig)
+        return solve_leds(spots[None], self._rig, leds, point, sigma_px, "thesis")

@@ -25,7 +25,8 @@ from ocmm_core.calibration.records import SCHEMA as CAMERA_RECORD_SCHEMA
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.geometry import RigidTransform
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.limits import methods_used, with_stored_limits
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.reference_use import ReferenceUse
@@ -64,7 +65,7 @@ class ReopenedJob:
         What was measured, and with what: by the file alone. ``body`` has the geometry of the
         temperatures of the job.
     options
-        Temperatures, contact and reference body of the job.
+        Limits, temperatures, contact and reference body of the job.
     view
         The job, computed anew from the points; nothing in it is proven where there are doubts.
     T_part_from_world
@@ -152,7 +153,11 @@ def _reopened(path: Path, job: JobFile) -> ReopenedJob:
     sensitivities = [use.sensitivity(point.spots, point.reference_spots) for point in points]
     session = InspectionSession(plan, rig, body, job, options)
     faults = tuple(job.verify())
-    differences = tuple(_differences(points, sensitivities, plan, body))
+    anew = [[one.tip_world] for one in sensitivities]
+    if "thesis" in methods_used(events):
+        for tips, point in zip(anew, points, strict=True):
+            tips.append(use.thesis_tip(point.spots, point.reference_spots))
+    differences = tuple(_differences(points, anew, plan, body))
     return ReopenedJob(
         path=path,
         head=head,
@@ -187,15 +192,21 @@ def _judged(view: JobView, doubts: Sequence[str]) -> JobView:
 
 def _differences(
     points: Sequence[MeasuredPoint],
-    sensitivities: Sequence[TipSensitivity],
+    anew: Sequence[Sequence[Float]],
     plan: Plan,
     body: ProbeBody,
 ) -> list[str]:
-    """Return where a point that is computed anew is not the one that is stored."""
+    """Return where a point is not the one that is stored.
+
+    Parameters
+    ----------
+    anew
+        For every point where its raw spots put it, by each method that the job was measured with.
+    """
     found = []
     known = {feature.name for feature in plan.features}
-    for point, anew in zip(points, sensitivities, strict=True):
-        apart = float(np.linalg.norm(anew.tip_world - point.tip_world))
+    for point, tips in zip(points, anew, strict=True):
+        apart = float(np.nanmin(np.linalg.norm(np.array(tips) - point.tip_world, axis=1)))
         if not apart <= SAME_TIP_MM:
             found.append(
                 f"Point {point.number} lies {apart:.4f} mm from where its raw spots put it."
@@ -246,7 +257,8 @@ def _measured_with(
     reference: ReferenceBody | None = None
     if stored is not None:
         reference = _from_text(path, "reference body", stored.text, load_reference)
-    return body, SessionOptions(climate=climate, contact=contact, reference=reference)
+    options = SessionOptions(climate=climate, contact=contact, reference=reference)
+    return body, with_stored_limits(options, events)
 
 
 def _schema(text: str) -> str:

@@ -17,6 +17,8 @@ from ocmm_core.inspection.evaluation import checked_features, frame_of
 from ocmm_core.inspection.guidance import aligned_nominals
 from ocmm_core.inspection.header import header_of
 from ocmm_core.inspection.job_view import JobState, view_of
+from ocmm_core.inspection.limits import EVENT as LIMITS
+from ocmm_core.inspection.limits import FOR_COMPARISON, limits_text, methods_used
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.quarantine import Ward
@@ -90,6 +92,8 @@ class InspectionSession(JobSteps):
         events = job.events()
         notes = [event.text for event in events if event.kind == _UNCALIBRATED]
         self._unproven = notes[-1] if notes else ""
+        self._compared = "thesis" in (*methods_used(events), options.method)
+        self._limits = [event.text for event in events if event.kind == LIMITS][-1:]
         self._recorded = [event.text for event in events if event.kind == TEMPERATURE]
         if begun:
             self._require_same_climate()
@@ -164,6 +168,20 @@ class InspectionSession(JobSteps):
             if self._recorded[-1:] != [text]:
                 self._job.append_event(TEMPERATURE, text)
                 self._recorded.append(text)
+
+    def note_limits(self) -> None:
+        """Store by which limits points are taken and judged from now on.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable.
+        """
+        with self._lock:
+            text = limits_text(self._options)
+            if self._limits != [text]:
+                self._job.append_event(LIMITS, text)
+                self._limits = [text]
 
     def hold_back(self, since_s: float | None, reason: str) -> list[int]:
         """Hold back the points that were taken since a moment of this run, and return them.
@@ -355,7 +373,7 @@ class InspectionSession(JobSteps):
                 sensitivities=tuple(self._points.sensitivities(self._reference)),
                 refusal=self._refusal,
                 paused=self._paused,
-                unproven=self._unproven,
+                unproven=self._unproven or (FOR_COMPARISON if self._compared else ""),
                 undo=deed.words if deed is not None else "",
                 redo=undone.words if undone is not None else "",
             ),

@@ -153,7 +153,9 @@ class MeasuringStation:
         self._job = job
         self._acquisition = acquisition
         self._ring = ring
-        self._options = options
+        # What is said about results depends on how their poses were computed.
+        session = replace(options.session, method=options.tracking.method)
+        self._options = options = replace(options, session=session)
         self._use = PlanInUse(plan, options.session, options.plan_file)
         self._plan_files: dict[str, Path] = {}
         if options.plan_file is not None:
@@ -283,6 +285,7 @@ class MeasuringStation:
             f"{calibration.word.value} {calibration.identity}", probe.note, unproven
         )
         self._session.note_climate()
+        self._session.note_limits()
 
     def request_stop(self) -> None:
         """Ask both to end; returns at once."""
