@@ -80,12 +80,15 @@ class Fit:
     rms
         mm: square root of the mean squared residual.
     form
-        mm: greatest minus smallest signed residual.
+        mm: greatest minus smallest signed residual; of a circle in space by its minimum zone the
+        diameter of the tube that holds the points.
     criterion
         How the element was associated with the points.
     contacts
         Rows of the points that hold the element of any criterion but least squares: its
         certificate of optimality. Empty for least squares.
+    free
+        Circle: in space, plane and circle as one problem.
     """
 
     shape: Shape
@@ -96,6 +99,7 @@ class Fit:
     form: float
     criterion: Criterion = Criterion.LEAST_SQUARES
     contacts: tuple[int, ...] = ()
+    free: bool = False
 
     @property
     def point(self) -> Float:

@@ -110,7 +110,8 @@ def least_squares(feature: ActualFeature) -> Fit:
     """
     touches, raw = _own(feature)
     if raw.criterion is Criterion.LEAST_SQUARES:
-        return raw
+        # What starts from it stays in its plane, also where that was found with the circle.
+        return replace(raw, free=False)
     if raw.shape is Shape.CIRCLE:
         return fit_circle_projected(touches.tips, raw.direction)[0]
     return fit_shape(

@@ -71,7 +71,7 @@ def fit_shape(
     criterion
         How the element is associated; every other one starts from least squares.
     free
-        Circle only: least squares in space as one problem, not plane first.
+        Circle only: in space as one problem, not plane first.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def fit_shape(
     if criterion is not Criterion.LEAST_SQUARES:
         start = fit_shape(
             shape, points, direction_hint=direction_hint, radius_hint=radius_hint,
-            second_hint=second_hint, half_angle_hint=half_angle_hint,
+            second_hint=second_hint, half_angle_hint=half_angle_hint, free=free,
         )  # fmt: skip
         if criterion is Criterion.MINIMUM_ZONE:
             return fit_zone(start, points)

@@ -6,6 +6,8 @@ distances of the points from the circle in space are least, those square to its 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ocmm_core.features.fit.axes import across_axes
@@ -76,9 +78,10 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
     outward = -jacobian[:n, 0:2] @ basis[0:2]
     by_points = by_shift[:, :n, None] * outward + by_shift[:, n:, None] * axis
     geometry = element(centroid + size * p[0:3], axis, size * p[6])
-    return make_fit(
+    fit = make_fit(
         Shape.CIRCLE, geometry, by_points.reshape(GEOMETRY_SIZE, 3 * n), size * residuals[:n]
     )
+    return replace(fit, free=True)
 
 
 def _outline(points: Float, _size: float) -> Outline:

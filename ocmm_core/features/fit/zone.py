@@ -10,25 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit.ball import LARGEST_RADIUS
 from ocmm_core.features.fit.common import centred, checked_points, degenerate
-from ocmm_core.features.fit.zone_certificate import Balance, balance_of
-from ocmm_core.features.fit.zone_elements import (
-    ZONES,
-    Task,
-    geometry_derivatives,
-    task_of,
-    unscaled,
-)
-from ocmm_core.features.fit.zone_solver import Zone, best_zone, polished, zone_at
-from ocmm_core.features.fit.zone_surfaces import (
-    CONE,
-    FLAT_LINE,
-    TORUS,
-    Surface,
-    distances,
-    second_derivatives,
-)
+from ocmm_core.features.fit.zone_elements import task_of, zone_surface
+from ocmm_core.features.fit.zone_settled import search, settled_fit
+from ocmm_core.features.fit.zone_surfaces import FLAT_LINE
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -41,26 +26,16 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float, Points3, unit
 
-STARTS = 12
-"""Starts around the least-squares element; more where the zone is broad or the points are few."""
-STARTS_BROAD = 30
-STARTS_STRAIGHT = 4
-"""Of line and plane, whose zones are all but convex."""
-BROAD_STRAIGHT = 0.1
-BROAD = 0.03
-"""Width of the zone against the size of the points from which local minima lie far apart."""
-FEW_POINTS = 12
-POLISHES = 4
 ONE_PLANE = 1e-11
 """Extent, against the size of the points, that is none."""
-WELL_BALANCED = 1e-12
 
 
-def fit_zone(start: Fit, points: Points3) -> Fit:
+def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
     """Return the element with the smallest zone about ``points``.
 
-    Straightness of a line in space is the diameter of the thinnest cylinder about the points;
-    roundness is taken in the plane of ``start``.
+    Straightness of a line in space is the diameter of the thinnest cylinder about the points.
+    Circle, ellipse, slot and rectangle are found in the plane of ``start``; a circle that was
+    fitted in space as one problem gets the thinnest tube about it, plane included.
 
     Parameters
     ----------
@@ -68,6 +43,8 @@ def fit_zone(start: Fit, points: Points3) -> Fit:
         Least-squares fit of the same points.
     points
         (n, 3), mm.
+    offset
+        mm, ellipse only: the points lie this far outside of it, as in `ellipse.fit_ellipse`.
 
     Returns
     -------
@@ -86,21 +63,21 @@ def fit_zone(start: Fit, points: Points3) -> Fit:
     if start.shape is Shape.LINE and _in_one_plane(points):
         # The thinnest cylinder about them has its axis in that plane, where it has a kink.
         return fit_zone_line_in_plane(start, points)
-    surface = ZONES.get(start.shape)
+    surface = zone_surface(start)
     if surface is None:
         raise FitError(
             "fit.no_criterion",
             f"A minimum zone is not offered for a {start.shape.value.lower()}.",
             "Choose least squares.",
         )
-    task = task_of(start, points, surface)
+    task = task_of(start, points, surface, offset)
     found = settled_fit(task, start, Criterion.MINIMUM_ZONE, search(task))
-    if found.form > start.form and start.shape is not Shape.LINE:
+    own = 2.0 * float(np.abs(start.residuals).max()) if surface.even else start.form
+    if found.form > own and not task.tube:
         # Rounding alone leads here; a zone is never stated wider than that of least squares.
         return replace(
-            found, geometry=start.geometry, residuals=start.residuals, rms=start.rms,
-            form=start.form,
-        )  # fmt: skip
+            found, geometry=start.geometry, residuals=start.residuals, rms=start.rms, form=own
+        )
     return found
 
 
@@ -170,151 +147,3 @@ def _in_one_plane(points: Points3) -> bool:
     extents = np.linalg.svd(about, compute_uv=False)
     rounding = ONE_PLANE * (1.0 + 1e-3 * float(np.abs(centroid).max()) / size)
     return len(points) > 2 and bool(extents[1] > 1e3 * rounding and extents[2] < rounding)
-
-
-def search(task: Task) -> Zone:
-    """Return the best zone from as many starts as the points call for."""
-    first = zone_at(task.surface, task.points, task.start)
-    found, _ = distances(task.surface, task.start.local(task.points), task.start.size)
-    if np.ptp(found) <= _noise(task, found):
-        return first
-    few = len(task.points) <= FEW_POINTS
-    if task.shape in (Shape.LINE, Shape.PLANE):
-        # Distances are lengths of what is linear in the step, but for the cosine of the lean.
-        starts = STARTS if few or np.ptp(found) > BROAD_STRAIGHT else STARTS_STRAIGHT
-    else:
-        starts = STARTS_BROAD if few or np.ptp(found) > BROAD else STARTS
-    return balanced(task, best_zone(task.surface, task.points, task.start, starts))
-
-
-def balanced(task: Task, zone: Zone) -> Zone:
-    """Return the zone with its contacts in balance to rounding, as far as Newton steps reach."""
-    found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.size)
-    for _ in range(POLISHES):
-        balance = balance_of(task, zone.placed, _noise(task, found))
-        if balance.unbalanced < WELL_BALANCED:
-            break
-        coded = np.where(balance.signs > 0.0, 0, len(task.points)) + balance.contacts
-        zone = polished(task.surface, task.points, zone, coded, balance.forces)
-    return zone
-
-
-def _noise(task: Task, found: Float) -> float:
-    return 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
-
-
-def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit:
-    """Return the fit of a zone, or raise where nothing proves it.
-
-    Raises
-    ------
-    FitError
-        See `fit_zone`.
-    """
-    surface, placed = task.surface, zone.placed
-    found, _ = distances(surface, placed.local(task.points), placed.size)
-    offset = _offset(surface, task.shape, zone)
-    noise = _noise(task, found)
-    if max(abs(offset), float(np.abs(placed.origin).max()), placed.size) > LARGEST_RADIUS:
-        raise degenerate(
-            task.shape,
-            "the smallest zone belongs to an element that is all but flat",
-            "Spread the points over more of the feature.",
-        )
-    thin = abs(zone.width) if task.shape is Shape.LINE else float(np.ptp(found))
-    if thin <= noise:
-        return replace(start, criterion=criterion)
-    balance = balance_of(task, placed, noise)
-    if not balance.holds:
-        raise unproven(task.shape, balance)
-    geometry, by_points = zone_derivatives(task, zone, offset, balance)
-    geometry, by_points = unscaled(task, geometry, by_points)
-    if surface == CONE and (geometry[6] <= 0.0 or not 0.0 < geometry[8] < np.pi / 2.0):
-        raise degenerate(task.shape, "they lie on both sides of its apex", "Take other points.")
-    if surface == TORUS and not 0.0 < geometry[7] < geometry[6]:
-        raise degenerate(
-            task.shape, "its tube would be thicker than its ring", "Spread the points."
-        )
-    if task.shape is Shape.CIRCLE:
-        # The plane is that of the start, as in `circle.fit_circle`.
-        by_points[DIRECTION] = start.jacobian[DIRECTION]
-        lift = -np.outer(start.direction, geometry[0:3] - task.centroid)
-        by_points[0:3] += lift @ start.jacobian[DIRECTION]
-        geometry[DIRECTION] = start.direction
-    residuals = surface.sign * found - offset
-    if task.shape is Shape.LINE and surface != FLAT_LINE:
-        residuals = found * _sides(task, zone, int(balance.contacts[0]))
-    contacts = tuple(int(i) for i in np.unique(balance.contacts))
-    return make_fit(
-        task.shape, geometry, by_points, task.size * residuals,
-        criterion=criterion, contacts=contacts,
-    )  # fmt: skip
-
-
-def unproven(shape: Shape, balance: Balance) -> FitError:
-    """Return the error for a zone whose contacts do not hold it."""
-    return FitError(
-        "fit.not_converged",
-        f"No smallest zone of the {shape.value.lower()} was found: {len(balance.contacts)} "
-        f"points touch it, but do not hold it ({balance.unbalanced:.0e}).",
-        "Check that the points belong to one feature and spread them over more of it.",
-    )
-
-
-def _offset(surface: Surface, shape: Shape, zone: Zone) -> float:
-    if surface.lower:
-        return 0.5 * (zone.upper + zone.lower)
-    return 0.0 if shape is Shape.LINE else surface.sign * zone.upper
-
-
-def _sides(task: Task, zone: Zone, contact: int) -> Float:
-    """Return +1 or -1 (n,): the side of every point of a line, as one contact sees it.
-
-    Forces at the contacts balance, so that some lie on either side of the first, and the signed
-    distances range over the whole diameter.
-    """
-    across = zone.placed.local(task.points)[:, :2]
-    return np.where(across @ across[contact] < 0.0, -1.0, 1.0)
-
-
-def zone_derivatives(
-    task: Task, zone: Zone, offset: float, balance: Balance
-) -> tuple[Float, Float]:
-    """Return geometry (12,) and its derivatives by points (12, 3 n), both scaled.
-
-    The conditions of the optimum (contacts touch, forces balance) are differentiated.
-    """
-    surface, placed, rows = task.surface, zone.placed, balance.contacts
-    local = placed.local(task.points)[rows]
-    free = list(surface.free)
-    k, c = len(free), len(rows)
-    weights = balance.signs * balance.forces
-    _, slopes = distances(surface, local, placed.size)
-    curvature, by_points, mixed = second_derivatives(surface, local, placed.size, weights)
-    bounds = 2 if surface.lower else 1
-    touch = np.zeros((c, k + bounds))
-    touch[:, :k] = slopes[:, free]
-    touch[balance.signs > 0.0, k] = -1.0
-    if surface.lower:
-        touch[balance.signs < 0.0, k + 1] = -1.0
-    matrix = np.zeros((k + bounds + c, k + bounds + c))
-    matrix[:k, :k] = curvature[np.ix_(free, free)]
-    matrix[k + bounds :, : k + bounds] = touch
-    matrix[: k + bounds, k + bounds :] = touch.T
-    right = np.zeros((len(matrix), c, 3))
-    right[:k] = -mixed[:, free].transpose(1, 0, 2)
-    right[k + bounds + np.arange(c), np.arange(c)] = -by_points
-    # Least change where contacts do not pin the element: a slide that changes no form.
-    answer = np.linalg.lstsq(matrix, right.reshape(len(matrix), 3 * c), rcond=1e-13)[0]
-    geometry, by_step, by_offset, by_centroid = geometry_derivatives(task, placed, offset)
-    by_contact = by_step[:, free] @ answer[:k]
-    if surface.lower:
-        by_contact += np.outer(by_offset, 0.5 * (answer[k] + answer[k + 1]))
-    elif task.shape is not Shape.LINE:
-        by_contact += surface.sign * np.outer(by_offset, answer[k])
-    n = len(task.points)
-    by_all = np.tile(by_centroid[:, None, :] / n, (1, n, 1))
-    world = by_contact.reshape(GEOMETRY_SIZE, c, 3) @ placed.frame.T
-    for i, row in enumerate(rows):
-        by_all[:, row] += world[:, i]
-    return geometry, by_all.reshape(GEOMETRY_SIZE, 3 * n)

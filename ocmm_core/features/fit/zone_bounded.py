@@ -15,9 +15,9 @@ from scipy.spatial import Delaunay, QhullError
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.common import checked_points
-from ocmm_core.features.fit.zone import balanced, search, settled_fit
 from ocmm_core.features.fit.zone_elements import BOUNDED, Task, task_of
 from ocmm_core.features.fit.zone_kernel import narrowest_zone
+from ocmm_core.features.fit.zone_settled import balanced, search, settled_fit
 from ocmm_core.features.fit.zone_solver import Zone, natural_steps, settle
 from ocmm_core.features.fit.zone_surfaces import Placed
 from ocmm_core.features.shapes import Criterion, Fit, Shape
@@ -37,7 +37,8 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
     Parameters
     ----------
     start
-        Least-squares circle, sphere or cylinder of the same points; a circle stays in its plane.
+        Least-squares circle, sphere or cylinder of the same points; a circle stays in its plane
+        and was not fitted in space as one problem.
     points
         (n, 3), mm.
     criterion
@@ -56,11 +57,12 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
     """
     points = checked_points(start.shape, points)
     surface = BOUNDED.get((start.shape, criterion))
-    if surface is None:
+    if surface is None or start.free:
         raise FitError(
             "fit.no_criterion",
-            f"The criterion {criterion.value} is not offered for a {start.shape.value.lower()}.",
-            "Choose least squares, or a circle, sphere or cylinder.",
+            f"The criterion {criterion.value} is not offered for a {start.shape.value.lower()}"
+            f"{' in space' if start.free else ''}.",
+            "Choose least squares, or a circle in its own plane, sphere or cylinder.",
         )
     task = task_of(start, points, surface)
     inside = criterion is Criterion.INSCRIBED

@@ -15,15 +15,14 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
-from ocmm_core.features.fit.zone_elements import BOUNDED, ZONES, Task, task_of
-from ocmm_core.features.fit.zone_solver import natural_steps
+from ocmm_core.features.fit.zone_elements import BOUNDED, Task, task_of, zone_surface
+from ocmm_core.features.fit.zone_solver import Zone, by_bounds, natural_steps, zone_at
 from ocmm_core.features.fit.zone_surfaces import (
-    FLAT_LINE,
     Placed,
     distances,
     second_derivatives,
 )
-from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.features.shapes import Criterion, Fit
 from ocmm_core.geometry import Float, Int, Points3
 
 IN_BALANCE = 1e-9
@@ -103,20 +102,23 @@ class Certificate:
     unique: bool = False
 
 
-def certificate(fit: Fit, points: Points3) -> Certificate:
-    """Return what the geometry of ``fit`` and ``points`` (n, 3), mm, prove, computed anew."""
+def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
+    """Return what the geometry of ``fit`` and ``points`` (n, 3), mm, prove, computed anew.
+
+    For ``offset`` see `zone.fit_zone`.
+    """
     if fit.criterion is Criterion.LEAST_SQUARES:
         return Certificate(False, "Not certified: a least-squares element has no contacts.")
     if fit.criterion is Criterion.MINIMUM_ZONE:
-        flat = fit.shape is Shape.LINE and fit.across.any()
-        surface = FLAT_LINE if flat else ZONES[fit.shape]
+        surface = zone_surface(fit)
     else:
         surface = BOUNDED[fit.shape, fit.criterion]
-    task = task_of(fit, np.asarray(points, dtype=np.float64), surface)
-    found, _ = distances(surface, task.start.local(task.points), task.start.size)
+    if surface is None:
+        return Certificate(False, "Not certified: the shape has no minimum zone.")
+    task = task_of(fit, np.asarray(points, dtype=np.float64), surface, offset)
+    found, _ = distances(surface, task.start.local(task.points), task.start.sizes)
     noise = 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
-    width = float(np.ptp(found)) if surface.lower else float(found.max())
-    if np.ptp(found) <= noise or (fit.shape is Shape.LINE and abs(width) <= noise):
+    if formless(task, zone_at(surface, task.points, task.start), found, noise):
         return Certificate(
             True, "certified: every point lies on the element to rounding", unbalanced=0.0
         )
@@ -139,6 +141,13 @@ def certificate(fit: Fit, points: Points3) -> Certificate:
     )  # fmt: skip
 
 
+def formless(task: Task, zone: Zone, found: Float, noise: float) -> bool:
+    """Return whether points at distances (n,) lie on the element to rounding."""
+    if task.tube or task.surface.even:
+        return zone.width <= noise
+    return bool(np.ptp(found) <= noise)
+
+
 def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
     """Return the forces that hold the zone of a task about an element.
 
@@ -153,16 +162,22 @@ def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
     """
     surface = task.surface
     local = placed.local(task.points)
-    found, slopes = distances(surface, local, placed.size)
+    found, slopes = distances(surface, local, placed.sizes)
     steps = natural_steps(surface, task.points, placed)
     by_step = slopes[:, surface.free] @ steps
     gap = max(min(ACTIVE * float(np.ptp(found)), LARGEST_GAP), noise)
-    above = np.flatnonzero(found >= found.max() - gap)
-    below = np.flatnonzero(found <= found.min() + gap) if surface.lower else above[:0]
+    greatest, least = found.max(), found.min()
+    if surface.even:
+        greatest = np.abs(found).max()
+        least = -greatest
+    above = np.flatnonzero(found >= greatest - gap)
+    below = above[:0]
+    if surface.lower or surface.even:
+        below = np.flatnonzero(found <= least + gap)
     rows = np.concatenate([above, below])
     signs = np.concatenate([np.ones(len(above)), -np.ones(len(below))])
-    sides = [signs > 0.0, signs < 0.0] if surface.lower else [signs > 0.0]
-    touch = np.concatenate([by_step[rows].T * signs, np.array(sides, dtype=np.float64)])
+    sides = np.abs(by_bounds(surface, signs).T)
+    touch = np.concatenate([by_step[rows].T * signs, sides])
     right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
     forces, remainder = nnls(touch, right)
     unbalanced = float(remainder)
@@ -185,7 +200,7 @@ def _least_curvature(
     free = list(task.surface.free)
     holding = np.abs(weights) > NO_FORCE
     curvature, _, _ = second_derivatives(
-        task.surface, local[holding], placed.size, weights[holding]
+        task.surface, local[holding], placed.sizes, weights[holding]
     )
     hessian = steps.T @ curvature[np.ix_(free, free)] @ steps
     loose = null_space(touch[:, holding].T, rcond=1e-10)[: len(steps)]

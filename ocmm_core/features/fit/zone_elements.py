@@ -7,19 +7,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.features.fit.common import centred
+from ocmm_core.features.fit.zone_outlines import (
+    FIRST_SIZE,
+    SECOND_SIZE,
+    STEP_SIZE,
+    TURN,
+    Values,
+)
 from ocmm_core.features.fit.zone_surfaces import (
     CONE,
     CYLINDER,
+    ELLIPSE,
     FLAT_CIRCLE,
     FLAT_LINE,
     PLANE,
+    RECTANGLE,
+    ROUND_SLOT,
     SPHERE,
-    STEP_SIZE,
     TINY,
     TORUS,
+    Kind,
     Placed,
     Surface,
-    Values,
     circumscribed,
     inscribed,
 )
@@ -45,8 +54,15 @@ ZONES = {
     Shape.CYLINDER: CYLINDER,
     Shape.CONE: CONE,
     Shape.TORUS: TORUS,
+    Shape.ELLIPSE: ELLIPSE,
+    Shape.ROUND_SLOT: ROUND_SLOT,
+    Shape.SQUARE_SLOT: RECTANGLE,
+    Shape.RECTANGLE: RECTANGLE,
 }
 """What a minimum zone is built on. A line in space has a cylinder about it as its zone."""
+
+CIRCLE_IN_SPACE = circumscribed(TORUS)
+"""A tube about the circle, whose plane is found with it."""
 
 BOUNDED = {
     (shape, criterion): side(ZONES[shape])
@@ -88,13 +104,29 @@ class Task:
     size: float
 
     @property
+    def tube(self) -> bool:
+        """Return whether the zone is a tube about a curve in space, which has no sides."""
+        ring = self.surface.kind is Kind.RING
+        return not self.surface.lower and (self.shape is Shape.LINE or ring)
+
+    @property
     def noise(self) -> float:
         """Return the rounding of a distance, as the coordinates were given; scaled."""
         return 4e-16 * (4.0 + float(np.abs(self.centroid).max()) / self.size)
 
 
-def task_of(fit: Fit, points: Points3, surface: Surface) -> Task:
-    """Return the task that starts from ``fit`` to ``points`` (n, 3), mm."""
+def zone_surface(fit: Fit) -> Surface | None:
+    """Return what the minimum zone of a fit is built on; None where its shape has none."""
+    if fit.shape is Shape.LINE and fit.across.any():
+        return FLAT_LINE
+    return CIRCLE_IN_SPACE if fit.free else ZONES.get(fit.shape)
+
+
+def task_of(fit: Fit, points: Points3, surface: Surface, offset: float = 0.0) -> Task:
+    """Return the task that starts from ``fit`` to ``points`` (n, 3), mm.
+
+    Those of an ellipse may lie ``offset``, mm, outside of it.
+    """
     centroid, about, size = centred(fit.shape, points)
     across, z = fit.across, fit.direction
     if not z.any():
@@ -102,12 +134,18 @@ def task_of(fit: Fit, points: Points3, surface: Surface) -> Task:
     elif surface.free == FLAT_LINE.free:
         # The line runs along x; its distances are counted along z, y is the plane's normal.
         frame = np.stack([z, np.cross(across, z), across], axis=1)
+    elif surface.outline:
+        frame = np.stack([across, np.cross(z, across), z], axis=1)
     else:
         frame = np.stack([*perpendicular_pair(z), z], axis=1)
-    own_size = fit.half_angle if fit.shape is Shape.CONE else 0.0
-    if fit.shape is Shape.TORUS:
-        own_size = fit.radius / size
-    start = Placed(frame, (fit.point - centroid) / size, own_size)
+    sizes = np.zeros(3)
+    if fit.shape is Shape.CONE:
+        sizes[0] = fit.half_angle
+    elif surface.kind is Kind.RING:
+        sizes[0] = fit.radius / size
+    elif surface.outline:
+        sizes[:] = fit.radius / size, fit.second / size, offset / size
+    start = Placed(frame, (fit.point - centroid) / size, sizes)
     return Task(fit.shape, surface, about, start, centroid, size)
 
 
@@ -123,7 +161,7 @@ def geometry_of(
     placed
         The element.
     step
-        (6,): see `zone_surfaces`.
+        (8,): see `zone_surfaces`.
     offset
         Distance at which the element stands from what distances are counted from: a radius, the
         height of a plane, the tube of a torus.
@@ -136,14 +174,21 @@ def geometry_of(
     foot = arm - axis * (arm @ axis)
     geometry = np.zeros(GEOMETRY_SIZE, dtype=np.result_type(axis, step, offset, centroid))
     geometry[DIRECTION] = axis
-    size = placed.size + step[5]
+    size = placed.sizes[0] + step[FIRST_SIZE]
     if task.surface.free == FLAT_LINE.free:
         forward = np.array([1.0, 0.0, -step[3]])
         geometry[POINT] = centroid + axis * (arm @ axis + offset)
         geometry[DIRECTION] = placed.frame @ (forward / np.sqrt(forward @ forward))
         geometry[ACROSS] = axis
         return geometry
+    if task.surface.outline:
+        ahead = np.array([np.cos(step[TURN]), np.sin(step[TURN]), 0.0])
+        geometry[POINT], geometry[ACROSS] = centroid + foot, placed.frame @ ahead
+        geometry[RADIUS], geometry[SECOND] = size, placed.sizes[1] + step[SECOND_SIZE]
+        return geometry
     match task.shape:
+        case Shape.CIRCLE if task.tube:
+            geometry[POINT], geometry[RADIUS] = centroid + arm, size
         case Shape.PLANE:
             geometry[POINT] = centroid + axis * (arm @ axis + offset)
         case Shape.SPHERE:
@@ -168,7 +213,7 @@ def geometry_of(
 def geometry_derivatives(
     task: Task, placed: Placed, offset: float
 ) -> tuple[Float, Float, Float, Float]:
-    """Return geometry (12,) and its derivatives by step (12, 6), offset (12,), centroid (12, 3)."""
+    """Return geometry (12,) and its derivatives by step (12, 8), offset (12,), centroid (12, 3)."""
     none, middle = np.zeros(STEP_SIZE), np.zeros(3)
     geometry = np.asarray(geometry_of(task, placed, none, offset, middle).real)
     by_step, by_centroid = np.zeros((GEOMETRY_SIZE, STEP_SIZE)), np.zeros((GEOMETRY_SIZE, 3))

@@ -14,14 +14,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.features.fit.zone_kernel import narrowest_zone
+from ocmm_core.features.fit.zone_outlines import FIRST_SIZE, STEP_SIZE, TURN
 from ocmm_core.features.fit.zone_surfaces import (
-    STEP_SIZE,
+    ANGLES,
     Kind,
     Placed,
     Surface,
     distances,
+    possible,
     second_derivatives,
 )
 from ocmm_core.geometry import Float, Int
@@ -53,7 +56,8 @@ class Zone:
         Where it stands.
     upper, lower
         Greatest and smallest distance (with the sign of the surface); ``lower`` is zero where the
-        zone has no lower bound.
+        zone has no lower bound, and where it is even, so that ``upper`` is half of its breadth.
+        Infinite where there is no such element.
     settled
         The iteration came to rest: no step improves the zone to first order.
     """
@@ -71,28 +75,43 @@ class Zone:
 
 def zone_at(surface: Surface, points: Float, placed: Placed) -> Zone:
     """Return the zone of ``points`` (n, 3) about an element that is not moved."""
-    found, _ = distances(surface, placed.local(points), placed.size)
+    if not possible(surface, placed):
+        return Zone(placed, np.inf, 0.0, settled=False)
+    found, _ = distances(surface, placed.local(points), placed.sizes)
     return Zone(placed, *_bounds(surface, found), settled=False)
 
 
 def _bounds(surface: Surface, found: Float) -> tuple[float, float]:
-    return float(found.max()), float(found.min()) if surface.lower else 0.0
+    greatest = np.abs(found).max() if surface.even else found.max()
+    return float(greatest), float(found.min()) if surface.lower else 0.0
+
+
+def middle_of(surface: Surface, zone: Zone) -> float:
+    """Return what distances are counted from so that their differences stay exact."""
+    if surface.even:
+        return 0.0
+    return 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
 
 
 def natural_steps(surface: Surface, points: Float, placed: Placed) -> Float:
     """Return steps (k, k), columns, that each change the distances by one (root mean square).
 
-    About an axis that all points may lie near, distances turn with every step; there a step
-    changes the vectors from the axis by one, whichever way.
+    About an axis or circle that all points may lie near, distances turn with every step; there a
+    step changes the vectors from it by one, whichever way.
     """
     local = placed.local(points)
     if surface.kind is Kind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
         return np.diag([1.0 if place < 3 else 1.0 / along for place in surface.free])
-    _, slopes = distances(surface, local, placed.size)
+    _, slopes = distances(surface, local, placed.sizes)
     slopes = slopes[:, surface.free]
     if surface.lower:
         slopes = slopes - slopes.mean(axis=0)
+    if surface.kind is Kind.RING and not surface.lower:
+        _, radial = distances(replace(surface, kind=Kind.AXIS), local, placed.sizes)
+        _, level = distances(replace(surface, kind=Kind.HEIGHT), local, placed.sizes)
+        radial[:, FIRST_SIZE] = -1.0
+        slopes = np.concatenate([radial[:, surface.free], level[:, surface.free]])
     _, strength, directions = np.linalg.svd(slopes / np.sqrt(len(points)), full_matrices=False)
     if len(strength) < slopes.shape[1]:
         return np.eye(slopes.shape[1])
@@ -122,23 +141,22 @@ def settle(
         Number of steps after which it is given up.
     """
     zone = zone_at(surface, points, start)
-    limit = np.where(np.isin(surface.free, (3, 4, 5)), LARGEST_LEAN, 2.0)
+    limit = np.where(_delicate(surface), LARGEST_LEAN, 2.0)
     greatest = float(np.min(limit[:, None] / np.maximum(np.abs(steps), 1e-300)))
     radius = min(radius, greatest)
     polishes = 0
     for _ in range(most):
         placed = zone.placed
         local = placed.local(points)
-        found, slopes = distances(surface, local, placed.size)
+        found, slopes = distances(surface, local, placed.sizes)
         scale = max(1.0, float(np.abs(found).max()))
-        middle = 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
-        # From here on distances are counted from the middle: their differences stay exact.
+        middle = middle_of(surface, zone)
         found = found - middle
         by_step = slopes[:, surface.free] @ steps
         step, basis, multipliers, gain = _linear_step(surface, found, by_step, radius)
         held = basis < 2 * len(points)
         newton = _newton_step(
-            surface, local, placed.size, middle, found, by_step, steps, basis[held],
+            surface, local, placed.sizes, middle, found, by_step, steps, basis[held],
             multipliers[held], greatest,
         )  # fmt: skip
         if gain <= SETTLED * scale:
@@ -171,6 +189,11 @@ def settle(
     return zone
 
 
+def _delicate(surface: Surface) -> NDArray[np.bool_]:
+    """Return which of the free entries of a step must stay small, (k,)."""
+    return np.isin(surface.free, (TURN,) if surface.outline else ANGLES)
+
+
 def _linear_step(
     surface: Surface, found: Float, by_step: Float, radius: float
 ) -> tuple[Float, Int, Float, float]:
@@ -178,6 +201,9 @@ def _linear_step(
     k = by_step.shape[1]
     m = k + 2 if surface.lower else k + 1
     solution, basis, multipliers = np.zeros(m), np.zeros(m, dtype=np.int64), np.zeros(m)
+    if surface.even:
+        # Every point counts with either sign; row n + i is then point i below, as it always is.
+        found, by_step = np.concatenate([found, -found]), np.concatenate([by_step, -by_step])
     narrowest_zone(
         found, np.ascontiguousarray(by_step), np.full(k, radius), surface.lower, 0.0,
         solution, basis, multipliers,
@@ -199,7 +225,7 @@ def _after(surface: Surface, placed: Placed, free_step: Float) -> Placed:
 
 
 def _newton_step(
-    surface: Surface, local: Float, size: float, middle: float, found: Float, by_step: Float,
+    surface: Surface, local: Float, sizes: Float, middle: float, found: Float, by_step: Float,
     steps: Float, contacts: Int, multipliers: Float, limit: float,
 ) -> Float | None:  # fmt: skip
     """Return the step to where all ``contacts`` touch and their forces balance.
@@ -213,13 +239,9 @@ def _newton_step(
     free = list(surface.free)
     hessian = np.zeros((k, k))
     if len(contacts) < (k + 2 if surface.lower else k + 1):
-        curvature, _, _ = second_derivatives(surface, local[rows], size, signs * multipliers)
+        curvature, _, _ = second_derivatives(surface, local[rows], sizes, signs * multipliers)
         hessian = steps.T @ curvature[np.ix_(free, free)] @ steps
-    bounds = np.zeros((len(rows), 2))
-    bounds[signs > 0.0, 0] = -1.0
-    bounds[signs < 0.0, 1] = -1.0
-    bounds = bounds if surface.lower else bounds[:, :1]
-    touch = np.concatenate([by_step[rows], bounds], axis=1)
+    touch = np.concatenate([by_step[rows], by_bounds(surface, signs)], axis=1)
     unknowns = touch.shape[1]
     matrix = np.zeros((unknowns + len(rows), unknowns + len(rows)))
     matrix[:k, :k] = hessian
@@ -240,9 +262,17 @@ def _newton_step(
             return None
         if not np.abs(step).max() < limit:
             return None
-        there, _ = distances(surface, local[rows], size, _full(surface, steps @ step))
+        there, _ = distances(surface, local[rows], sizes, _full(surface, steps @ step))
         right[unknowns:] = -(there - middle - by_step[rows] @ step)
     return step
+
+
+def by_bounds(surface: Surface, signs: Float) -> Float:
+    """Return how gaps at contacts, +1 above and -1 below, answer to the bounds, (c, 1 or 2)."""
+    if surface.even:
+        return -signs[:, None]
+    upper, lower = np.where(signs > 0.0, -1.0, 0.0), np.where(signs < 0.0, -1.0, 0.0)
+    return np.stack([upper, lower] if surface.lower else [upper], axis=1)
 
 
 def start_pattern(k: int, count: int) -> Float:
@@ -280,16 +310,18 @@ def best_zone(
     """
     first = zone_at(surface, points, start)
     steps = natural_steps(surface, points, start)
-    found, _ = distances(surface, start.local(points), start.size)
+    found, _ = distances(surface, start.local(points), start.sizes)
     spread = float(np.ptp(found))
     best = settle(surface, points, start, steps, max(spread, 1e-12))
     if best.width > first.width:
         best = first
     for direction in reach * spread * start_pattern(len(surface.free), starts):
         free_step = steps @ direction
-        lean = np.abs(free_step[np.isin(surface.free, (3, 4, 5))]).max(initial=0.0)
+        lean = np.abs(free_step[_delicate(surface)]).max(initial=0.0)
         free_step *= min(1.0, LARGEST_LEAN / max(lean, 1e-300))
         begun = _after(surface, start, free_step)
+        if not possible(surface, begun):
+            continue
         there = settle(surface, points, begun, steps, spread, FEWER_STEPS)
         if there.settled and (there.width < best.width or not best.settled):
             best = there
@@ -315,10 +347,10 @@ def polished(
     placed = zone.placed
     steps = natural_steps(surface, points, placed)
     local = placed.local(points)
-    found, slopes = distances(surface, local, placed.size)
-    middle = 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
+    found, slopes = distances(surface, local, placed.sizes)
+    middle = middle_of(surface, zone)
     step = _newton_step(
-        surface, local, placed.size, middle, found - middle, slopes[:, surface.free] @ steps,
+        surface, local, placed.sizes, middle, found - middle, slopes[:, surface.free] @ steps,
         steps, contacts, multipliers, CLOSE,
     )  # fmt: skip
     if step is None:

@@ -1,8 +1,8 @@
 """Distances of points from the elements that zones are built on, and how a step changes them.
 
 An element stands in a frame of its own: its axis or normal is z, its place the origin. A step
-shifts it by (u, v, w), leans its axis to (a, b, 1) and changes a size that only cone and torus
-have. What merely widens the zone (radius of a cylinder, height of a plane) is no part of it.
+shifts it by (u, v, w), leans its axis to (a, b, 1), changes its sizes and turns it about its axis.
+What merely widens the zone (radius of a cylinder, height of a plane) is no part of it.
 
 Every formula holds for complex steps too, so that a step of 1e-30 i gives derivatives without
 cancellation (W. Squire and G. Trapp, SIAM Review 40, 1998): second derivatives are exact.
@@ -10,20 +10,26 @@ cancellation (W. Squire and G. Trapp, SIAM Review 40, 1998): second derivatives 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ocmm_core.features.fit.zone_outlines import (
+    FIRST_SIZE,
+    SECOND_SIZE,
+    STEP_SIZE,
+    TURN,
+    Values,
+    ellipse_distances,
+    rectangle_distances,
+    slot_distances,
+)
 from ocmm_core.geometry import Float, rotation_from_vector
 
-Values = NDArray[Any]
-"""float64, or complex128 where a derivative is taken."""
-
-STEP_SIZE = 6
 TINY = 1e-30
+ANGLES = (3, 4, FIRST_SIZE)
+"""Entries of a step that are angles or, in a torus, as delicate as one."""
 
 
 class Kind(Enum):
@@ -34,6 +40,16 @@ class Kind(Enum):
     CENTRE = "distance from the centre"
     SLOPE = "distance square to the flank of a cone"
     RING = "distance from the centre line of a torus"
+    ELLIPSE = "distance from an ellipse in its plane"
+    ROUND_ENDS = "distance from a slot with round ends in its plane"
+    SQUARE_ENDS = "distance from a rectangle in its plane"
+
+
+_OUTLINES = {
+    Kind.ELLIPSE: ellipse_distances,
+    Kind.ROUND_ENDS: slot_distances,
+    Kind.SQUARE_ENDS: rectangle_distances,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +61,27 @@ class Surface:
     kind
         What distances are measured from.
     free
-        Which of u, v, w, a, b and the size a step may change.
+        Which of u, v, w, a, b, the two sizes and the turn a step may change.
     lower
-        The zone has a lower bound; without it the greatest distance alone is minimised.
+        The zone has a lower bound of its own; without it the greatest distance alone is minimised.
     sign
         -1: distances count negative, so that the greatest minimised is the smallest maximised.
+    even
+        The zone reaches as far to either side of the element: the greatest distance whatever its
+        sign is minimised. What is parallel to an ellipse is none, so that its zone cannot be moved
+        to one side.
     """
 
     kind: Kind
     free: tuple[int, ...]
     lower: bool = True
     sign: float = 1.0
+    even: bool = False
+
+    @property
+    def outline(self) -> bool:
+        """Return whether it is one in a plane, with two sizes and a direction of its length."""
+        return self.kind in _OUTLINES
 
 
 PLANE = Surface(Kind.HEIGHT, (3, 4))
@@ -63,8 +89,12 @@ FLAT_LINE = Surface(Kind.HEIGHT, (3,))
 FLAT_CIRCLE = Surface(Kind.AXIS, (0, 1))
 SPHERE = Surface(Kind.CENTRE, (0, 1, 2))
 CYLINDER = Surface(Kind.AXIS, (0, 1, 3, 4))
-CONE = Surface(Kind.SLOPE, (0, 1, 3, 4, 5))
-TORUS = Surface(Kind.RING, (0, 1, 2, 3, 4, 5))
+CONE = Surface(Kind.SLOPE, (0, 1, 3, 4, FIRST_SIZE))
+TORUS = Surface(Kind.RING, (0, 1, 2, 3, 4, FIRST_SIZE))
+_IN_PLANE = (0, 1, FIRST_SIZE, SECOND_SIZE, TURN)
+ELLIPSE = Surface(Kind.ELLIPSE, _IN_PLANE, lower=False, even=True)
+ROUND_SLOT = Surface(Kind.ROUND_ENDS, _IN_PLANE, lower=False, even=True)
+RECTANGLE = Surface(Kind.SQUARE_ENDS, _IN_PLANE, lower=False, even=True)
 
 
 def circumscribed(surface: Surface) -> Surface:
@@ -84,16 +114,19 @@ class Placed:
     Attributes
     ----------
     frame
-        (3, 3): columns x, y, z of the element; z is its axis or normal.
+        (3, 3): columns x, y, z of the element; z is its axis or normal, x the direction of the
+        length of an outline.
     origin
         (3,).
-    size
-        Half apex angle of a cone, rad; radius of the centre line of a torus; else zero.
+    sizes
+        (3,): half apex angle of a cone, rad; radius of the centre line of a torus; half length and
+        half width of an outline, and how far outside an ellipse its points lie, which no step
+        changes. What a family lacks is zero.
     """
 
     frame: Float
     origin: Float
-    size: float = 0.0
+    sizes: Float = field(default_factory=lambda: np.zeros(3))
 
     def local(self, points: Float) -> Float:
         """Return ``points`` (n, 3) in the frame of the element."""
@@ -101,7 +134,7 @@ class Placed:
         return arms
 
     def moved(self, step: Float) -> Placed:
-        """Return the element after ``step`` (6,), its origin at the foot of the points' centroid.
+        """Return the element after ``step`` (8,), its origin at the foot of the points' centroid.
 
         The foot keeps the numbers small; for elements that a slide along the axis changes, it is
         left out by their own w.
@@ -112,17 +145,30 @@ class Placed:
         length = float(np.linalg.norm(lean))
         if length > 0.0:
             lean *= np.arcsin(min(length, 1.0)) / length
+        lean[2] = step[TURN]
         frame = self.frame @ rotation_from_vector(lean)
         # Rounding of many turns must not bend the frame.
         frame, _ = np.linalg.qr(frame)
         frame = frame * np.where(np.sum(frame * (self.frame), axis=0) < 0.0, -1.0, 1.0)
-        return Placed(frame, self.origin + self.frame @ step[:3], self.size + float(step[5]))
+        sizes = self.sizes + np.array([step[FIRST_SIZE], step[SECOND_SIZE], 0.0])
+        return Placed(frame, self.origin + self.frame @ step[:3], sizes)
+
+
+def possible(surface: Surface, placed: Placed) -> bool:
+    """Return whether there is an element with these sizes."""
+    long, short, offset = placed.sizes
+    if surface.kind is Kind.ROUND_ENDS:
+        return bool(0.0 < short < long)
+    if surface.kind is Kind.ELLIPSE:
+        # A ball that rolls inside must fit into the sharper ends.
+        return bool(min(long, short) > 0.0 and -offset * max(long, short) < min(long, short) ** 2)
+    return bool(min(long, short) > 0.0) or not surface.outline
 
 
 def distances(
-    surface: Surface, local: Values, size: complex, step: Values | None = None
+    surface: Surface, local: Values, sizes: Values, step: Values | None = None
 ) -> tuple[Values, Values]:
-    """Return distances (n,) and their slopes (n, 6) at ``step`` (6,) from the element.
+    """Return distances (n,) and their slopes (n, 8) at ``step`` (8,) from the element.
 
     Parameters
     ----------
@@ -130,13 +176,15 @@ def distances(
         The family.
     local
         (n, 3): points in the frame of the element.
-    size
-        See `Placed`.
+    sizes
+        (3,): see `Placed`.
     step
-        (6,): where distances and slopes are taken, zero unless given.
+        (8,): where distances and slopes are taken, zero unless given.
     """
     if step is None:
         step = np.zeros(STEP_SIZE)
+    if surface.outline:
+        return _OUTLINES[surface.kind](local, sizes, step)
     arms = local - step[:3]
     axis = np.array([step[3], step[4], 1.0])
     square = step[3] * step[3] + step[4] * step[4] + 1.0
@@ -161,13 +209,13 @@ def distances(
     radial[:, 3:5] = -along[:, None] * outward[:, :2]
     if surface.kind is Kind.AXIS:
         return surface.sign * radius, surface.sign * radial
-    size = size + step[5]
+    size = sizes[0] + step[FIRST_SIZE]
     if surface.kind is Kind.SLOPE:
         cosine, sine = np.cos(size), np.sin(size)
         slopes = cosine * radial - sine * slopes
-        slopes[:, 5] = -radius * sine - height * cosine
+        slopes[:, FIRST_SIZE] = -radius * sine - height * cosine
         return radius * cosine - height * sine, slopes
-    radial[:, 5] = -1.0
+    radial[:, FIRST_SIZE] = -1.0
     beyond = radius - size
     found = np.sqrt(beyond * beyond + height * height)
     slopes = beyond[:, None] * radial + height[:, None] * slopes
@@ -180,30 +228,32 @@ def _above_zero(lengths: Values) -> Values:
 
 
 def second_derivatives(
-    surface: Surface, local: Float, size: float, weights: Float
+    surface: Surface, local: Float, sizes: Float, weights: Float
 ) -> tuple[Float, Float, Float]:
     """Return what the derivatives of weighted distances need, at a step of zero.
+
+    Rows and columns of what the family does not free are zero.
 
     Returns
     -------
     by_step
-        (6, 6): second derivatives by the step of the sum of weighted distances.
+        (8, 8): second derivatives by the step of the sum of weighted distances.
     by_points
         (n, 3): d(distance) / d(point), in the frame of the element; not weighted.
     mixed
-        (n, 6, 3): d(weighted slopes) / d(point), in the frame of the element.
+        (n, 8, 3): d(weighted slopes) / d(point), in the frame of the element.
     """
     by_step = np.zeros((STEP_SIZE, STEP_SIZE))
     by_points = np.zeros((len(local), 3))
     mixed = np.zeros((len(local), STEP_SIZE, 3))
-    for j in range(STEP_SIZE):
+    for j in surface.free:
         step = np.zeros(STEP_SIZE, dtype=np.complex128)
         step[j] = 1j * TINY
-        by_step[j] = weights @ (distances(surface, local, size, step)[1].imag / TINY)
+        by_step[j] = weights @ (distances(surface, local, sizes, step)[1].imag / TINY)
     for j in range(3):
         moved = local.astype(np.complex128)
         moved[:, j] += 1j * TINY
-        value, slopes = distances(surface, moved, size)
+        value, slopes = distances(surface, moved, sizes)
         by_points[:, j] = value.imag / TINY
         mixed[:, :, j] = weights[:, None] * slopes.imag / TINY
     return by_step, by_points, mixed
