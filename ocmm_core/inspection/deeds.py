@@ -33,7 +33,7 @@ class Deed:
 
 
 class Deeds:
-    """The steps of this run, newest last, and those that were taken back."""
+    """The steps of a job, newest last, and those that were taken back."""
 
     def __init__(self) -> None:
         self._done: list[Deed] = []

@@ -6,7 +6,7 @@ back by a new row with a new number that repeats its observation; the event says
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ocmm_core.errors import MeasuringError
@@ -120,13 +120,17 @@ class JobPoints:
         point: MeasuredPoint,
         sensitivity: TipSensitivity,
         events: Sequence[tuple[str, str]] = (),
-    ) -> Change:
+    ) -> None:
         """Make a new point durable; StorageError where that cannot be."""
         self._job.change(append=[point], events=events)
         self._sensitivities[point.number] = sensitivity
         self._own.add(point.number)
         self.counting.append(point)
-        return Change((point.number,), ())
+
+    def planned(self, annul: Collection[int], restore: Collection[int] = ()) -> Change:
+        """Return what `change` will do with the same points."""
+        first = self.next_number()
+        return Change(tuple(range(first, first + len(restore))), tuple(annul))
 
     def change(
         self,
@@ -146,10 +150,10 @@ class JobPoints:
         if not (annul or restore or events):
             return Change((), ())
         out = [self.point(number) for number in annul]
-        first = self.next_number()
+        change = self.planned(annul, restore)
         back = [
-            replace(self.taken_out(number), number=first + place)
-            for place, number in enumerate(restore)
+            replace(self.taken_out(old), number=new)
+            for old, new in zip(restore, change.added, strict=True)
         ]
         renamed = [(old, point.number) for old, point in zip(restore, back, strict=True)]
         told = [(RESTORED, f"{old} as {new}") for old, new in renamed]
@@ -162,19 +166,26 @@ class JobPoints:
         self._successor |= dict(renamed)
         self.counting += back
         self._inherit(renamed)
-        return Change(tuple(new for _, new in renamed), tuple(annul))
+        return change
 
-    def replace(self, old: MeasuredPoint, new: MeasuredPoint, reason: str) -> Change:
+    def replace(
+        self,
+        old: MeasuredPoint,
+        new: MeasuredPoint,
+        reason: str,
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
         """Put a point in the place of another one; StorageError, nothing is changed then."""
         renamed = [(old.number, new.number)]
         self._job.change(
-            annul={old.number: reason}, append=[new], events=self._held_events(renamed)
+            annul={old.number: reason},
+            append=[new],
+            events=[*events, *self._held_events(renamed)],
         )
         self.counting.remove(old)
         self._out[old.number] = DeletedPoint(old, reason)
         self.counting.append(new)
         self._inherit(renamed)
-        return Change((new.number,), (old.number,))
 
     def hold_back(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
         """Hold back points, and return those that were not yet.

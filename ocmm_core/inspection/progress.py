@@ -25,8 +25,8 @@ PAUSED, RESUMED = "paused", "resumed"
 """Kinds of events of the job file."""
 
 
-class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A standing as it is written down."""
+class WrittenProgress(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A standing as it is written down; the fields are those of `Progress`."""
 
     done: list[str]
     skipped: list[str]
@@ -92,17 +92,28 @@ class Progress:
         return changed if changed.active else replace(changed, active=name)
 
     @property
+    def written(self) -> WrittenProgress:
+        """Return it as it is written down."""
+        return WrittenProgress(
+            sorted(self.done), sorted(self.skipped), self.active, self.probing, dict(self.methods)
+        )
+
+    @property
     def text(self) -> str:
         """Return the text of the event."""
-        return msgspec.json.encode(
-            _Written(
-                sorted(self.done),
-                sorted(self.skipped),
-                self.active,
-                self.probing,
-                dict(self.methods),
-            )
-        ).decode()
+        return msgspec.json.encode(self.written).decode()
+
+
+def progress_from(written: WrittenProgress, names: tuple[str, ...]) -> Progress:
+    """Return what was written down, for the features of a plan."""
+    return Progress(
+        names,
+        written.active if written.active in names else "",
+        frozenset(written.done) & set(names),
+        frozenset(written.skipped) & set(names),
+        written.probing,
+        {name: method for name, method in written.methods.items() if method in METHODS},
+    )
 
 
 def progress_of(
@@ -119,15 +130,7 @@ def progress_of(
     start = Progress(names)
     for event in reversed(events):
         if event.kind == EVENT:
-            written = msgspec.json.decode(event.text, type=_Written)
-            start = Progress(
-                names,
-                written.active if written.active in names else "",
-                frozenset(written.done) & set(names),
-                frozenset(written.skipped) & set(names),
-                written.probing,
-                {name: m for name, m in written.methods.items() if m in METHODS},
-            )
+            start = progress_from(msgspec.json.decode(event.text, type=WrittenProgress), names)
             break
     done = {
         feature.name

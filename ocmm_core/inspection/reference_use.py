@@ -125,15 +125,16 @@ class ReferenceUse:
         if (self._reference is None) != (reference_spots is None):
             return np.full(3, np.nan)
         pose = self._thesis(spots, self._body.leds_probe, self._body.tip_probe)
+        tip: Float = pose.tip_world[0]
         if self._reference is None or reference_spots is None:
-            return pose.tip_world[0]
+            return tip
         if self.home is None:
             return np.full(3, np.nan)
         now = self._thesis(reference_spots, self._reference.leds.leds_body, np.zeros(3))
         turn, shift = motion_to_world(
             self.home, now.rotation_world_from_probe, now.origin_world
         )
-        tip_world: Float = turn[0] @ pose.tip_world[0] + shift[0]
+        tip_world: Float = turn[0] @ tip + shift[0]
         return tip_world
 
     def _thesis(self, spots: Float, leds: Float, point: Float) -> PoseBatch:

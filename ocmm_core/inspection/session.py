@@ -13,9 +13,11 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.acceptance import Meant, judge_touch
 from ocmm_core.inspection.any_order import SEARCH_MM, touched_feature
+from ocmm_core.inspection.deeds import Deed
 from ocmm_core.inspection.evaluation import checked_features, frame_of
 from ocmm_core.inspection.guidance import aligned_nominals
 from ocmm_core.inspection.header import header_of
+from ocmm_core.inspection.job_points import Change
 from ocmm_core.inspection.job_view import JobState, view_of
 from ocmm_core.inspection.limits import EVENT as LIMITS
 from ocmm_core.inspection.limits import FOR_COMPARISON, limits_text, methods_used
@@ -297,13 +299,16 @@ class InspectionSession(JobSteps):
             return judged
         name, progress = judged.feature, self._progress
         point = judged.point(self._points.next_number(), self._body.tip_radius)
-        change = self._points.add(point, judged.sensitivity)
         before = progress.opened(name)
         follows = progress.active == name or progress.probing == "any"
         after = before if follows else progress
-        if self._points.count(name) >= self._plan.feature(name).points:
+        if self._points.count(name) + 1 >= self._plan.feature(name).points:
             after = after.finished(name)
-        self._remember(f"point {point.number} of {name}", change, after, before)
+        deed = Deed(
+            f"point {point.number} of {name}", Change((point.number,), ()), before, after
+        )
+        self._points.add(point, judged.sensitivity, self._events_of(deed))
+        self._remember(deed)
         return point
 
     def _meant(

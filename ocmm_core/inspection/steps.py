@@ -15,7 +15,8 @@ import msgspec
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.shapes import MINIMUM_POINTS
-from ocmm_core.inspection.deeds import Deed, Deeds
+from ocmm_core.inspection.deed_events import Way, deed_event, deeds_from
+from ocmm_core.inspection.deeds import Deed
 from ocmm_core.inspection.job_points import FLIPPED, Change, JobPoints
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.progress import EVENT, PAUSED, RESUMED, Progress, progress_of
@@ -49,7 +50,12 @@ class JobSteps:
         self._progress = progress_of(plan, self._points.counts(), events)
         pauses = [event.kind for event in events if event.kind in (PAUSED, RESUMED)]
         self._paused = pauses[-1:] == [PAUSED]
-        self._deeds = Deeds()
+        self._deeds = deeds_from(
+            events,
+            self._progress.names,
+            {point.number for point in self._points.counting},
+            self._points.next_number(),
+        )
         self._refusal: Refusal | None = None
         self._view: JobView | None = None
 
@@ -67,7 +73,7 @@ class JobSteps:
                 raise MeasuringError(
                     "session.no_point", "No point was taken yet.", "Take one first."
                 )
-            self._deeds.undid(self._reverse(deed, "undone"))
+            self._deeds.undid(self._reverse(deed, "undone", "undid"))
 
     def redo(self) -> None:
         """Do again what was undone last.
@@ -83,7 +89,7 @@ class JobSteps:
                 raise MeasuringError(
                     "session.no_redo", "Nothing was undone.", "Undo something first."
                 )
-            self._deeds.redid(self._reverse(deed, "done again"))
+            self._deeds.redid(self._reverse(deed, "done again", "redid"))
 
     def flip(self, number: int | None = None) -> None:
         """Turn the compensation of a point, or of the last one, to the other side.
@@ -105,8 +111,14 @@ class JobSteps:
                 direction=-old.direction,
                 approach="flipped",
             )
-            change = self._points.replace(old, new, FLIPPED)
-            self._remember(f"flip of point {old.number}", change, self._progress)
+            deed = Deed(
+                f"flip of point {old.number}",
+                Change((new.number,), (old.number,)),
+                self._progress,
+                self._progress,
+            )
+            self._points.replace(old, new, FLIPPED, self._events_of(deed))
+            self._remember(deed)
 
     def delete_point(self, number: int, reason: str) -> None:
         """Take a point out, and say why; its observation stays in the job file.
@@ -218,7 +230,7 @@ class JobSteps:
             self._stand(replace(self._progress, probing=probing))
 
     def _stand(self, after: Progress) -> None:
-        self._change(after, {}, (), ())
+        self._points.change({}, (), self._standing_events(after))
         self._progress, self._view = after, None
 
     def pause(self) -> None:
@@ -314,39 +326,38 @@ class JobSteps:
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
         """Make a step of the inspector durable, all or nothing, and remember it."""
-        self._remember(words, self._change(after, annul, restore, events), after)
+        deed = Deed(words, self._points.planned(annul, restore), self._progress, after)
+        self._points.change(annul, restore, [*events, *self._events_of(deed)])
+        self._remember(deed)
 
-    def _remember(
-        self, words: str, change: Change, after: Progress, before: Progress | None = None
-    ) -> None:
-        self._deeds.did(Deed(words, change, before or self._progress, after))
-        self._progress, self._refusal, self._view = after, None, None
+    def _remember(self, deed: Deed) -> None:
+        self._deeds.did(deed)
+        self._progress, self._refusal, self._view = deed.after, None, None
 
-    def _change(
-        self,
-        after: Progress,
-        annul: Mapping[int, str],
-        restore: Sequence[int],
-        events: Sequence[tuple[str, str]],
-    ) -> Change:
-        stands = [(EVENT, after.text)] if after != self._progress else []
-        return self._points.change(annul, restore, [*events, *stands])
+    def _events_of(self, deed: Deed, way: Way = "did") -> list[tuple[str, str]]:
+        """Return what is written with a step: itself, and where the job stands then."""
+        return [
+            deed_event(way, deed, self._points.next_number()),
+            *self._standing_events(deed.after),
+        ]
 
-    def _reverse(self, deed: Deed, word: str) -> Deed:
+    def _standing_events(self, after: Progress) -> list[tuple[str, str]]:
+        return [(EVENT, after.text)] if after != self._progress else []
+
+    def _reverse(self, deed: Deed, word: str, way: Way) -> Deed:
         """Take a step back, and return the one that this was."""
         # A point in the place of another has the same observation: it is not to come back twice.
         reason = FLIPPED if deed.change.added and deed.change.removed else _UNDONE
-        change = self._change(
-            deed.before,
-            {self._points.latest(number): reason for number in deed.change.added},
-            [self._points.latest(number) for number in deed.change.removed],
-            [(word, deed.words)],
-        )
-        self._progress, self._refusal, self._view = deed.before, None, None
-        return deed.undone_by(change)
+        annul = {self._points.latest(number): reason for number in deed.change.added}
+        restore = [self._points.latest(number) for number in deed.change.removed]
+        reverse = deed.undone_by(self._points.planned(annul, restore))
+        events = [(word, deed.words), *self._events_of(reverse, way)]
+        self._points.change(annul, restore, events)
+        self._progress, self._refusal, self._view = reverse.after, None, None
+        return reverse
 
     def _last_point(self) -> Deed | None:
-        """Return the taking of the last point of an earlier run as a step."""
+        """Return the taking of the last point as a step, of a job whose steps are not known."""
         if not self._points.counting:
             return None
         last = self._points.counting[-1]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -203,6 +205,73 @@ def test_points_of_an_earlier_run_can_be_undone(bench: Bench) -> None:
         session.undo()
         assert session.view.active == "BED"
         assert numbers(session.view, "BED") == [1, 2, 3]
+
+
+def stands(view: JobView) -> tuple[object, ...]:
+    """Return where a job stands, and which observations count: not under which numbers."""
+    return (
+        view.active,
+        [feature.state for feature in view.features],
+        sorted((tuple(p.tip_world), p.approach) for f in view.features for p in f.points),
+    )
+
+
+def test_every_step_of_an_earlier_run_is_undone_and_done_again(bench: Bench) -> None:
+    with bench.job() as job:
+        session = bench.session(job)
+        seen = [stands(session.view)]
+
+        def do(step: Callable[[], object]) -> None:
+            step()
+            seen.append(stands(session.view))
+
+        for touch in bench.touches[:3]:
+            do(partial(session.take_touch, touch))
+        do(lambda: session.delete_point(2, "slipped"))
+        do(lambda: session.restore_point(2))
+        do(session.flip)
+        do(lambda: session.repeat("BED"))
+        do(lambda: session.skip("SPHERE"))
+        do(lambda: session.take_touch(bench.touches[0]))
+        # What was undone before a new step is gone for good, also for those who come later.
+        session.undo()
+        do(lambda: session.take_touch(bench.touches[1]))
+        del seen[-2]
+        words = session.view.undo
+    # Each of them by another run of the program.
+    for before in reversed(seen[:-1]):
+        with JobFile.open(job.path) as again:
+            session = bench.session(again)
+            session.undo()
+            assert stands(session.view) == before
+    with JobFile.open(job.path) as again:
+        assert bench.session(again).view.undo == ""
+        with pytest.raises(MeasuringError, match="No point"):
+            bench.session(again).undo()
+    for after in seen[1:]:
+        with JobFile.open(job.path) as again:
+            session = bench.session(again)
+            session.redo()
+            assert stands(session.view) == after
+    with JobFile.open(job.path) as again:
+        assert (bench.session(again).view.undo, bench.session(again).view.redo) == (words, "")
+        assert again.verify() == []
+
+
+def test_steps_behind_those_of_an_older_program_are_not_taken_back(bench: Bench) -> None:
+    with bench.job() as job:
+        session = bench.session(job)
+        take(session, bench, 0, 4)
+        session.delete_point(1, "slipped")
+        session.skip("SPHERE")
+        last = session.view.feature("BED").points[-1]
+        # An older program writes the point and no step.
+        job.append_point(replace(last, number=job.next_number()))
+        again = bench.session(job)
+        assert again.view.undo == "point 5 of BED"
+        again.undo()
+        assert numbers(again.view, "BED") == [2, 3, 4]
+        assert again.view.feature("SPHERE").skipped
 
 
 def test_no_verdict_is_shown_while_a_feature_is_probed(bench: Bench, job: JobFile) -> None:
