@@ -113,7 +113,7 @@ def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
     added = np.zeros((count, 3, 3))
     for sample in samples:
         squares = np.einsum("nij,nkj->nik", sample.normals, sample.normals)
-        added[sample.places] += sample.variance * squares
+        added[sample.places] += max(sample.variance, 0.0) * squares
     return added
 
 

@@ -6,6 +6,12 @@ explain is taken for the form of the surface, independent from place to place, a
 through the fit like an error of the points along their normals. It is known from few residuals, so
 the uncertainty is widened as Student's distribution demands, with the effective degrees of freedom
 of Welch and Satterthwaite (GUM G.4).
+
+The estimate for one feature comes out below zero as often as above where its surface has no form
+that could be seen, and is kept so: what a value gets of the form of all its features is their sum,
+and only that is not let below zero (F. E. Satterthwaite, Biometrics Bulletin 2, 1946: a variance
+composed of mean squares, some with a negative sign). Each of them cut off at zero would add up to
+form that is not there, the more the more features a value rests on.
 """
 
 from __future__ import annotations
@@ -24,10 +30,6 @@ from ocmm_core.tolerances.interval import TWO_SIDED
 
 _COVERAGE = 2.0
 
-_SEEN = 0.35
-"""Standard deviations of what noise alone makes of the squared residuals, beyond its mean, from
-which on they show form: less happens by chance too often, and would widen U for nothing."""
-
 
 @dataclass(frozen=True, slots=True)
 class FormSample:
@@ -44,8 +46,8 @@ class FormSample:
     scatter
         Mean square of the residuals for each degree of freedom, mm^2.
     variance
-        Of the form: the scatter less what the noise of the points explains, mm^2. Zero unless
-        there is plainly more.
+        Of the form: the scatter less what the noise of the points explains, mm^2. An estimate from
+        few residuals, which may come out below zero.
     degrees
         Of freedom of the scatter, at least one.
     """
@@ -140,19 +142,14 @@ def sample_of(
 ) -> FormSample:
     """Return the sample of a feature whose squared residuals add up to ``squares``, mm^2.
 
-    ``noise`` is the covariance of the residuals that the noise of the points makes, mm^2. Noise
-    that points share leaves few independent residuals: their squares scatter more, and a single
-    large one is then less of a sign.
+    ``noise`` is the covariance of the residuals that the noise of the points makes, mm^2.
     """
-    mean, norm = float(np.trace(noise)), float(np.linalg.norm(noise))
-    independent = (mean / norm) ** 2 if norm > 0.0 else float(degrees)
-    beyond = _SEEN * np.sqrt(2.0) * norm * degrees / independent
     return FormSample(
         feature=name,
         places=places,
         normals=normals,
         scatter=squares / degrees,
-        variance=(squares - mean) / degrees if squares > mean + beyond else 0.0,
+        variance=(squares - float(np.trace(noise))) / degrees,
         degrees=degrees,
     )
 
@@ -189,16 +186,21 @@ def widened(gradients: Float, covariance: Float, samples: Sequence[FormSample]) 
     if not np.all(np.isfinite(plain)) or float(np.trace(plain)) <= 0.0:
         return Widened(plain, {}, np.inf)
     of_form: dict[str, Float] = {}
-    doubt = 0.0
+    doubt = balance = 0.0
     for sample in samples:
         slopes = sample.slopes(gradients)
-        if sample.variance == 0.0 or not np.any(slopes):
+        if not np.any(slopes):
             continue
         squares = slopes @ slopes.T
-        of_form[sample.feature] = sample.variance * squares
+        balance += sample.variance * float(np.trace(squares))
         doubt += (sample.scatter * float(np.trace(squares))) ** 2 / sample.degrees
-    if not of_form:
+        if sample.variance > 0.0:
+            of_form[sample.feature] = sample.variance * squares
+    if balance <= 0.0:
         return Widened(plain, {}, np.inf)
+    # Those below zero take from the others: a row of a budget has no negative variance.
+    kept = balance / sum(float(np.trace(part)) for part in of_form.values())
+    of_form = {name: kept * part for name, part in of_form.items()}
     form = sum(of_form.values(), np.zeros_like(plain))
     total = plain + form
     degrees = float(np.trace(total)) ** 2 / doubt
