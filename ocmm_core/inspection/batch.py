@@ -9,6 +9,7 @@ from pathlib import Path
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.header import NOT_GIVEN, header_of
 from ocmm_core.inspection.reopen_copy import copy_of_job
+from ocmm_core.storage.glance import JobGlance, glance
 from ocmm_core.storage.job_file import JobFile
 
 _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
@@ -45,18 +46,17 @@ class BatchPart:
 def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
     """Return the parts of a batch in a folder, oldest first.
 
-    Each file is looked at in a copy, so that one that is being measured is in the list, too. Files
-    that are no job files or damaged are left out: a list never keeps anybody from measuring.
+    A file that somebody may be writing to is looked at in a copy, so that one that is being
+    measured is in the list, too. Files that are no job files or cannot be read are left out: a list
+    never keeps anybody from measuring.
     """
     found = []
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         try:
-            with copy_of_job(path) as copy, JobFile.open(copy) as job:
-                header = header_of(job.head, job.events())
-                points = len(job.points())
-                head = job.head
+            seen = glance(path) or _glance_at_copy(path)
         except StorageError:
             continue
+        header = header_of(seen.head, seen.events)
         if header.batch == batch:
             found.append(
                 BatchPart(
@@ -64,12 +64,18 @@ def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
                     header.serial,
                     header.batch,
                     header.operator,
-                    head.created_utc,
-                    head.plan_identity,
-                    points,
+                    seen.head.created_utc,
+                    seen.head.plan_identity,
+                    seen.n_points,
                 )
             )
     return tuple(sorted(found, key=lambda part: part.created_utc))
+
+
+def _glance_at_copy(path: Path) -> JobGlance:
+    """Return what is seen of a job that is being written; StorageError as `copy_of_job`."""
+    with copy_of_job(path) as copy, JobFile.open(copy) as job:
+        return JobGlance(job.head, tuple(job.events()), len(job.points()))
 
 
 def next_serial(serial: str) -> str:

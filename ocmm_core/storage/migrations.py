@@ -99,6 +99,21 @@ def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
 MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2)
 
 
+def require_known(
+    db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS
+) -> int:
+    """Return the version of the file; StorageError where it is newer than this program."""
+    version = int(db.execute("PRAGMA user_version").fetchone()[0])
+    if version > len(steps):
+        raise StorageError(
+            "job.newer",
+            f"{path}: the job has file version {version}, but this program knows only versions up "
+            f"to {len(steps)}.",
+            "Open it with the program that wrote it, or update this one.",
+        )
+    return version
+
+
 def bring_up_to_date(
     db: sqlite3.Connection, path: Path, *, read_only: bool, steps: tuple[Step, ...] = MIGRATIONS
 ) -> None:
@@ -114,14 +129,7 @@ def bring_up_to_date(
     sqlite3.Error
         A step failed; the file has the version before that step.
     """
-    version = int(db.execute("PRAGMA user_version").fetchone()[0])
-    if version > len(steps):
-        raise StorageError(
-            "job.newer",
-            f"{path}: the job has file version {version}, but this program knows only versions up "
-            f"to {len(steps)}.",
-            "Open it with the program that wrote it, or update this one.",
-        )
+    version = require_known(db, path, steps)
     if version == len(steps):
         return
     if read_only:

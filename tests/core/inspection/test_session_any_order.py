@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -231,6 +232,9 @@ def test_a_part_that_is_being_measured_is_in_the_list_of_its_batch(
         assert (part.serial, part.points, part.operator) == ("1", 1, "me")
         assert parts_of_batch(tmp_path, "C") == ()
         assert bench.session(job).view.header.order == "O-7"
+    # Closed long ago it is read in place, and says the same.
+    os.utime(job.path, (1e9, 1e9))
+    assert parts_of_batch(tmp_path, "B") == (part,)
 
 
 @pytest.mark.parametrize(

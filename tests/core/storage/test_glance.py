@@ -1,0 +1,105 @@
+"""Closed job files are listed in place, open ones are not; nothing beside them is touched."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.errors import StorageError
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.storage.glance import glance
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage.rows import JobHead
+
+NUMBERS = (1, 2, 3)
+_READ = """
+import sqlite3, sys
+sqlite3.connect(sys.argv[1], timeout=0).execute("SELECT * FROM head")
+"""
+
+
+@pytest.fixture
+def closed(
+    tmp_path: Path, head: JobHead, make_point: Callable[[int], MeasuredPoint]
+) -> Path:
+    """Return a job file that was closed a while ago."""
+    path = tmp_path / "jobs" / "a.ocmm"
+    path.parent.mkdir()
+    with JobFile.create(path, head) as job:
+        for number in NUMBERS:
+            job.append_point(make_point(number))
+        job.annul_point(2, "slipped")
+        job.append_event("header", "{}")
+    aged(path)
+    return path
+
+
+def aged(path: Path) -> None:
+    os.utime(path, (1e9, 1e9))
+
+
+def test_a_closed_job_is_seen_in_a_folder_that_nobody_can_write(
+    closed: Path, head: JobHead
+) -> None:
+    closed.parent.chmod(0o500)
+    try:
+        seen = glance(closed)
+        assert seen is not None
+        assert seen.head == head
+        assert seen.n_points == 2
+        assert [(event.kind, event.text) for event in seen.events] == [("header", "{}")]
+        assert [path.name for path in closed.parent.iterdir()] == [closed.name]
+    finally:
+        closed.parent.chmod(0o700)
+
+
+def test_a_job_that_is_held_or_was_written_just_now_is_not_read_in_place(closed: Path) -> None:
+    with JobFile.open(closed) as job:
+        glance(closed)
+        # The lock of this very process is still there for another one.
+        other = subprocess.run(
+            [sys.executable, "-c", _READ, str(closed)], capture_output=True, text=True, check=False
+        )
+        assert "locked" in other.stderr
+        job.append_event("note", "held")
+        aged(closed)
+        assert glance(closed) is None
+    assert glance(closed) is None
+    aged(closed)
+    seen = glance(closed)
+    assert seen is not None
+    assert seen.events[-1].text == "held"
+
+
+def test_what_changes_while_it_is_read_is_not_believed(
+    closed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connect = sqlite3.connect
+
+    def meanwhile(*args: object, **options: object) -> sqlite3.Connection:
+        found = connect(*args, **options)  # type: ignore[call-overload] # handed on as it came
+        os.utime(closed, (1.1e9, 1.1e9))
+        return found  # type: ignore[no-any-return] # as the line above
+
+    monkeypatch.setattr(sqlite3, "connect", meanwhile)
+    assert glance(closed) is None
+
+
+def test_what_is_no_job_or_is_newer_is_one_sentence(closed: Path) -> None:
+    other = closed.with_name("other.ocmm")
+    other.write_text("no job at all\n" * 100)
+    aged(other)
+    with pytest.raises(StorageError, match="not a job file"):
+        glance(other)
+    with sqlite3.connect(closed) as db:
+        db.execute("PRAGMA user_version = 99")
+    db.close()
+    aged(closed)
+    with pytest.raises(StorageError, match="99"):
+        glance(closed)
