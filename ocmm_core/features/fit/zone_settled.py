@@ -11,6 +11,7 @@ from ocmm_core.features.fit.ball import LARGEST_RADIUS
 from ocmm_core.features.fit.common import degenerate, oriented
 from ocmm_core.features.fit.zone_certificate import Balance, balance_of, formless
 from ocmm_core.features.fit.zone_elements import Task, geometry_derivatives, unscaled
+from ocmm_core.features.fit.zone_levels import levels_of, response
 from ocmm_core.features.fit.zone_solver import Zone, best_zone, by_bounds, polished, zone_at
 from ocmm_core.features.fit.zone_surfaces import (
     CONE,
@@ -28,7 +29,7 @@ from ocmm_core.features.shapes import (
     Shape,
     make_fit,
 )
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 
 STARTS = 12
 """Starts around the least-squares element; more where the zone is broad or the points are few."""
@@ -82,10 +83,7 @@ def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit
     FitError
         See `zone.fit_zone`.
     """
-    surface = task.surface
-    if surface.outline:
-        zone = replace(zone, placed=_upright(zone.placed))
-    placed = zone.placed
+    surface, placed = task.surface, zone.placed
     found, _ = distances(surface, placed.local(task.points), placed.sizes)
     offset = _offset(task, zone)
     noise = _noise(task, found)
@@ -99,9 +97,18 @@ def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit
     if formless(task, zone, found, noise):
         return replace(start, criterion=criterion)
     balance = balance_of(task, placed, noise)
+    if surface.outline and balance.holds:
+        placed = _upright(levels_of(task, placed, balance)[0])
+        balance = balance_of(task, placed, noise)
     if not balance.holds:
         raise unproven(task.shape, balance)
-    geometry, by_points = zone_derivatives(task, zone, offset, balance)
+    if surface.outline:
+        placed, levels = levels_of(task, placed, balance)
+        rows, answer = response(task, placed, levels)
+        found, _ = distances(surface, placed.local(task.points), placed.sizes)
+    else:
+        rows, answer = balance.contacts, held_response(task, placed, balance)
+    geometry, by_points = zone_derivatives(task, placed, offset, rows, answer)
     geometry, by_points = unscaled(task, geometry, by_points)
     if surface == CONE and (geometry[6] <= 0.0 or not 0.0 < geometry[8] < np.pi / 2.0):
         raise degenerate(task.shape, "they lie on both sides of its apex", "Take other points.")
@@ -117,11 +124,11 @@ def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit
         by_points[ACROSS] -= np.outer(normal, geometry[ACROSS]) @ tilt
     residuals = surface.sign * found - offset
     if task.tube and task.shape is Shape.LINE:
-        residuals = found * _sides(task, zone, int(balance.contacts[0]))
+        residuals = found * _sides(task, placed, int(rows[0]))
     elif task.tube:
         local = placed.local(task.points)
         residuals = np.hypot(local[:, 0], local[:, 1]) - placed.sizes[0]
-    contacts = tuple(int(i) for i in np.unique(balance.contacts))
+    contacts = tuple(int(i) for i in np.unique(rows))
     fit = make_fit(
         task.shape, geometry, by_points, task.size * residuals,
         criterion=criterion, contacts=contacts,
@@ -159,24 +166,22 @@ def _offset(task: Task, zone: Zone) -> float:
     return 0.0 if task.tube or task.surface.even else task.surface.sign * zone.upper
 
 
-def _sides(task: Task, zone: Zone, contact: int) -> Float:
+def _sides(task: Task, placed: Placed, contact: int) -> Float:
     """Return +1 or -1 (n,): the side of every point of a line, as one contact sees it.
 
     Forces at the contacts balance, so that some lie on either side of the first, and the signed
     distances range over the whole diameter.
     """
-    across = zone.placed.local(task.points)[:, :2]
+    across = placed.local(task.points)[:, :2]
     return np.where(across @ across[contact] < 0.0, -1.0, 1.0)
 
 
-def zone_derivatives(
-    task: Task, zone: Zone, offset: float, balance: Balance
-) -> tuple[Float, Float]:
-    """Return geometry (12,) and its derivatives by points (12, 3 n), both scaled.
+def held_response(task: Task, placed: Placed, balance: Balance) -> Float:
+    """Return how free entries and bounds answer to the contacts, (k + 1 or 2, 3 c), scaled.
 
     The conditions of the optimum (contacts touch, forces balance) are differentiated.
     """
-    surface, placed, rows = task.surface, zone.placed, balance.contacts
+    surface, rows = task.surface, balance.contacts
     local = placed.local(task.points)[rows]
     free = list(surface.free)
     k, c = len(free), len(rows)
@@ -194,6 +199,26 @@ def zone_derivatives(
     right[k + bounds + np.arange(c), np.arange(c)] = -by_points
     # Least change where contacts do not pin the element: a slide that changes no form.
     answer = np.linalg.lstsq(matrix, right.reshape(len(matrix), 3 * c), rcond=1e-13)[0]
+    return np.asarray(answer[: k + bounds])
+
+
+def zone_derivatives(
+    task: Task, placed: Placed, offset: float, rows: Int, answer: Float
+) -> tuple[Float, Float]:
+    """Return geometry (12,) and its derivatives by points (12, 3 n), both scaled.
+
+    Parameters
+    ----------
+    task, placed, offset
+        The element, and what `geometry_of` calls its offset.
+    rows
+        (c,): contacts.
+    answer
+        (k or more, 3 c): how what the family frees and, after that, the bounds answer to them.
+    """
+    surface, c = task.surface, len(rows)
+    free = list(surface.free)
+    k = len(free)
     geometry, by_step, by_offset, by_centroid = geometry_derivatives(task, placed, offset)
     by_contact = by_step[:, free] @ answer[:k]
     if surface.lower:

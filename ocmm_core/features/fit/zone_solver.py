@@ -164,17 +164,17 @@ def settle(
             # Where curvature holds the element, its place is still rough when its width is not.
             if newton is None or polishes == POLISHES or np.abs(newton).max() > CLOSE * scale:
                 return settled
-            moved = zone_at(surface, points, _after(surface, placed, steps @ newton))
+            moved = zone_at(surface, points, after(surface, placed, steps @ newton))
             if moved.width > zone.width + 4.0 * SETTLED * scale:
                 return settled
             zone, polishes = moved, polishes + 1
             continue
         if newton is not None:
-            moved = zone_at(surface, points, _after(surface, placed, steps @ newton))
+            moved = zone_at(surface, points, after(surface, placed, steps @ newton))
             if zone.width - moved.width > 0.25 * gain:
                 zone, radius = moved, min(max(radius, 2.0 * np.abs(newton).max()), greatest)
                 continue
-        moved = zone_at(surface, points, _after(surface, placed, steps @ step))
+        moved = zone_at(surface, points, after(surface, placed, steps @ step))
         won = zone.width - moved.width
         if won < 0.25 * gain:
             radius = 0.25 * float(min(radius, np.abs(step).max()))
@@ -220,7 +220,8 @@ def _full(surface: Surface, free_step: Float) -> Float:
     return step
 
 
-def _after(surface: Surface, placed: Placed, free_step: Float) -> Placed:
+def after(surface: Surface, placed: Placed, free_step: Float) -> Placed:
+    """Return the element after a step (k,) of what its family frees."""
     return placed.moved(_full(surface, free_step))
 
 
@@ -319,7 +320,7 @@ def best_zone(
         free_step = steps @ direction
         lean = np.abs(free_step[_delicate(surface)]).max(initial=0.0)
         free_step *= min(1.0, LARGEST_LEAN / max(lean, 1e-300))
-        begun = _after(surface, start, free_step)
+        begun = after(surface, start, free_step)
         if not possible(surface, begun):
             continue
         there = settle(surface, points, begun, steps, spread, FEWER_STEPS)
@@ -355,6 +356,6 @@ def polished(
     )  # fmt: skip
     if step is None:
         return zone
-    moved = zone_at(surface, points, _after(surface, placed, steps @ step))
+    moved = zone_at(surface, points, after(surface, placed, steps @ step))
     rounding = 4.0 * SETTLED * max(1.0, float(np.abs(found).max()))
     return replace(moved, settled=True) if moved.width <= zone.width + rounding else zone
