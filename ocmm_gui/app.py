@@ -131,7 +131,6 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 sounds=SoundPlayer(enabled=options.sound),
                 theme=options.theme,
                 out=options.export,
-                plan_path=parsed.plan,
             )
             _show(window, options)
             if parsed.serial is None and parsed.source != "simulated":

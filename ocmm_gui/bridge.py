@@ -61,6 +61,10 @@ class StationBridge(QObject):
     """Emits the `Path` that the report of the bus was written to."""
     cameras_written = Signal()
     """The cameras store the intrinsics of the calibration."""
+    plan_changed = Signal()
+    """Another plan is measured now; emitted before the first `job_changed` of it."""
+    job_left = Signal(str)
+    """Emits what became of a job that another one was begun before it was finished."""
     failed = Signal(object)
     """Emits the `OcmmError` of a command."""
 
@@ -76,7 +80,7 @@ class StationBridge(QObject):
         self._station = station
         self._closed = False
         self._writing: threading.Thread | None = None
-        self._job = station.job()
+        self._job, self._plan = station.job(), station.plan
         self._selected = ""
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
@@ -200,9 +204,13 @@ class StationBridge(QObject):
         """Go on with a new job for another part, and say whether it was begun."""
         return self._command(lambda: self._station.next_part(header))
 
+    def change_plan(self, path: Path, header: JobHeader) -> bool:
+        """Begin a job by the plan of a file, and say whether it was begun."""
+        return self._command(lambda: self._leave(self._station.change_plan(path, header)))
+
     def go_on(self, path: Path) -> bool:
         """Go on with a job that was left open, and say whether it was."""
-        return self._command(lambda: self._station.go_on(path))
+        return self._command(lambda: self._leave(self._station.go_on(path)))
 
     def accept_alignment(self, words: str) -> bool:
         """Write into the job that the alignment was accepted, and say whether it was written."""
@@ -301,6 +309,10 @@ class StationBridge(QObject):
         self._writing = threading.Thread(target=write, name="ocmm-write-cameras")
         self._writing.start()
 
+    def _leave(self, words: str) -> None:
+        if words:
+            self.job_left.emit(words)
+
     def _change(self, verb: Callable[[InspectionSession], object]) -> bool:
         return self._command(lambda: self._station.change(verb))
 
@@ -320,8 +332,12 @@ class StationBridge(QObject):
 
     def _show_job(self, job: JobView) -> None:
         self._job, self._selected = job, ""
-        if not self._closed:
-            self.job_changed.emit(job)
+        if self._closed:
+            return
+        if self._station.plan is not self._plan:
+            self._plan = self._station.plan
+            self.plan_changed.emit()
+        self.job_changed.emit(job)
 
     def _on_changed(self) -> None:
         self._evaluator.wake()

@@ -60,8 +60,6 @@ class MainWindow(QMainWindow):
         Name of the theme to begin with.
     out
         Folder of the report; None asks for one in the window.
-    plan_path
-        File of the plan; its pictures are beside it.
     """
 
     closed = Signal()
@@ -75,10 +73,8 @@ class MainWindow(QMainWindow):
         sounds: SoundPlayer | None = None,
         theme: str = "dark",
         out: Path | None = None,
-        plan_path: Path | None = None,
     ) -> None:
         super().__init__()
-        self.setWindowTitle(f"OCMM – {bridge.station.plan.part}")
         self.setMinimumSize(1024, 640)
         self._bridge = bridge
         self._notices = notices
@@ -92,15 +88,13 @@ class MainWindow(QMainWindow):
             bridge.station.rig, bridge.station.body, self.actions_by_key, guarded=guarded
         )
         self.far = FarView(self.actions_by_key, guarded=guarded)
-        self.desk.use_plan(
-            bridge.station.plan, None if plan_path is None else plan_path.parent
-        )
+        self._use_plan()
         self._echo = Echo(
             sounds, notices,
             lambda: self.far.readout() if self.is_far() else self.desk.readout,
         )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
-        self.sheets = Sheets(bridge, notices, self._folder, plan_path)
+        self.sheets = Sheets(bridge, notices, self._folder)
         self.bus = BusPage(bridge.bus)
         self.calibration = CalibrationPage(
             bridge.station.rig, bridge.calibration, bridge.calibration_overview
@@ -169,6 +163,7 @@ class MainWindow(QMainWindow):
         self.wizard.sounded.connect(self._echo.play)
         self.wizard.failed.connect(self._on_wizard_failed)
         bridge.live_changed.connect(self._on_live)
+        bridge.plan_changed.connect(self._use_plan)
         bridge.job_changed.connect(self._on_job)
         bridge.point_taken.connect(self._echo.taken)
         bridge.point_refused.connect(self._echo.refused)
@@ -310,6 +305,11 @@ class MainWindow(QMainWindow):
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
         }
+
+    def _use_plan(self) -> None:
+        plan, file = self._bridge.station.plan, self._bridge.station.plan_file
+        self.setWindowTitle(f"OCMM – {plan.part}")
+        self.desk.use_plan(plan, None if file is None else file.parent)
 
     def _on_live(self, live: LiveView) -> None:
         self._live = live

@@ -15,7 +15,15 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPolygonF,
 )
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ocmm_core.errors import OcmmError
 from ocmm_gui.actions import ActionInfo, make_button
@@ -25,6 +33,7 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 LEAVE = ActionInfo("leave", "Back", "Go back to the measuring; nothing is lost", ("Esc",))
 _BUTTON_PX = 42
+_MOST_IN_ROW = 10
 
 T = TypeVar("T")
 
@@ -66,7 +75,7 @@ class Sheet(QWidget):
         self._head.addWidget(self._about, 1)
         self.body = QVBoxLayout()
         self.body.setSpacing(8)
-        self._row = QHBoxLayout()
+        self._row = QGridLayout()
         self._row.setSpacing(8)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 8, 14, 10)
@@ -93,7 +102,9 @@ class Sheet(QWidget):
 
     def use_keys(self, calls: Mapping[str, Callable[[], None]], primary: str = "") -> None:
         """Make actions and buttons; ``calls`` has one entry for every key but that of `LEAVE`."""
-        for info in self._infos:
+        rows = -(-len(self._infos) // _MOST_IN_ROW)
+        in_row = -(-len(self._infos) // rows)
+        for index, info in enumerate(self._infos):
             action = QAction(info.text, self)
             action.setObjectName(info.key)
             action.setToolTip(f"{info.tip} ({', '.join(info.shortcuts)})")
@@ -109,7 +120,7 @@ class Sheet(QWidget):
             button.setMinimumHeight(_BUTTON_PX)
             button.setFont(text_font(14, bold=info.key == primary))
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            self._row.addWidget(button)
+            self._row.addWidget(button, index // in_row, index % in_row)
 
 
 class FormField(OwnKeysField):

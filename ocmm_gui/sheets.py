@@ -32,8 +32,6 @@ class Sheets(QObject):
         Where errors and news go.
     folder
         Where files go unless somebody says otherwise.
-    plan_path
-        File of the plan that is measured, where that is known.
     """
 
     wanted = Signal(object)
@@ -46,7 +44,6 @@ class Sheets(QObject):
         bridge: StationBridge,
         notices: NoticeCentre,
         folder: Callable[[], Path],
-        plan_path: Path | None,
     ) -> None:
         super().__init__()
         guarded = bridge.station.plan.rule != "simple"
@@ -58,12 +55,13 @@ class Sheets(QObject):
         self.alignment = AlignmentSheet(bridge)
         self.job = JobSheet(bridge)
         self.batch = CompareSheet()
-        self.plan = PlanSheet(bridge.station.plan, plan_path, lambda: bridge.station.job_path)
-        self.plan.saved.connect(
-            lambda path: notices.inform(
-                f"The plan is in {path}. Start the program with --plan {path} to measure by it."
-            )
-        )
+        station = bridge.station
+        self.plan = PlanSheet(station.plan, station.plan_file, lambda: station.job_path)
+        self.plan.saved.connect(self._on_plan_saved)
+        self.plan.measure_wanted.connect(self._measure_by)
+        bridge.plan_changed.connect(lambda: self.plan.use_plan(station.plan, station.plan_file))
+        bridge.job_left.connect(notices.inform)
+        self._notices = notices
         self._bridge = bridge
         self.job.begun.connect(self._on_begun)
         for sheet in self.all():
@@ -116,6 +114,14 @@ class Sheets(QObject):
         self.batch.close_work()
         self.plan.close_work()
         self.alignment.close_work()
+
+    def _on_plan_saved(self, path: Path) -> None:
+        self.job.offer(path)
+        self._notices.inform(f"The plan is in {path}. Shift+F8 begins a job by it.")
+
+    def _measure_by(self, path: Path) -> None:
+        self.open_job()
+        self.job.choose_plan(path)
 
     def _on_begun(self) -> None:
         self.results.forget_file()

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from ocmm_core.alignment.rules import Alignment
 from ocmm_core.errors import InputError
 from ocmm_core.features.construct import Construction
 from ocmm_core.features.nominal import NominalFeature
@@ -20,6 +21,9 @@ from ocmm_core.inspection.plan import SCHEMA, Plan, check_plan
 from ocmm_core.tolerances.characteristic import Characteristic
 
 Item = TypeVar("Item")
+
+HEAD_FIELDS = ("name", "part", "rule", "compensation", "material")
+"""What a plan says besides its lists and its alignment."""
 
 EDITED = Path("the plan")
 """Stands for the name of the file in sentences about a plan that has none yet."""
@@ -98,15 +102,34 @@ def replace_item(
     return _checked(msgspec.structs.replace(plan, **{group: items}))
 
 
-def remove_item(plan: Plan, name: str) -> Plan:
+def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
+    """Return the plan with another alignment, or none; InputError where that cannot be."""
+    return _checked(msgspec.structs.replace(plan, alignment=rule))
+
+
+def with_head(plan: Plan, head: Plan) -> Plan:
+    """Return the plan with name, part, rule, compensation and material of another.
+
+    Raises
+    ------
+    InputError
+        One of them cannot be used.
+    """
+    changes = {field: getattr(head, field) for field in HEAD_FIELDS}
+    return _checked(msgspec.structs.replace(plan, **changes))
+
+
+def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
     """Return the plan without the feature, construction or characteristic called ``name``.
+
+    ``group`` is the list that it stands in, where a characteristic has the name of a feature.
 
     Raises
     ------
     InputError
         There is none, or others need it: they are named.
     """
-    group = group_of_name(plan, name)
+    group = group or group_of_name(plan, name)
     items = [item for item in getattr(plan, group) if item.name != name]
     users = users_of(plan, name) if group != "characteristics" else []
     if users:
@@ -119,9 +142,12 @@ def remove_item(plan: Plan, name: str) -> Plan:
     return changed if not changed.features else _checked(changed)
 
 
-def move_item(plan: Plan, name: str, place: int) -> Plan:
-    """Return the plan with an item at another place of its list; places beyond an end are it."""
-    group = group_of_name(plan, name)
+def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
+    """Return the plan with an item at another place of its list; places beyond an end are it.
+
+    ``group`` as in `remove_item`.
+    """
+    group = group or group_of_name(plan, name)
     items = list(getattr(plan, group))
     item = items.pop(_index(items, group, name))
     items.insert(min(max(place, 0), len(items)), item)

@@ -225,7 +225,7 @@ class MeasuringStation:
             As `job_by`; nothing has changed then.
         """
         path = path.absolute()
-        if digest(path) == self._job.head.plan_identity:
+        if digest(path) == self.plan_identity:
             self.next_part(replace(header, part=self.plan.part))
             return ""
         job, use = job_by(path, header, self._job.head, self._use, self._job.path.parent)
@@ -361,6 +361,11 @@ class MeasuringStation:
     def plan(self) -> Plan:
         """Return what is measured now."""
         return self._use.plan
+
+    @property
+    def plan_identity(self) -> str:
+        """Return the SHA-256 of the document that is measured by now."""
+        return self._job.head.plan_identity
 
     @property
     def plan_file(self) -> Path | None:

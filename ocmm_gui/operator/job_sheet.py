@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QListWidget, QListWidgetItem
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.batch import next_serial, parts_of_batch
+from ocmm_core.inspection.plan_shelf import PlanCard, plan_card, plans_in
 from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_gui.actions import ActionInfo
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.maintain.parts import panel, sentence_label
-from ocmm_gui.sheet import Sheet, caption, form_field
+from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.sheet import ChoiceBox, Sheet, caption, form_field
 from ocmm_gui.theme import text_font
 
 _KEYS = (
     ActionInfo("next_part", "Next part", "The next serial number, everything else as it is",
                ("F6",)),
+    ActionInfo("plan", "Other plan", "Choose the plan of another file", ("F5",)),
     ActionInfo("go_on", "Continue", "Go on with the chosen job", ("F7",)),
     ActionInfo("begin", "Begin", "Begin a job for this part", ("F8",)),
 )  # fmt: skip
@@ -53,12 +57,25 @@ class JobSheet(Sheet):
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(12)
+        self._offered: dict[Path, PlanCard] = {}
+        self._cards: list[PlanCard | None] = [None]
+        self.plans = ChoiceBox("Plan", "What is measured in the next job", ())
+        self.plans.setFont(text_font(18))
+        self.plans.setMinimumHeight(44)
+        self.plans.currentIndexChanged.connect(lambda _row: self._show_part())
+        self.plan_file = PathPanel("plan", "file", "Choose")
+        self.plan_file.given.connect(self.choose_plan)
+        self.body.addWidget(self.plan_file)
         self._part = QLabel()
         self._part.setAccessibleName("Part")
         self._part.setFont(text_font(20, bold=True))
         grid.addWidget(self._part, 0, 0, 1, 2)
         keys = [key for key, _, _ in _FIELDS]
-        for row, (key, label, _) in enumerate(_FIELDS, start=1):
+        words = caption("Plan", self.plans)
+        words.setFont(text_font(18))
+        grid.addWidget(words, 1, 0)
+        grid.addWidget(self.plans, 1, 1)
+        for row, (key, label, _) in enumerate(_FIELDS, start=2):
             field = self.fields[key]
             field.setFont(text_font(20))
             field.setMinimumHeight(44)
@@ -75,11 +92,12 @@ class JobSheet(Sheet):
         hint = sentence_label("How to go on", 14)
         hint.setText(
             "Return goes to the next field and begins the job after the last one. A job that was "
-            "begun stays in its file; its points are never lost."
+            "begun stays in its file; its points are never lost. One that is not finished is "
+            "paused where the next job has another plan; Continue goes on with it."
         )
         hint.setProperty("role", "muted")
-        grid.addWidget(hint, len(_FIELDS) + 1, 0, 1, 2)
-        grid.setRowStretch(len(_FIELDS) + 2, 1)
+        grid.addWidget(hint, len(_FIELDS) + 2, 0, 1, 2)
+        grid.setRowStretch(len(_FIELDS) + 3, 1)
         self.jobs = QListWidget()
         self.jobs.setAccessibleName("Jobs of this batch")
         self.jobs.setAccessibleDescription("Up and down choose a job; F7 goes on with it")
@@ -97,14 +115,19 @@ class JobSheet(Sheet):
         self.fields["batch"].editingFinished.connect(self._list_jobs)
         self.jobs.itemActivated.connect(lambda _item: self.go_on())
         self.use_keys(
-            {"next_part": self.next_part, "go_on": self.go_on, "begin": self.begin},
+            {
+                "next_part": self.next_part,
+                "plan": lambda: self.plan_file.ask(self._plan_folder()),
+                "go_on": self.go_on,
+                "begin": self.begin,
+            },
             primary="begin",
         )
 
     def open(self, job: JobView) -> None:
         """Fill in what is known, with the keyboard in the first field."""
         header = self._proposal(job)
-        self._part.setText(f"Part {header.part}")
+        self._list_plans()
         self.say(f"The running job is {job.job}.")
         for key, field in self.fields.items():
             field.setText(str(getattr(header, key)))
@@ -122,8 +145,31 @@ class JobSheet(Sheet):
             order=words["order"],
             batch=words["batch"],
         )
-        if self._bridge.next_part(header):
+        card = self._cards[self.plans.currentIndex()]
+        begun = (
+            self._bridge.next_part(header)
+            if card is None
+            else self._bridge.change_plan(card.path, header)
+        )
+        if begun:
             self.begun.emit()
+
+    def offer(self, path: Path) -> None:
+        """Let a plan be chosen from now on; one that cannot be measured is told."""
+        card = self.attempt(lambda: plan_card(path))
+        if card is not None:
+            self._offered[card.path] = card
+            self._list_plans()
+
+    def choose_plan(self, path: Path) -> None:
+        """Choose the plan of a file for the next job."""
+        self.offer(path)
+        chosen = self._offered.get(path.absolute())
+        if chosen is not None:
+            # It is not in the list where it is the one that is measured already.
+            at = self._cards.index(chosen) if chosen in self._cards else 0
+            self.plans.setCurrentIndex(at)
+            self.plans.setFocus()
 
     def next_part(self) -> None:
         """Begin the job of the next part at once."""
@@ -147,6 +193,34 @@ class JobSheet(Sheet):
             return _after(job.header)
         except OcmmError:
             return job.header
+
+    def _plan_folder(self) -> Path:
+        file = self._bridge.station.plan_file
+        return Path.home() if file is None else file.parent
+
+    def _list_plans(self) -> None:
+        """List the plan that is measured, those beside it, and those that were offered."""
+        station = self._bridge.station
+        running = station.plan_identity
+        known = {card.path: card for card in plans_in(self._plan_folder())} | self._offered
+        self._cards = [None, *(card for card in known.values() if card.identity != running)]
+        self.plans.blockSignals(True)
+        self.plans.clear()
+        self.plans.addItem(f"{station.plan.name}, as it is measured now")
+        for card in known.values():
+            if card.identity != running:
+                changed = ", changed since" if card.path == station.plan_file else ""
+                self.plans.addItem(f"{card.name}, {card.path.name}{changed}")
+                self.plans.setItemData(
+                    self.plans.count() - 1, str(card.path), Qt.ItemDataRole.ToolTipRole
+                )
+        self.plans.blockSignals(False)
+        self._show_part()
+
+    def _show_part(self) -> None:
+        card = self._cards[max(self.plans.currentIndex(), 0)]
+        part = self._bridge.station.plan.part if card is None else card.part
+        self._part.setText(f"Part {part}")
 
     def _list_jobs(self) -> None:
         batch = self.fields["batch"].text().strip()

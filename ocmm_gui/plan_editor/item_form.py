@@ -2,68 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
-from typing import Any, Generic, TypeVar
+import copy
+from collections.abc import Mapping
+from typing import Any
 
 import msgspec
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QScrollArea, QWidget
+from PySide6.QtGui import QFocusEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QLabel,
+    QLineEdit,
+    QPlainTextEdit,
+    QScrollArea,
+    QWidget,
+)
 
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.plan_csv import number
+from ocmm_gui.plan_editor.field_text import FLAGS, text_of, value_of
+from ocmm_gui.plan_editor.form_lines import FormLine, Kind, closed, form_lines, opened
 from ocmm_gui.sheet import ChoiceBox, caption, form_field
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
-Item = TypeVar("Item", bound=msgspec.Struct)
+_FONT = 14
+_ROWS_PX = 132
+_FIXED_PX = 84
 
 
-class Kind(Enum):
-    """What a field holds."""
+class RowsField(QPlainTextEdit):
+    """Several lines of text; Tab goes on to the next field."""
 
-    TEXT = "text"
-    COUNT = "whole number"
-    NUMBER = "number"
-    VECTOR = "three numbers"
-    NAMES = "names"
-    CHOICE = "one of a list"
+    editingFinished = Signal()
+    """The field was left."""
 
+    def __init__(self, name: str, tip: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.setToolTip(tip)
+        self.setPlaceholderText(tip)
+        self.setTabChangesFocus(True)
+        self.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        self.setFont(text_font(_FONT))
 
-@dataclass(frozen=True, slots=True)
-class FormLine:
-    """One field of an item.
-
-    Attributes
-    ----------
-    key
-        As in the document.
-    label, tip
-        For people.
-    kind
-        What it holds.
-    choices
-        Where only these are possible.
-    """
-
-    key: str
-    label: str
-    tip: str
-    kind: Kind = Kind.TEXT
-    choices: tuple[str, ...] = ()
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Say that the field was left."""
+        super().focusOutEvent(event)
+        self.editingFinished.emit()
 
 
-class ItemForm(QScrollArea, Generic[Item]):
+Field = QLineEdit | QComboBox | RowsField
+
+
+class ItemForm(QScrollArea):
     """Fill in an item; what cannot be read is said for the field.
+
+    Where a choice decides which fields there are, the lines follow it and keep what they can.
 
     Parameters
     ----------
     name
         Accessible name.
     make
-        Type of the item.
-    lines
-        Its fields.
+        Type of the item, as `form_lines` takes it.
+    without
+        Fields that get no line; they stay as they are.
     """
 
     edited = Signal()
@@ -71,47 +74,26 @@ class ItemForm(QScrollArea, Generic[Item]):
     left = Signal()
     """Esc was pressed."""
 
-    def __init__(self, name: str, make: type[Item], lines: Sequence[FormLine]) -> None:
+    def __init__(self, name: str, make: Any, without: tuple[str, ...] = ()) -> None:
         super().__init__()
-        self._make, self._lines = make, tuple(lines)
+        self._make, self._without = make, without
         self._theme = THEMES[DEFAULT_THEME]
         self._faulty = ""
-        self._kept: dict[str, Any] = {}
+        self._data: dict[str, Any] = opened(make, None)
+        self._lines: tuple[FormLine, ...] = ()
+        self.fields: dict[str, Field] = {}
+        self._captions: dict[str, QLabel] = {}
         self.setAccessibleName(name)
         self.setWidgetResizable(True)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
-        inside = QWidget()
-        grid = QGridLayout(inside)
-        grid.setContentsMargins(0, 0, 6, 0)
-        grid.setVerticalSpacing(5)
-        self.fields: dict[str, QLineEdit | QComboBox] = {}
-        self._captions: dict[str, QLabel] = {}
-        for row, line in enumerate(self._lines):
-            field = self._field(line)
-            words = caption(line.label, field)
-            words.setToolTip(line.tip)
-            grid.addWidget(words, row, 0)
-            grid.addWidget(field, row, 1)
-            self.fields[line.key], self._captions[line.key] = field, words
-        grid.setRowStretch(len(self._lines), 1)
-        self.setWidget(inside)
-        # The panel behind shows through.
-        for widget in (self.viewport(), inside):
-            widget.setAutoFillBackground(False)
+        self.viewport().setAutoFillBackground(False)
+        self._lay_out()
 
-    def show_item(self, item: Item) -> None:
+    def show_item(self, item: msgspec.Struct | None) -> None:
         """Fill the fields in; what has no field is kept as it is."""
-        self._kept = msgspec.to_builtins(item)
-        for line in self._lines:
-            field, text = self.fields[line.key], _text(self._kept.get(line.key))
-            field.blockSignals(True)
-            if isinstance(field, QComboBox):
-                field.setCurrentText(text)
-            elif field.text() != text:
-                field.setText(text)
-            field.blockSignals(False)
+        self._show(opened(self._make, msgspec.to_builtins(item)))
 
-    def item(self) -> Item:
+    def item(self) -> Any:
         """Return what is filled in.
 
         Raises
@@ -119,22 +101,25 @@ class ItemForm(QScrollArea, Generic[Item]):
         InputError
             A field cannot be read; the sentence names it.
         """
-        data = dict(self._kept)
-        for line in self._lines:
-            data[line.key] = _value(line, self._read(line.key))
+        data = self._filled_in(strict=True)
         try:
-            return msgspec.convert(data, self._make)
+            return msgspec.convert(closed(self._make, data), self._make)
         except msgspec.ValidationError as error:
             raise InputError(
                 "plan.form", f"What is filled in cannot be used: {error}.", "Correct that field."
             ) from error
 
+    def choice(self) -> str:
+        """Return which kind of item is filled in; empty for none, and where there is one kind."""
+        first = self._lines[0]
+        return self._text(first.key) if first.decides else ""
+
     def mark(self, key: str) -> None:
         """Mark the field that is at fault; an empty key marks none."""
-        self._faulty = key
+        self._faulty = key if key in self.fields else ""
         for name, words in self._captions.items():
-            colour = self._theme.bad if name == key else self._theme.muted
-            weight = "bold" if name == key else "normal"
+            colour = self._theme.bad if name == self._faulty else self._theme.muted
+            weight = "bold" if name == self._faulty else "normal"
             words.setStyleSheet(f"color: {colour}; font-weight: {weight};")
 
     def faulty(self) -> str:
@@ -143,68 +128,135 @@ class ItemForm(QScrollArea, Generic[Item]):
 
     def focus_first(self) -> None:
         """Put the keyboard into the first field."""
-        field = self.fields[self._lines[0].key]
-        field.setFocus()
-        if isinstance(field, QLineEdit):
-            field.selectAll()
+        if self._lines:
+            field = self.fields[self._lines[0].key]
+            field.setFocus()
+            if isinstance(field, QLineEdit):
+                field.selectAll()
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self._theme = theme
         self.mark(self._faulty)
 
-    def _read(self, key: str) -> str:
-        field = self.fields[key]
-        text = field.currentText() if isinstance(field, QComboBox) else field.text()
-        return text.strip()
+    def _show(self, data: dict[str, Any]) -> None:
+        self._data = data
+        if form_lines(self._make, data, self._without) != self._lines:
+            self._lay_out()
+        for line in self._lines:
+            field = self.fields[line.key]
+            text = text_of(line, _at(data, line.key, line.neutral))
+            if self._text(line.key) == text:
+                continue
+            field.blockSignals(True)
+            if isinstance(field, QComboBox):
+                field.setCurrentText(text)
+            elif isinstance(field, RowsField):
+                field.setPlainText(text)
+            else:
+                field.setText(text)
+            field.blockSignals(False)
 
-    def _field(self, line: FormLine) -> QLineEdit | QComboBox:
-        if line.kind is Kind.CHOICE:
-            choice = ChoiceBox(line.label, line.tip, line.choices)
-            choice.setFont(text_font(14))
-            choice.currentTextChanged.connect(lambda _text: self.edited.emit())
+    def _filled_in(self, *, strict: bool) -> dict[str, Any]:
+        """Return the data with what the fields say; where not ``strict``, as far as it is read."""
+        data = copy.deepcopy(self._data)
+        for line in self._lines:
+            if line.kind is Kind.FIXED:
+                value = _at(data, line.key, "")
+                if strict and line.key.rpartition(".")[2] == "digest" and not value:
+                    raise InputError(
+                        f"plan.form.{line.key}",
+                        "A frame comes from its document, with the hash of it.",
+                        "Press F12 and give the file of the frame; ocmm align makes one.",
+                    )
+                continue
+            try:
+                value = value_of(line, self._text(line.key))
+            except InputError:
+                if strict:
+                    raise
+                value = line.neutral
+            _put(data, line.key, value)
+        return data
+
+    def _text(self, key: str) -> str:
+        field = self.fields[key]
+        if isinstance(field, QComboBox):
+            return field.currentText()
+        return (field.toPlainText() if isinstance(field, RowsField) else field.text()).strip()
+
+    def _decided(self, key: str) -> None:
+        """Show the lines that follow from another choice."""
+        outer, _, name = key.rpartition(".")
+        data = self._filled_in(strict=False)
+        if outer:
+            # What another kind has under the same name is another thing.
+            data[outer] = {name: _at(data, key, "")}
+        self._show(data)
+        self.fields[key].setFocus()
+        self.edited.emit()
+
+    def _lay_out(self) -> None:
+        self._lines = form_lines(self._make, self._data, self._without)
+        inside = QWidget()
+        # The panel behind shows through.
+        inside.setAutoFillBackground(False)
+        grid = QGridLayout(inside)
+        grid.setContentsMargins(0, 0, 6, 0)
+        grid.setVerticalSpacing(5)
+        self.fields, self._captions = {}, {}
+        for row, line in enumerate(self._lines):
+            field = self._field(line)
+            words = caption(line.label, field)
+            words.setToolTip(line.tip)
+            grid.addWidget(words, row, 0)
+            grid.addWidget(field, row, 1)
+            self.fields[line.key], self._captions[line.key] = field, words
+        grid.setRowStretch(len(self._lines), 1)
+        before = self.takeWidget()
+        if before is not None:
+            # One of its fields may be what is heard at this moment.
+            before.hide()
+            before.deleteLater()
+        self.setWidget(inside)
+        self.mark(self._faulty)
+
+    def _field(self, line: FormLine) -> Field:
+        if line.kind in (Kind.CHOICE, Kind.FLAG):
+            choice = ChoiceBox(line.label, line.tip, line.choices or FLAGS)
+            choice.setFont(text_font(_FONT))
+            choice.set_theme(self._theme)
+            if line.decides:
+                choice.currentTextChanged.connect(lambda _text, key=line.key: self._decided(key))
+            else:
+                choice.currentTextChanged.connect(lambda _text: self.edited.emit())
             return choice
+        if line.kind in (Kind.PLACES, Kind.FIXED):
+            rows = RowsField(line.label, line.tip)
+            rows.setFixedHeight(_ROWS_PX if line.kind is Kind.PLACES else _FIXED_PX)
+            if line.kind is Kind.FIXED:
+                rows.setReadOnly(True)
+            else:
+                rows.editingFinished.connect(self.edited)
+            return rows
         field = form_field(line.label, line.tip)
-        field.setFont(text_font(14))
+        field.setFont(text_font(_FONT))
         field.editingFinished.connect(self.edited)
         field.left.connect(self.left)
         return field
 
 
-def _text(value: Any) -> str:
-    if isinstance(value, list | tuple):
-        parts = [_text(item) for item in value]
-        return ", ".join(parts) if value and isinstance(value[0], str) else "  ".join(parts)
-    return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(
-        "" if value is None else value
-    )
+def _at(data: Mapping[str, Any], key: str, otherwise: Any) -> Any:
+    found: Any = data
+    for part in key.split("."):
+        if not isinstance(found, Mapping) or part not in found:
+            return otherwise
+        found = found[part]
+    return found
 
 
-def _value(line: FormLine, text: str) -> Any:
-    if line.kind is Kind.NAMES:
-        return [part.strip() for part in text.split(",") if part.strip()]
-    if line.kind in (Kind.TEXT, Kind.CHOICE):
-        return text
-    words = text.split() if line.kind is Kind.VECTOR else [text]
-    values = [number(word) for word in words]
-    wanted = 3 if line.kind is Kind.VECTOR else 1
-    whole = line.kind is Kind.COUNT
-    if len(values) != wanted or any(
-        value is None or (whole and value != int(value)) for value in values
-    ):
-        raise InputError(
-            f"plan.form.{line.key}",
-            f"{line.label} is {text!r}, which is not {_WANTED[line.kind]}.",
-            f"{line.tip}.",
-        )
-    numbers = [value for value in values if value is not None]
-    if line.kind is Kind.VECTOR:
-        return numbers
-    return int(numbers[0]) if whole else numbers[0]
-
-
-_WANTED: Mapping[Kind, str] = {
-    Kind.COUNT: "a whole number",
-    Kind.NUMBER: "a number",
-    Kind.VECTOR: "three numbers with spaces between them",
-}
+def _put(data: dict[str, Any], key: str, value: Any) -> None:
+    *outer, name = key.split(".")
+    for part in outer:
+        data = data.setdefault(part, {})
+    data[name] = value

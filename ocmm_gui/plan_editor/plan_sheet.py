@@ -2,62 +2,77 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QStackedWidget, QVBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.alignment.rules import Alignment
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.features.construct import Construction
 from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.inspection.plan import Plan, check_plan
-from ocmm_core.inspection.plan_csv import features_from_csv
+from ocmm_core.inspection.plan import Plan, check_plan, load_plan
 from ocmm_core.inspection.plan_edit import (
     EDITED,
+    HEAD_FIELDS,
     add_characteristic,
+    add_construction,
     add_feature,
     move_item,
     remove_item,
     replace_item,
-)
-from ocmm_core.inspection.plan_file import save_plan
-from ocmm_core.inspection.plan_step import features_from_step
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_gui.actions import ActionInfo
-from ocmm_gui.maintain.parts import panel, sentence_label
-from ocmm_gui.maintain.side_process import SideProcess
-from ocmm_gui.operator.path_panel import PathPanel
-from ocmm_gui.operator.step_picture import StepPicture
-from ocmm_gui.plan_editor.forms import (
-    CHARACTERISTIC_LINES,
-    FEATURE_LINES,
-    HEAD_LINES,
-    PlanHead,
-    head_of,
+    with_alignment,
     with_head,
 )
-from ocmm_gui.plan_editor.history import PlanHistory
+from ocmm_core.inspection.plan_picture import with_picture
+from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_gui.actions import ActionInfo
+from ocmm_gui.maintain.parts import panel
+from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.operator.step_picture import StepPicture, read_picture
+from ocmm_gui.plan_editor.draft import PlanDraft
+from ocmm_gui.plan_editor.importing import with_file
 from ocmm_gui.plan_editor.item_form import ItemForm
-from ocmm_gui.plan_editor.plan_items import HEAD, PlanItems, new_characteristic, new_feature
-from ocmm_gui.plan_editor.teaching import taught_of_file
+from ocmm_gui.plan_editor.plan_checks import PlanChecks, faulty_field
+from ocmm_gui.plan_editor.plan_items import (
+    ALIGNMENT,
+    HEAD,
+    LISTS,
+    ItemKey,
+    PlanItems,
+    item_of,
+    place_of,
+)
+from ocmm_gui.plan_editor.proposals import (
+    fresh_plan,
+    new_characteristic,
+    new_construction,
+    new_feature,
+)
+from ocmm_gui.plan_editor.teaching import Teaching
 from ocmm_gui.sheet import Sheet
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
 
 _KEYS = (
     ActionInfo("add", "Feature", "Add a feature after the chosen one", ("F6",)),
+    ActionInfo("construct", "Construct", "Add a construction from the chosen feature", ("F5",)),
     ActionInfo("tolerance", "Tolerance", "Add a characteristic of the chosen feature", ("F7",)),
+    ActionInfo("align", "Alignment", "Say how it is found where the part is", ("F4",)),
     ActionInfo("remove", "Remove", "Remove the chosen item", ("F9",)),
     ActionInfo("earlier", "Earlier", "Move the chosen item up", ("F2",)),
     ActionInfo("later", "Later", "Move the chosen item down", ("F3",)),
     ActionInfo("undo", "Undo", "Take the last change back", ("F10",)),
+    ActionInfo("redo", "Redo", "Do again what was taken back", ("Shift+F10",)),
+    ActionInfo("picture", "Picture", "Attach a picture to the step of the chosen feature",
+               ("Shift+F7",)),
     ActionInfo("teach", "Teach", "Take the nominals from the part that is measured now", ("F11",)),
-    ActionInfo("import", "Import", "Add the features of a CSV or STEP file", ("F12",)),
+    ActionInfo("import", "Import", "Add the features of a CSV or STEP file, or align by the "
+               "document of a frame", ("F12",)),
+    ActionInfo("new", "New", "Begin a new plan", ("Shift+F6",)),
+    ActionInfo("open", "Open", "Change the plan of another file", ("Shift+F12",)),
     ActionInfo("save", "Save", "Write the plan to a file", ("F8",)),
-)
-_FIELD = re.compile(r"field '[^']*?\.?(\w+)'")
+    ActionInfo("measure", "Measure", "Begin a job by this plan", ("Shift+F8",)),
+)  # fmt: skip
 
 
 class PlanSheet(Sheet):
@@ -73,49 +88,60 @@ class PlanSheet(Sheet):
 
     saved = Signal(object)
     """Emits the `Path` that the plan was written to."""
+    measure_wanted = Signal(object)
+    """Emits the `Path` of a plan that a job is to be begun by."""
 
     def __init__(self, plan: Plan, path: Path | None, job_path: Callable[[], Path]) -> None:
         super().__init__("Plan", _KEYS)
-        self._theme = THEMES[DEFAULT_THEME]
-        self._path, self._job_path = path, job_path
-        self._fault: OcmmError | None = None
-        self.history = PlanHistory(plan)
+        self._job_path = job_path
+        self.draft = PlanDraft(plan, path)
         self.items = PlanItems()
-        self.features = ItemForm("Feature", NominalFeature, FEATURE_LINES)
-        self.characteristics = ItemForm("Characteristic", Characteristic, CHARACTERISTIC_LINES)
-        self.head = ItemForm("Plan as a whole", PlanHead, HEAD_LINES)
-        self._forms: tuple[ItemForm[Any], ...] = (self.head, self.features, self.characteristics)
+        left_out = tuple(name for name in Plan.__struct_fields__ if name not in HEAD_FIELDS)
+        self.forms = {
+            HEAD.group: ItemForm("Plan as a whole", Plan, left_out),
+            ALIGNMENT.group: ItemForm("Alignment", Alignment | None),
+            "features": ItemForm("Feature", NominalFeature),
+            "constructions": ItemForm("Construction", Construction),
+            "characteristics": ItemForm("Characteristic", Characteristic),
+        }
         self._stack = QStackedWidget()
-        for form in self._forms:
+        for form in self.forms.values():
             self._stack.addWidget(form)
             form.edited.connect(self._take)
             form.left.connect(self.left)
         self.picture = StepPicture()
-        self.checks = sentence_label("Checks", 15)
-        self.progress = QProgressBar()
-        self.progress.setAccessibleName("Progress of the teaching")
-        self.progress.hide()
-        self._teacher = SideProcess(self)
-        self._teacher.finished.connect(self._on_taught)
-        self._teacher.failed.connect(self._on_failed)
-        self._teacher.advanced.connect(self._on_advanced)
+        self.checks = PlanChecks()
+        self._teaching = Teaching()
+        self._teaching.taught.connect(self._on_taught)
+        self._teaching.failed.connect(self.failed)
         self.file = PathPanel("plan", "file")
-        self.source = PathPanel("features", "file", "Import")
+        self.source = PathPanel("features or frame", "file", "Import")
+        self.image = PathPanel("picture", "file", "Attach")
+        self.other = PathPanel("plan", "file", "Open")
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
+        self.image.given.connect(self.attach_picture)
+        self.other.given.connect(self.open_file)
         self._lay_out()
-        self.items.item_chosen.connect(lambda _name: self._show_item())
+        self.items.item_chosen.connect(lambda _key: self._show_item())
         self.use_keys(
             {
                 "add": self.add_feature,
+                "construct": self.add_construction,
                 "tolerance": self.add_characteristic,
+                "align": self.align,
                 "remove": self.remove,
                 "earlier": lambda: self._move(-1),
                 "later": lambda: self._move(1),
                 "undo": self.undo,
+                "redo": self.redo,
+                "picture": lambda: self.image.ask(self._folder()),
                 "teach": self.teach,
-                "import": lambda: self.source.ask(Path.home()),
+                "import": lambda: self.source.ask(self._folder()),
+                "new": lambda: self._change_to(fresh_plan, None),
+                "open": lambda: self.other.ask(self._folder()),
                 "save": self.save,
+                "measure": self.measure,
             },
             primary="save",
         )
@@ -126,200 +152,231 @@ class PlanSheet(Sheet):
         self._refresh(self.items.chosen())
         self.items.setFocus()
 
+    def use_plan(self, plan: Plan, path: Path | None) -> None:
+        """Show the plan that is measured now, unless another one has changes that are not saved."""
+        if self.draft.is_saved:
+            self._show_other(plan, path)
+
     def add_feature(self) -> None:
         """Add a feature like the chosen one, under a name of its own."""
-        plan, chosen = self.history.plan, self.items.chosen()
+        plan, chosen = self.draft.plan, self.items.chosen()
         feature = new_feature(plan, chosen)
-        place = self.items.place_after(plan, chosen)
-        if self._did(lambda: add_feature(plan, feature, place), feature.name):
-            self.features.focus_first()
+        place = self._place_after("features")
+        self._add(lambda: add_feature(plan, feature, place), ItemKey("features", feature.name))
+
+    def add_construction(self) -> None:
+        """Add a construction from the chosen feature, or one like the chosen construction."""
+        plan = self.draft.plan
+        item = new_construction(plan, self.items.chosen())
+        place = self._place_after("constructions")
+        if item is None:
+            self.told.emit("Add the features first that something is constructed from.")
+        else:
+            key = ItemKey("constructions", item.name)
+            self._add(lambda: add_construction(plan, item, place), key)
 
     def add_characteristic(self) -> None:
         """Add a characteristic of the chosen feature."""
-        plan = self.history.plan
+        plan = self.draft.plan
         item = new_characteristic(plan, self.items.chosen())
         if item is None:
             self.told.emit("Choose the feature that is to be toleranced first.")
-        elif self._did(lambda: add_characteristic(plan, item), item.name):
-            self.characteristics.focus_first()
+        else:
+            key = ItemKey("characteristics", item.name)
+            self._add(lambda: add_characteristic(plan, item), key)
+
+    def align(self) -> None:
+        """Show the alignment with the keyboard in its form."""
+        self.items.choose(ALIGNMENT)
+        self.form().focus_first()
 
     def remove(self) -> None:
         """Remove the chosen item; one that others need stays, and they are named."""
-        plan, name = self.history.plan, self.items.chosen()
-        if name != HEAD:
-            self._did(lambda: remove_item(plan, name), HEAD)
+        plan, key = self.draft.plan, self.items.chosen()
+        if key == ALIGNMENT:
+            self._did(lambda: with_alignment(plan, None), key)
+        elif key.group in LISTS:
+            self._did(lambda: remove_item(plan, key.name, key.group), HEAD)
 
     def undo(self) -> None:
         """Take the last change back."""
-        if not self.history.undo():
+        if not self.draft.undo():
             self.told.emit("There is nothing to take back.")
+        self._refresh(self.items.chosen())
+
+    def redo(self) -> None:
+        """Do again what was taken back."""
+        if not self.draft.redo():
+            self.told.emit("There is nothing to do again.")
         self._refresh(self.items.chosen())
 
     def teach(self) -> None:
         """Take the nominals of all measured features from the part of the running job."""
-        if self._teacher.is_running():
-            self._teacher.cancel()
-            self.progress.hide()
-            return
-        self.progress.setValue(0)
-        self.progress.show()
-        self._teacher.start(partial(taught_of_file, self._job_path(), self.history.plan))
+        self._teaching.toggle(self._job_path(), self.draft.plan)
 
     def import_file(self, path: Path) -> None:
-        """Add the features of a table or of a model."""
-        read = features_from_step if path.suffix.lower() in (".step", ".stp") else features_from_csv
-        found = self.attempt(lambda: read(path))
-        if not found:
-            return
-        plan = self.history.plan
+        """Add the features of a table or of a model, or take the frame of a document."""
+        plan = self.draft.plan
+        relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
+        found = self.attempt(lambda: with_file(plan, path, relocate=relocate))
+        if found is not None and self._did(lambda: found.plan, found.chosen):
+            self.told.emit(found.words)
+            self.items.setFocus()
 
-        def with_all() -> Plan:
-            grown = plan
-            for feature in found:
-                grown = add_feature(grown, feature)
-            return grown
+    def attach_picture(self, path: Path) -> None:
+        """Attach a picture to the step of the chosen feature; it is copied beside the plan."""
+        plan, key = self.draft.plan, self.items.chosen()
 
-        if self._did(with_all, found[0].name):
-            self.told.emit(f"{len(found)} features were added from {path.name}.")
+        def changed() -> Plan:
+            name = key.name if key.group == "features" else ""
+            if path.is_file() and read_picture(path) is None:
+                raise InputError(
+                    "plan.no_picture",
+                    f"{path}: this cannot be read as a picture.",
+                    "Give a PNG or JPEG file.",
+                )
+            return with_picture(plan, self.draft.path, name, path)
+
+        if self._did(changed, key):
             self.items.setFocus()
 
     def save(self) -> None:
         """Ask for the file; the one of this plan is proposed."""
-        self.file.ask(self._path or Path.home() / f"{self.history.plan.name}.toml")
+        self.file.ask(self.draft.path or Path.home() / f"{self.draft.plan.name}.toml")
 
     def save_as(self, path: Path) -> None:
-        """Write the plan, read it back and compare."""
-        def write() -> Path:
-            save_plan(self.history.plan, path)
-            return path
-
-        if self.attempt(write) is not None:
-            self._path = path
-            self.history.saved()
-            self._refresh(self.items.chosen())
+        """Write the plan, read it back and compare; its pictures go with it."""
+        if self.attempt(lambda: self.draft.save(path)) is not None:
             self.saved.emit(path)
             self.items.setFocus()
+        self._refresh(self.items.chosen())
+
+    def open_file(self, path: Path) -> None:
+        """Change the plan of another file from now on."""
+        self._change_to(lambda: load_plan(path), path)
+
+    def measure(self) -> None:
+        """Ask for a job by this plan."""
+        if self.draft.path is None or not self.draft.is_saved:
+            self.told.emit("Save the plan first (F8): a job is begun by its file.")
+        else:
+            self.measure_wanted.emit(self.draft.path)
 
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
-        self._teacher.cancel()
-        self.progress.hide()
+        self._teaching.cancel()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self._paint_checks()
-
-    def form(self) -> ItemForm[Any]:
+    def form(self) -> ItemForm:
         """Return the form of the chosen item."""
-        return self._forms[self.items.group(self.history.plan)]
+        return self.forms[self.items.chosen().group]
+
+    def _folder(self) -> Path:
+        return self.draft.folder or Path.home()
+
+    def _change_to(self, give: Callable[[], Plan], path: Path | None) -> None:
+        if not self.draft.is_saved:
+            self.told.emit("This plan has changes that are not saved: save it (F8) or undo them.")
+            return
+        plan = self.attempt(give)
+        if plan is not None:
+            self._show_other(plan, path)
+            self.items.setFocus()
+
+    def _show_other(self, plan: Plan, path: Path | None) -> None:
+        self.draft = PlanDraft(plan, path)
+        self._refresh(HEAD)
 
     def _show_item(self) -> None:
-        plan, name = self.history.plan, self.items.chosen()
         form = self.form()
         self._stack.setCurrentWidget(form)
-        form.show_item(head_of(plan) if name == HEAD else self.items.named(plan, name))
+        form.show_item(item_of(self.draft.plan, self.items.chosen()))
         self._show_picture()
         self._check()
 
     def _show_picture(self) -> None:
-        names = [feature.name for feature in self.history.plan.features]
-        name = self.items.chosen()
-        nominal = self.history.plan.features[names.index(name)] if name in names else None
-        self.picture.show_step(nominal, None if self._path is None else self._path.parent)
+        plan, key = self.draft.plan, self.items.chosen()
+        nominal = item_of(plan, key) if key.group == "features" else None
+        self.picture.show_step(nominal, self.draft.folder)
 
     def _take(self) -> None:
         """Take what is filled in over into the plan, or say why not."""
-        plan, name, form = self.history.plan, self.items.chosen(), self.form()
+        plan, key = self.draft.plan, self.items.chosen()
         try:
-            item = form.item()
-            if isinstance(item, PlanHead):
+            item = self.form().item()
+            if key == HEAD:
                 changed = with_head(plan, item)
-                check_plan(EDITED, changed)
+            elif key == ALIGNMENT:
+                changed = with_alignment(plan, item)
             else:
-                changed = replace_item(plan, name, item)
+                changed = replace_item(plan, key.name, item)
+                key = ItemKey(key.group, item.name)
         except OcmmError as error:
             self._say_fault(error)
             return
-        if self.history.did(changed):
-            self._refresh(HEAD if isinstance(item, PlanHead) else str(item.name))
+        if self.draft.did(changed):
+            self._refresh(key)
         else:
             self._check()
 
-    def _did(self, change: Callable[[], Plan], chosen: str) -> bool:
+    def _add(self, change: Callable[[], Plan], key: ItemKey) -> None:
+        if self._did(change, key):
+            self.form().focus_first()
+
+    def _did(self, change: Callable[[], Plan], chosen: ItemKey) -> bool:
         """Make a change of the plan and say whether it could be made."""
         changed = self.attempt(change)
         if changed is None:
             return False
-        self.history.did(changed)
+        self.draft.did(changed)
         self._refresh(chosen)
         return True
 
-    def _move(self, way: int) -> None:
-        plan, name = self.history.plan, self.items.chosen()
-        place = self.items.place_after(plan, name) - 1 + way
-        if name != HEAD and place >= 0:
-            self._did(lambda: move_item(plan, name, place), name)
+    def _place_after(self, group: str) -> int | None:
+        """Return the place after the chosen item of a list; None for its end."""
+        key = self.items.chosen()
+        return place_of(self.draft.plan, key) + 1 if key.group == group else None
 
-    def _refresh(self, chosen: str) -> None:
-        self.items.show_plan(self.history.plan, chosen)
-        state = "saved" if self.history.is_saved else "not saved yet"
-        where = "no file yet" if self._path is None else self._path.name
-        self.say(f"{self.history.plan.name}, {where}, {state}.")
+    def _move(self, way: int) -> None:
+        plan, key = self.draft.plan, self.items.chosen()
+        if key.group in LISTS and (place := place_of(plan, key) + way) >= 0:
+            self._did(lambda: move_item(plan, key.name, place, key.group), key)
+
+    def _refresh(self, chosen: ItemKey) -> None:
+        self.items.show_plan(self.draft.plan, chosen)
+        self.say(self.draft.words)
         self._show_item()
 
     def _check(self) -> None:
-        self._fault = None
         try:
-            check_plan(EDITED, self.history.plan)
+            check_plan(EDITED, self.draft.plan)
         except OcmmError as error:
-            self._fault = error
-        self._paint_checks()
-
-    def _say_fault(self, error: OcmmError) -> None:
-        self._fault = error
-        self._paint_checks()
-
-    def _paint_checks(self) -> None:
-        fault = self._fault
-        if fault is None:
+            self._say_fault(error)
+        else:
             self.form().mark("")
-            self.checks.setText("✔  In order: the plan can be measured.")
-            self.checks.setStyleSheet(f"color: {self._theme.good};")
-            return
-        found = _FIELD.search(fault.what)
-        key = fault.code.rpartition(".")[2] if fault.code.startswith("plan.form.") else ""
-        self.form().mark(found.group(1) if found else key)
-        self.checks.setText(f"✖  Not taken over: {fault.what} {fault.remedy}")
-        self.checks.setStyleSheet(f"color: {self._theme.bad};")
+            self.checks.show_good(self.draft)
+
+    def _say_fault(self, fault: OcmmError) -> None:
+        self.form().mark(faulty_field(fault, self.draft.plan, self.items.chosen()))
+        self.checks.show_fault(fault)
 
     def _on_taught(self, found: object) -> None:
-        self.progress.hide()
         if isinstance(found, Plan):
-            changed = self.history.did(found)
+            changed = self.draft.did(found)
             self._refresh(self.items.chosen())
             what = "The nominals are those of the part now." if changed else "Nothing has changed."
             self.told.emit(f"{what} F10 takes that back.")
 
-    def _on_failed(self, error: object) -> None:
-        self.progress.hide()
-        self.failed.emit(error)
-
-    def _on_advanced(self, what: str, share: float) -> None:
-        self.progress.setFormat(what)
-        self.progress.setValue(round(100.0 * share))
-
     def _lay_out(self) -> None:
-        for line in (self.file, self.source):
+        for line in (self.file, self.source, self.image, self.other):
             self.body.addWidget(line)
         middle, right = QVBoxLayout(), QVBoxLayout()
         middle.addWidget(self._stack)
         right.addWidget(self.picture, 3)
         right.addWidget(self.checks, 2)
-        right.addWidget(self.progress)
+        right.addWidget(self._teaching)
         row = QHBoxLayout()
         row.setSpacing(10)
-        row.addWidget(self.items, 30)
+        row.addWidget(self.items, 32)
         row.addWidget(panel(middle), 40)
-        row.addWidget(panel(right), 30)
+        row.addWidget(panel(right), 28)
         self.body.addLayout(row, 1)

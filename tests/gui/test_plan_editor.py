@@ -14,10 +14,8 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_gui.plan_editor.plan_items import HEAD
+from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
 
 BORE = "BORE_A"
@@ -32,29 +30,34 @@ def sheet(qtbot: QtBot) -> PlanSheet:
     return made
 
 
-def _choose(sheet: PlanSheet, name: str) -> None:
-    names = [HEAD, *(item.name for item in sheet.history.plan.features)]
-    names += [item.name for item in sheet.history.plan.characteristics]
-    sheet.items.setCurrentRow(names.index(name))
+def _choose(sheet: PlanSheet, name: str, group: str = "features") -> None:
+    sheet.items.choose(ItemKey(group, name))
+    assert sheet.items.chosen() == ItemKey(group, name)
 
 
 def _fill(sheet: PlanSheet, key: str, text: str) -> None:
-    field = sheet.features.fields[key]
+    field = sheet.form().fields[key]
     if isinstance(field, QComboBox):
+        assert field.findText(text) >= 0
         field.setCurrentText(text)
-    else:
-        assert isinstance(field, QLineEdit)
+        return
+    if isinstance(field, QLineEdit):
         field.setText(text)
-        field.editingFinished.emit()
+    else:
+        field.setPlainText(text)
+    field.editingFinished.emit()
 
 
 def test_every_item_of_a_plan_comes_back_from_its_form(sheet: PlanSheet) -> None:
-    plan = sheet.history.plan
-    items: list[NominalFeature | Characteristic] = [*plan.features, *plan.characteristics]
-    for item in items:
-        _choose(sheet, item.name)
-        assert sheet.form().item() == item, item.name
-    assert sheet.history.plan is plan
+    plan = sheet.draft.plan
+    for group in LISTS:
+        for item in getattr(plan, group):
+            _choose(sheet, item.name, group)
+            assert sheet.form().item() == item, item.name
+    for key in (HEAD, ALIGNMENT):
+        sheet.items.choose(key)
+        assert sheet.form().item() == item_of(plan, key)
+    assert sheet.draft.plan is plan
 
 
 @pytest.mark.parametrize(
@@ -75,9 +78,9 @@ def test_a_field_that_is_filled_in_is_in_the_plan(
 ) -> None:
     _choose(sheet, BORE)
     _fill(sheet, key, text)
-    feature = next(item for item in sheet.history.plan.features if item.name in (BORE, "BORE_1"))
+    feature = next(item for item in sheet.draft.plan.features if item.name in (BORE, "BORE_1"))
     assert getattr(feature, key) == value
-    assert not sheet.history.is_saved
+    assert not sheet.draft.is_saved
     assert sheet.checks.text().startswith("✔")
 
 
@@ -95,33 +98,33 @@ def test_a_field_that_is_filled_in_is_in_the_plan(
 def test_what_is_wrong_is_said_and_not_taken_over(
     sheet: PlanSheet, key: str, text: str, said: str
 ) -> None:
-    before = sheet.history.plan
+    before = sheet.draft.plan
     _choose(sheet, BORE)
     _fill(sheet, key, text)
-    assert sheet.history.plan == before
+    assert sheet.draft.plan == before
     assert sheet.checks.text().startswith("✖")
     assert said in sheet.checks.text()
-    assert sheet.features.faulty() == key
+    assert sheet.form().faulty() == key
 
 
 def test_features_and_tolerances_are_added_moved_removed_and_undone(sheet: PlanSheet) -> None:
-    before = sheet.history.plan
+    before = sheet.draft.plan
     _choose(sheet, BORE)
     sheet.add_feature()
-    names = [item.name for item in sheet.history.plan.features]
+    names = [item.name for item in sheet.draft.plan.features]
     assert names[names.index(BORE) + 1] == "BORE_A2"
     sheet.add_characteristic()
-    assert sheet.history.plan.characteristics[-1].features == ["BORE_A2"]
-    with_both = sheet.history.plan
+    assert sheet.draft.plan.characteristics[-1].features == ["BORE_A2"]
+    with_both = sheet.draft.plan
     _choose(sheet, "BORE_A2")
     errors: list[OcmmError] = []
     sheet.failed.connect(errors.append)
     sheet.remove()
-    assert sheet.history.plan == with_both
+    assert sheet.draft.plan == with_both
     assert "needed by" in errors[0].what
     for _ in range(2):
         sheet.undo()
-    assert sheet.history.plan == before
+    assert sheet.draft.plan == before
 
 
 def test_a_plan_is_saved_with_features_from_a_table(
@@ -133,7 +136,7 @@ def test_a_plan_is_saved_with_features_from_a_table(
     path = tmp_path / "mine.toml"
     with qtbot.waitSignal(sheet.saved):
         sheet.save_as(path)
-    assert sheet.history.is_saved
+    assert sheet.draft.is_saved
     again = load_plan(path)
-    assert msgspec.json.encode(again) == msgspec.json.encode(sheet.history.plan)
+    assert msgspec.json.encode(again) == msgspec.json.encode(sheet.draft.plan)
     assert [item.name for item in again.features][-2:] == ["PIN_1", "PIN_2"]

@@ -106,7 +106,7 @@ def keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Keybo
     )
     notices = NoticeCentre()
     bridge = StationBridge(built.station)
-    window = MainWindow(bridge, notices, out=tmp_path / "report", plan_path=plan)
+    window = MainWindow(bridge, notices, out=tmp_path / "report")
     window.resize(1280, 720)
     with qtbot.waitActive(window):
         window.show()

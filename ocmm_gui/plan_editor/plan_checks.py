@@ -1,0 +1,76 @@
+"""Whether the plan that is written can be measured, in a sentence."""
+
+from __future__ import annotations
+
+import re
+
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.plan_picture import without_file
+from ocmm_gui.maintain.parts import sentence_label
+from ocmm_gui.plan_editor.draft import PlanDraft
+from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
+
+_FIELD = re.compile(r"field '(\w+)(?:\[(\d+)\])?\.?([^'\[]*)")
+"""Part of the plan, place in its list, and field, in a sentence of the core."""
+
+
+class PlanChecks(QWidget):
+    """In order, or what is wrong and what to do."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._good = True
+        self._label = sentence_label("Checks", 15)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._label)
+
+    def text(self) -> str:
+        """Return what is said."""
+        return self._label.text()
+
+    def show_fault(self, fault: OcmmError) -> None:
+        """Say why something is not taken over."""
+        self._say(f"✖  Not taken over: {fault.what} {fault.remedy}", good=False)
+
+    def show_good(self, draft: PlanDraft) -> None:
+        """Say that the plan is in order, and what the inspector might miss."""
+        words = "✔  In order: the plan can be measured."
+        missing = without_file(draft.plan, draft.folder)
+        if missing:
+            words += (
+                f" The picture of {', '.join(missing)} is not beside the plan: the feature is "
+                "drawn instead."
+            )
+        self._say(words, good=True)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._say(self.text(), good=self._good)
+
+    def _say(self, words: str, *, good: bool) -> None:
+        self._good = good
+        self._label.setText(words)
+        self._label.setStyleSheet(f"color: {self._theme.good if good else self._theme.bad};")
+
+
+def faulty_field(fault: OcmmError, plan: Plan, key: ItemKey) -> str:
+    """Return the field of an item that a fault is about; empty where it is about another item."""
+    if fault.code.startswith("plan.form."):
+        return fault.code.removeprefix("plan.form.")
+    found = _FIELD.search(fault.what)
+    if found is None:
+        return ""
+    group, place, field = found.groups()
+    if key == HEAD:
+        return f"{group}.{field}" if field else str(group)
+    if group != key.group:
+        return ""
+    there = key == ALIGNMENT or (key.group in LISTS and place == str(place_of(plan, key)))
+    return str(field) if there else ""
