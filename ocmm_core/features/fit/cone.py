@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.fit.axes import across_axes, trial_axes
+from ocmm_core.features.fit.axes import across_axes, many_axes, trial_axes
 from ocmm_core.features.fit.axis_kernel import CONE
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -58,12 +58,22 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
         "Take points around the cone at two heights or more.",
     )
     centroid, about, size = centred_solid(Shape.CONE, points, flat)
-    solutions = minima(CONE, about, _starts(about), _possible)
+    solutions = minima(
+        CONE, about, _starts(about, trial_axes(about)), _possible,
+        lambda: _starts(about, many_axes(about)),
+    )  # fmt: skip
     if not solutions:
         raise not_converged(Shape.CONE)
+    one_sided = [solution for solution in solutions if solution.parameters[7] > 0.0]
+    if not one_sided:
+        raise degenerate(
+            Shape.CONE,
+            "they lie on both sides of its apex",
+            "Take the points on one side of the apex.",
+        )
     hint = half_angle_hint
     expected = None if hint is None else lambda p: abs(abs(float(p[6])) - hint) < NEAR_HINT
-    best = chosen(Shape.CONE, solutions, len(points), expected)
+    best = chosen(Shape.CONE, one_sided, len(points), expected)
     if best[6] < 0.0:
         best[3:7] *= -1.0
     residuals, jacobian, _ = derivatives(CONE, about, best)
@@ -72,12 +82,6 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
         raise flat
     half_angle = float(best[6])
     radius = float(best[7] / np.cos(half_angle))
-    if radius <= 0.0:
-        raise degenerate(
-            Shape.CONE,
-            "they lie on both sides of its apex",
-            "Take the points on one side of the apex.",
-        )
     geometry = element(
         centroid + size * best[0:3], best[3:6], size * radius, half_angle=half_angle
     )
@@ -91,14 +95,13 @@ def _possible(parameters: Float) -> bool:
     return abs(float(parameters[6])) < FLATTEST and abs(float(parameters[7])) < LARGEST_RADIUS
 
 
-def _starts(points: Float) -> Float:
+def _starts(points: Float, axes: Float) -> Float:
     """Return start parameters (m, 8): for every trial axis two cones.
 
     On a cone x^2 + y^2 - 2 a x - 2 b y is a polynomial of second order in the height: the centre
     (a, b) follows from linear equations. The other centre is that of Taubin's circle, which serves
     narrow cones and short arcs.
     """
-    axes = trial_axes(points)
     sample = sampled(points, RANKING_POINTS)
     frames = np.stack(across_axes(axes), axis=1)
     flat = sample @ frames.reshape(-1, 3).T

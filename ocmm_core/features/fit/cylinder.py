@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from ocmm_core.features.fit.axes import across_axes, trial_axes
+from ocmm_core.features.fit.axes import across_axes, many_axes, trial_axes
 from ocmm_core.features.fit.axis_kernel import CYLINDER
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -60,7 +60,10 @@ def fit_cylinder(
         "Take points around the cylinder at two heights or more.",
     )
     centroid, about, size = centred_solid(Shape.CYLINDER, points, flat)
-    solutions = minima(CYLINDER, about, _starts(about), _possible)
+    solutions = minima(
+        CYLINDER, about, _starts(about, trial_axes(about)), _possible,
+        lambda: _starts(about, many_axes(about)),
+    )  # fmt: skip
     if not solutions:
         raise not_converged(Shape.CYLINDER)
     best = chosen(
@@ -85,13 +88,12 @@ def _possible(parameters: Float) -> bool:
     return 0.0 < float(parameters[6]) < LARGEST_RADIUS
 
 
-def _starts(points: Float) -> Float:
+def _starts(points: Float, axes: Float) -> Float:
     """Return start parameters (m, 8), one for every trial axis."""
     sample = sampled(points, RANKING_POINTS)
     # The sample has its own centroid; the feet are taken back to that of all points.
     middle = sample.mean(axis=0)
     sample = sample - middle
-    axes = trial_axes(sample)
     frames = np.stack(across_axes(axes), axis=1)
     projected = (sample @ frames.reshape(-1, 3).T).T.reshape(len(axes), 2, -1)
     moments, mean_square = taubin_moments(np.swapaxes(projected, 1, 2))

@@ -6,14 +6,14 @@ a sample of the points in compiled loops; the best ends are refined on all of th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.axis_kernel import RING
 from ocmm_core.features.fit.newton_kernel import descend, rank
-from ocmm_core.features.fit.solver import Solution, minimise
+from ocmm_core.features.fit.solver import Solution, derivatives, gains, minimise
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 
@@ -22,12 +22,18 @@ SAMPLE = 60
 KEPT = 60
 """Starts that descend, the most promising first; more for few points, most where none leads."""
 KEPT_FEW, KEPT_MOST = 180, 600
-STEPS = 15
+STEPS, STEPS_MOST = 15, 300
+"""Greatest number; the most where valleys are long and narrow."""
 REFINED, REFINED_FEW = 8, 30
 """Ends that are refined; many more where points are so few that minima abound."""
 FEW_POINTS = 12
 LEAST_REFINED, HOPELESS = 3, 100.0
 """After so many, ends that are still so many times worse on the sample than the best are left."""
+CERTAIN_POINTS, CERTAIN_CONDITION = 30, 30.0
+CERTAIN_RESIDUAL, CERTAIN_RESIDUAL_FEWER = 0.01, 0.001
+"""Condition number and root mean squared residual below which the quick search is believed: points
+that lie so close to an element and determine it well lie close to no other. Fewer points have to
+lie closer."""
 SAME = 1e-6
 """Relative difference below which two minima are one."""
 NEAR = 0.05
@@ -59,7 +65,11 @@ def nearest_minimum(kind: int, points: Float, starts: Float, kept: int) -> Solut
 
 
 def minima(
-    kind: int, points: Float, starts: Float, possible: Callable[[Float], bool]
+    kind: int,
+    points: Float,
+    starts: Float,
+    possible: Callable[[Float], bool],
+    more: Callable[[], Float] | None = None,
 ) -> list[Solution]:
     """Return the minima that were found from ``starts`` (m, 8), best first, each once.
 
@@ -73,25 +83,46 @@ def minima(
         (m, 8).
     possible
         Whether parameters (8,) are an element at all.
+    more
+        Gives further starts (m, 8) where the first ones leave a doubt.
     """
-    starts = np.ascontiguousarray(starts[np.isfinite(starts).all(axis=1)])
-    sample = sampled(points, SAMPLE)
-    costs = np.empty(len(starts))
-    rank(kind, sample, starts, costs)
-    starts = starts[np.argsort(costs, kind="stable")]
     few = len(points) <= FEW_POINTS
+    starts = _ranked(kind, points, starts)
     found = _minima(kind, points, starts[: KEPT_FEW if few else KEPT], few, possible)
-    return found or _minima(kind, points, starts[:KEPT_MOST], True, possible)
+    if found and (more is None or (not few and _certain(kind, points, found[0]))):
+        return found
+    if more is not None:
+        starts = _ranked(kind, points, np.concatenate([starts, more()]))
+    return _minima(kind, points, starts[:KEPT_MOST], True, possible, found)
+
+
+def _ranked(kind: int, points: Float, starts: Float) -> Float:
+    """Return the finite ones among ``starts``, the most promising first."""
+    starts = np.ascontiguousarray(starts[np.isfinite(starts).all(axis=1)])
+    costs = np.empty(len(starts))
+    rank(kind, sampled(points, SAMPLE), starts, costs)
+    return starts[np.argsort(costs, kind="stable")]
+
+
+def _certain(kind: int, points: Float, found: Solution) -> bool:
+    """Return whether no other element can be as near to ``points`` as this one."""
+    n = len(points)
+    closest = CERTAIN_RESIDUAL if n >= CERTAIN_POINTS else CERTAIN_RESIDUAL_FEWER
+    if found.cost > n * closest**2:
+        return False
+    return gains(derivatives(kind, points, found.parameters)[1])[2] < CERTAIN_CONDITION
 
 
 def _minima(
-    kind: int, points: Float, starts: Float, thorough: bool, possible: Callable[[Float], bool]
-) -> list[Solution]:
+    kind: int, points: Float, starts: Float, thorough: bool, possible: Callable[[Float], bool],
+    before: Sequence[Solution] = (),
+) -> list[Solution]:  # fmt: skip
+    """Return the minima of ``before`` and those from ``starts``, best first, each once."""
     costs = np.empty(len(starts))
     starts = starts.copy()
-    descend(kind, sampled(points, SAMPLE), starts, STEPS * (3 if thorough else 1), costs)
-    found: list[Solution] = []
-    known: list[Float] = []
+    descend(kind, sampled(points, SAMPLE), starts, STEPS_MOST if thorough else STEPS, costs)
+    found = list(before)
+    known = [_signature(kind, solution.parameters) for solution in found]
     tried: list[Float] = []
     order = np.argsort(costs, kind="stable")
     hopeless = HOPELESS * costs[order[0]] if len(order) else 0.0
