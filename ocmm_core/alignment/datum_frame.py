@@ -125,11 +125,28 @@ def datum_frame(
             "Name each datum once, the primary first.",
         )
     elements = [_element(name, geometries, shapes, nominals) for name in datums]
-    ways = _ways(Held.free(), elements)
     if choice is not None:
-        return _frame_of(next(islice(ways, choice, None)), elements, choice)
-    frames = [_frame_of(held, elements, place) for place, held in enumerate(ways)]
-    return _likeliest(frames, geometries, shapes, nominals)
+        held = next(islice(_ways(Held.free(), elements), choice, None))
+        return _frame_of(held, elements, choice)
+    return _likeliest(_frames(elements), geometries, shapes, nominals)
+
+
+def frames_of_datums(
+    datums: Sequence[str],
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> list[DatumFrame]:
+    """Return the frames of datums for either sense of every direction that has none.
+
+    See `datum_frame`, which takes the likeliest of them.
+    """
+    return _frames([_element(name, geometries, shapes, nominals) for name in datums])
+
+
+def _frames(elements: Sequence[_Element]) -> list[DatumFrame]:
+    ways = _ways(Held.free(), elements)
+    return [_frame_of(held, elements, place) for place, held in enumerate(ways)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,15 +25,9 @@ from ocmm_core.alignment.rules import (
 from ocmm_core.alignment.three_two_one import nominal_frame as three_two_one_of_nominals
 from ocmm_core.alignment.three_two_one import three_two_one
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform
 
-__all__ = ["DatumAlignment", "datums_of", "frame_of", "nominal_frame", "part_frame", "settled"]
-
-
-def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
-    """Return the motion from the world to the part frame; see `frame_of`."""
-    return frame_of(rule, {name: feature.fit.geometry for name, feature in features.items()})
+__all__ = ["DatumAlignment", "datums_of", "frame_of", "nominal_frame", "settled"]
 
 
 def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransform:
@@ -41,6 +35,9 @@ def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransf
 
     It rests on the features that the rule names and on no others, but for the choice of which way
     an axis runs.
+
+    Datums are taken as they are given here; `precedence.part_frame` associates those after the
+    first again.
 
     Parameters
     ----------

@@ -120,7 +120,7 @@ def turn_to(
         return held
     if lever < NEARLY:
         raise _nearly(name)
-    rotation = rotation_from_vector(_angle_about(axis, direction, nominal) * axis)
+    rotation = rotation_from_vector(angle_about(axis, direction, nominal) * axis)
     return _turned(held, rotation, replace(freedom, turn=np.zeros((0, 3))))
 
 
@@ -178,7 +178,7 @@ def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: s
         return held
     if np.linalg.norm(square @ lever) < SHORTEST_MM:
         raise _nearly(name)
-    rotation = rotation_from_vector(_angle_about(axis, lever, wanted) * axis)
+    rotation = rotation_from_vector(angle_about(axis, lever, wanted) * axis)
     return _turned(held, rotation, replace(freedom, turn=np.zeros((0, 3))))
 
 
@@ -219,7 +219,7 @@ def _turned(held: Held, rotation: Float, freedom: Freedom) -> Held:
     return Held(about.compose(held.T_frame_from_world), freedom)
 
 
-def _angle_about(axis: Float, start: Float, end: Float) -> float:
+def angle_about(axis: Float, start: Float, end: Float) -> float:
     """Return the angle about ``axis`` from one vector to another, both seen along the axis."""
     sine = float(axis @ cross(start, end))
     cosine = float(start @ end - (start @ axis) * (end @ axis))

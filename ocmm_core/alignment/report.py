@@ -10,6 +10,7 @@ import numpy as np
 from ocmm_core.alignment.datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment.frame_slopes import frame_slopes
 from ocmm_core.alignment.misfit import DEEP_AS_PROBED
+from ocmm_core.alignment.precedence import geometries_of, held_again
 from ocmm_core.alignment.residuals import Residual, brought_together, residuals_of
 from ocmm_core.alignment.rules import (
     BestFit,
@@ -83,16 +84,17 @@ def preview_alignment(
         (3 N + 1, 3 N + 1), mm^2: of all ball centres and the tip radius.
     """
     measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
-    geometries = {name: feature.fit.geometry for name, feature in measured.items()}
+    geometries = geometries_of(measured)
     try:
         for name in bound.features:
             reason = actual.get(name)
             if isinstance(reason, FitError):
                 raise reason
         bound = settled(bound, geometries)
-        T_part_from_world = frame_of(bound, geometries)
+        held = held_again(bound, measured)
+        T_part_from_world = frame_of(bound, geometries_of(held))
         T_nominal_from_part = _to_nominals(bound)
-        slopes = frame_slopes(bound, measured, T_part_from_world)
+        slopes = frame_slopes(bound, held, T_part_from_world)
     except OcmmError as error:
         said = (f"{error.what} {error.remedy}",)
         return AlignmentReport(bound.frame, None, None, (), (), None, None, said)

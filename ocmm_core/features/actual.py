@@ -12,18 +12,20 @@ approach out of the result; the approach only says on which side the material is
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit import (
     distance_derivatives,
+    fit_bounded,
     fit_circle_projected,
     fit_ellipse,
     fit_ellipse_projected,
     fit_shape,
     fit_slot_projected,
+    fit_zone,
 )
 from ocmm_core.features.nominal import CRITERIA, NominalFeature
 from ocmm_core.features.shapes import (
@@ -36,7 +38,6 @@ from ocmm_core.features.shapes import (
     Criterion,
     Fit,
     Shape,
-    make_fit,
 )
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.point import MeasuredPoint
@@ -127,22 +128,41 @@ def _actual(
     found: Mapping[str, ActualFeature | FitError],
 ) -> ActualFeature:
     touches = _touches(nominal, points)
-    sign = 1.0 if nominal.side == "outer" else -1.0
     coordinates = 3 * len(points) + 1
-    offset = sign * touches.tip_radius
     if nominal.projection:
         plane = _projection_plane(nominal, found)
-        raw, by_normal = _fit_projected(nominal, touches, plane.fit.direction, offset)
-        by_all = _spread(raw.jacobian, touches.places, coordinates)
+        raw, by_normal = fit_projected(nominal, touches, plane.fit.direction)
+        by_all = spread_over(raw.jacobian, touches.places, coordinates)
         by_all += by_normal @ plane.jacobian[DIRECTION]
     else:
-        raw = _fit(nominal, touches, offset)
-        by_all = _spread(raw.jacobian, touches.places, coordinates)
+        raw = _fit(nominal, touches)
+        by_all = spread_over(raw.jacobian, touches.places, coordinates)
+    return compensated(nominal, touches, raw, by_all)
 
+
+def compensated(
+    nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Float
+) -> ActualFeature:
+    """Return the feature of a fit of ball centres.
+
+    Parameters
+    ----------
+    raw
+        The fit; its jacobian is by the feature's own points.
+    by_all
+        (12, 3 N + 1): d(its geometry) / d(ball centres of all points, tip radius).
+
+    Raises
+    ------
+    FitError
+        A point was approached from the wrong side, or the feature is smaller than the ball.
+    """
+    sign = _sign(nominal)
     by_geometry, normals = distance_derivatives(raw, touches.tips)
     if nominal.shape is Shape.ELLIPSE:
         # Its fit holds the ball already: a greater one is like points that lie further inside.
         own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
+        by_all = by_all.copy()
         by_all[:, -1] -= sign * np.einsum("kna,na->k", own, normals)
     by_residual = by_geometry @ by_all
     if nominal.shape is Shape.ELLIPSE:
@@ -153,23 +173,28 @@ def _actual(
     change = _compensation(nominal, raw, touches, normals, sign)
     jacobian = change.by_raw @ by_all
     jacobian[:, -1] += change.by_radius
-    fit = make_fit(
-        nominal.shape,
-        change.geometry,
-        change.by_raw @ raw.jacobian,
-        raw.residuals,
-        criterion=raw.criterion,
-        contacts=raw.contacts,
-    )
+    fit = replace(raw, geometry=change.geometry, jacobian=change.by_raw @ raw.jacobian)
     return ActualFeature(nominal, fit, touches.numbers, jacobian, by_residual, raw, touches)
 
 
-def _fit(nominal: NominalFeature, touches: Touches, offset: float) -> Fit:
+def _sign(nominal: NominalFeature) -> float:
+    return 1.0 if nominal.side == "outer" else -1.0
+
+
+def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
     """Return the fit of the ball centres, of an ellipse that of the surface itself."""
+    offset = _sign(nominal) * touches.tip_radius
     criterion = CRITERIA[nominal.criterion]
     sense = _sense(nominal, touches)
-    if nominal.shape is Shape.ELLIPSE and criterion is Criterion.LEAST_SQUARES:
-        return fit_ellipse(touches.tips, sense, offset)
+    if nominal.shape is Shape.ELLIPSE:
+        start = fit_ellipse(touches.tips, sense, offset)
+        match criterion:
+            case Criterion.LEAST_SQUARES:
+                return start
+            case Criterion.MINIMUM_ZONE:
+                return fit_zone(start, touches.tips, offset)
+            case _:
+                return fit_bounded(start, touches.tips, criterion)
     half_length = 0.5 * (nominal.length if nominal.shape in _OUTLINES else nominal.diameter)
     return fit_shape(
         nominal.shape,
@@ -183,10 +208,17 @@ def _fit(nominal: NominalFeature, touches: Touches, offset: float) -> Fit:
     )
 
 
-def _fit_projected(
-    nominal: NominalFeature, touches: Touches, plane_normal: Float, offset: float
+def fit_projected(
+    nominal: NominalFeature, touches: Touches, plane_normal: Float
 ) -> tuple[Fit, Float]:
-    """Return the fit in the plane of another feature, and its derivatives (12, 3) by the normal."""
+    """Return the outline in a plane of given normal, and its derivatives (12, 3) by the normal.
+
+    Raises
+    ------
+    FitError
+        The criterion is not least squares, or the points do not determine the outline.
+    """
+    offset = _sign(nominal) * touches.tip_radius
     if nominal.criterion != "least squares":
         raise FitError(
             "feature.projected_criterion",
@@ -248,7 +280,7 @@ def _projection_plane(
     )
 
 
-def _spread(by_own: Float, places: Sequence[int], coordinates: int) -> Float:
+def spread_over(by_own: Float, places: Sequence[int], coordinates: int) -> Float:
     """Return ``by_own`` (k, 3 n) with its columns at their places among all coordinates."""
     columns = (3 * np.asarray(places)[:, None] + np.arange(3)).ravel()
     spread = np.zeros((len(by_own), coordinates))

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.alignment.datums import part_frame, settled
+from ocmm_core.alignment.datums import settled
+from ocmm_core.alignment.precedence import part_frame
 from ocmm_core.alignment.rules import BoundAlignment
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import FitError, OcmmError

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.alignment.rules import AnyAlignment, BoundAlignment, frame_name
+from ocmm_core.alignment.precedence import may_be_taken_again, taken_again_by
+from ocmm_core.alignment.rules import AnyAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Shape
+from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, Shape
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.angle import angle_of_axes, angle_rule, needs_sense
 from ocmm_core.tolerances.characteristic import (
     COAXIAL,
     FORMS,
@@ -25,22 +27,20 @@ from ocmm_core.tolerances.characteristic import (
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.form import form
 from ocmm_core.tolerances.location import coaxiality, position
-from ocmm_core.tolerances.measure import geometry_value
+from ocmm_core.tolerances.measure import XYZ, geometry_value
 from ocmm_core.tolerances.orientation import orientation
 from ocmm_core.tolerances.points import points_note
 from ocmm_core.tolerances.profile import profile
 from ocmm_core.tolerances.runout import runout
 from ocmm_core.tolerances.size import associated_size, own_association, size_words
 from ocmm_core.tolerances.symmetry import symmetry
-from ocmm_core.tolerances.zone_frame import Frames, moved_geometry
+from ocmm_core.tolerances.zone_frame import Frames, ZoneFrame, moved_geometry
 
 _STEP = 1e-5
 """Step of the central differences over geometry: mm, and for directions a fraction of one."""
 
 _SHORTEST_MM = 1e-3
 """A distance below it is bent within the step: differences would make it look certain."""
-_FLATTEST_DEG = 0.01
-"""The same for an angle near zero, straight or at the fold of an acute one."""
 
 _NOTHING = 1e-6
 """Gradients below it are rounding: no point moves the value."""
@@ -89,7 +89,18 @@ def evaluate(
             "Leave it out, or align to other features.",
         )
     note = points_note(characteristic, [actual[name] for name in characteristic.features])
-    return replace(found, note=f"{found.note} {note}".strip())
+    said = _precedence_note(taken_again(characteristic, actual, alignment), actual)
+    return replace(found, note=" ".join(part for part in (found.note, note, said) if part))
+
+
+def _precedence_note(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> str:
+    """Return how datums after the first were associated; empty where there are none."""
+    if not datums:
+        return ""
+    words = dict.fromkeys(own_association(actual[name]) for name in datums)
+    listed = " and ".join(datums)
+    verb = "follow" if len(datums) > 1 else "follows"
+    return f"{listed} {verb} the orientation of the datums before ({', '.join(words)})."
 
 
 def involved_features(
@@ -97,9 +108,23 @@ def involved_features(
 ) -> tuple[str, ...]:
     """Return the names of all features that the value rests on, each once."""
     names = dict.fromkeys((*characteristic.features, *characteristic.datums))
-    if needs_part_frame(characteristic) and alignment is not None:
+    in_part = needs_part_frame(characteristic) or needs_sense(characteristic, alignment)
+    if in_part and alignment is not None:
         names |= dict.fromkeys(alignment.features)
     return tuple(names)
+
+
+def taken_again(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+) -> tuple[str, ...]:
+    """Return the datums that the value takes under the orientation of those before them."""
+    if characteristic.datums:
+        if characteristic.kind in ORIENTATIONS | PROFILES | {"position"}:
+            return may_be_taken_again(characteristic.datums, actual)
+        return ()
+    return taken_again_by(alignment, actual) if needs_part_frame(characteristic) else ()
 
 
 def needs_part_frame(characteristic: Characteristic) -> bool:
@@ -126,7 +151,10 @@ def _evaluated(
     if kind in SIZES and characteristic.association not in ("", own):
         return associated_size(characteristic, first)
     if kind not in ZONES:
-        found = _from_geometry(characteristic, actual, alignment)
+        if needs_part_frame(characteristic):
+            found = _in_part(characteristic, actual, frames.aligned(characteristic.name))
+        else:
+            found = _from_geometry(characteristic, actual, alignment)
         return replace(found, association=size_words(own) if kind in SIZES else own)
     if kind in FORMS:
         return form(characteristic, first)
@@ -148,10 +176,23 @@ def _evaluated(
     return replace(found, association="all points" if points else own)
 
 
-def _frame_words(alignment: AnyAlignment) -> str:
-    if isinstance(alignment, BoundAlignment):
-        return alignment.frame
-    return frame_name(alignment)
+def _in_part(
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frame: ZoneFrame
+) -> Evaluation:
+    """Return a coordinate, or the difference of two along an axis."""
+    axis = XYZ.index(characteristic.axis)
+    places, slopes = [], []
+    for name in characteristic.features:
+        feature = actual[name]
+        point = frame.T_frame_from_world.apply(feature.fit.point)
+        places.append(float(point[axis]))
+        slopes.append(frame.point_derivative(point, feature.jacobian[POINT])[axis])
+    if characteristic.kind == "coordinate":
+        return Evaluation(places[0], slopes[0], frame=frame.words)
+    between = places[1] - places[0]
+    _refuse_folded(characteristic, abs(between))
+    sign = -1.0 if between < 0.0 else 1.0
+    return Evaluation(abs(between), sign * (slopes[1] - slopes[0]), frame=frame.words)
 
 
 def _from_geometry(
@@ -159,17 +200,28 @@ def _from_geometry(
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
 ) -> Evaluation:
-    """Return a size, distance, coordinate or angle, by central differences over the geometry."""
+    """Return a size, distance or angle, by central differences over the geometry."""
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     shapes = {name: feature.fit.shape for name, feature in actual.items()}
 
     def value_of(moved: Mapping[str, Float]) -> float:
-        return geometry_value(characteristic, moved, shapes, alignment)
+        return geometry_value(characteristic, moved, shapes, None)
+
+    if characteristic.kind == "angle" and len(characteristic.features) == 2:
+        rule = angle_rule(characteristic, geometries, shapes, alignment)
+        found = angle_of_axes(characteristic, actual, rule)
+        if found is not None:
+            return found
+        first, second = characteristic.features
+
+        def value_of(moved: Mapping[str, Float]) -> float:
+            return rule.value(moved[first], moved[second])
 
     value = value_of(geometries)
-    _refuse_folded(characteristic, value, shapes)
+    _refuse_folded(characteristic, value)
     gradient = np.zeros(next(iter(actual.values())).jacobian.shape[1])
-    for name, feature in actual.items():
+    for name in (*characteristic.features, *characteristic.datums):
+        feature = actual[name]
         slope = np.zeros(GEOMETRY_SIZE)
         for k in range(GEOMETRY_SIZE):
             if np.any(feature.jacobian[k]):
@@ -179,31 +231,15 @@ def _from_geometry(
                 )
                 slope[k] = (ahead - behind) / (2.0 * _STEP)
         gradient += slope @ feature.jacobian
-    in_part = needs_part_frame(characteristic) and alignment is not None
-    words = _frame_words(alignment) if in_part and alignment is not None else ""
-    return Evaluation(value, gradient, frame=words)
+    return Evaluation(value, gradient)
 
 
-def _refuse_folded(
-    characteristic: Characteristic, value: float, shapes: Mapping[str, Shape]
-) -> None:
-    """Raise FitError where a value is at a fold, so that differences would make it look certain."""
+def _refuse_folded(characteristic: Characteristic, value: float) -> None:
+    """Raise FitError where a distance is at its fold, so that differences make it look certain."""
     if characteristic.kind == "distance" and value < _SHORTEST_MM:
         raise FitError(
             "characteristic.no_distance",
             f"The features of {characteristic.name} are in one place; a distance of zero has no "
             "uncertainty that could be stated.",
             "Tolerance the coordinates of the features instead.",
-        )
-    if characteristic.kind != "angle" or len(characteristic.features) == 1:
-        return
-    folds = [0.0, 180.0]
-    if not all(shapes[name] is Shape.PLANE for name in characteristic.features):
-        folds.append(90.0)
-    if min(abs(value - fold) for fold in folds) < _FLATTEST_DEG:
-        raise FitError(
-            "characteristic.no_angle",
-            f"The angle of {characteristic.name} has no sense at {value:.3f} degrees, and so no "
-            "uncertainty that could be stated.",
-            "Tolerance parallelism, perpendicularity or angularity instead.",
         )

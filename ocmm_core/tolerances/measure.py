@@ -18,6 +18,7 @@ from ocmm_core.features.shapes import (
     Shape,
 )
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.angle import angle_value
 from ocmm_core.tolerances.characteristic import Characteristic
 
 XYZ = "xyz"
@@ -25,8 +26,6 @@ XYZ = "xyz"
 _LINES = (Shape.LINE, Shape.CYLINDER, Shape.CONE)
 _PARALLEL = np.cos(np.deg2rad(10.0))
 """Axes at less than 10 degrees are meant to be parallel: their crossing point means nothing."""
-_PREFERRED_DEG = 5.0
-"""The angle in the material is taken unless its supplement is nearer to the nominal by this."""
 
 
 def geometry_value(
@@ -44,7 +43,7 @@ def geometry_value(
     shapes
         Of the same features.
     alignment
-        Rule of the part frame; only what has an axis needs it.
+        Rule of the part frame; what has an axis needs it, and an angle near a right one may.
 
     Raises
     ------
@@ -65,7 +64,7 @@ def geometry_value(
         case "width":
             return 2.0 * float(first[SECOND])
         case "angle":
-            return _angle(characteristic, geometries, shapes)
+            return angle_value(characteristic, geometries, shapes, alignment)
         case "distance" if not characteristic.axis:
             second = geometries[names[1]]
             return _distance(first, shapes[names[0]], second, shapes[names[1]])
@@ -113,29 +112,3 @@ def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
     if shape in _LINES:
         return float(np.linalg.norm(np.cross(arm, first[DIRECTION])))
     return float(np.linalg.norm(arm))
-
-
-def _angle(
-    characteristic: Characteristic, geometries: Mapping[str, Float], shapes: Mapping[str, Shape]
-) -> float:
-    """Return the apex angle of a cone, or the angle of two elements, deg.
-
-    Between two faces it is the angle in the material, else the acute one, and in either case the
-    supplement where that clearly is what the nominal means.
-    """
-    if len(characteristic.features) == 1:
-        return float(np.degrees(2.0 * geometries[characteristic.features[0]][HALF_ANGLE]))
-    first, second = (geometries[name][DIRECTION] for name in characteristic.features)
-    flat = [shapes[name] is Shape.PLANE for name in characteristic.features]
-    between = float(
-        np.degrees(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))
-    )
-    if all(flat):
-        angle = 180.0 - between
-    else:
-        angle = min(between, 180.0 - between)
-        if any(flat):
-            angle = 90.0 - angle
-    supplement = 180.0 - angle
-    nearer = abs(angle - characteristic.nominal) - abs(supplement - characteristic.nominal)
-    return supplement if nearer > _PREFERRED_DEG else angle

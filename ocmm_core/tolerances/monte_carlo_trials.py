@@ -22,7 +22,7 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.characteristic import FORMS, SIZES, ZONES, Characteristic
-from ocmm_core.tolerances.evaluate import evaluate, involved_features
+from ocmm_core.tolerances.evaluate import evaluate, involved_features, taken_again
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.measure import geometry_value
 from ocmm_core.tolerances.monte_carlo_model import Refit, SecondOrder, refits_of, second_order
@@ -153,6 +153,9 @@ def _quick_value(
     item: Characteristic, task: Task, names: Sequence[str]
 ) -> SecondOrder | Vector | Range | None:
     involved = {name: task.actual[name] for name in names}
+    if taken_again(item, involved, task.alignment):
+        # A datum under the orientation of others is no function of its own element.
+        return None
     first = task.actual[item.features[0]]
     evaluation = evaluate(item, involved, task.alignment)
     if item.kind in FORMS:

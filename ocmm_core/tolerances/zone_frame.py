@@ -10,6 +10,7 @@ import numpy as np
 from ocmm_core.alignment.datum_frame import MOST_DATUMS, datum_frame
 from ocmm_core.alignment.datums import frame_of, nominal_frame
 from ocmm_core.alignment.frame_slopes import frame_slopes
+from ocmm_core.alignment.precedence import geometries_of, held_again, in_precedence
 from ocmm_core.alignment.rules import (
     AnyAlignment,
     BoundAlignment,
@@ -104,6 +105,14 @@ def _shift(twist: Float) -> Float:
     return np.asarray(shift + a * k @ shift + b * k @ k @ shift, dtype=np.float64)
 
 
+@dataclass(frozen=True, slots=True)
+class _HeldFrame:
+    """The frame of datums, and the geometry of all features, these datums as the frame has them."""
+
+    frame: ZoneFrame
+    geometries: Mapping[str, Float]
+
+
 class Frames:
     """Frames of datums and of the part, each made once for all characteristics of a job.
 
@@ -127,8 +136,8 @@ class Frames:
             if isinstance(alignment, BoundAlignment)
             else {name: nominal_geometry(item.nominal) for name, item in actual.items()}
         )
-        self._held: dict[tuple[str, ...], ZoneFrame] = {}
-        self._part: ZoneFrame | None = None
+        self._held: dict[tuple[str, ...], _HeldFrame] = {}
+        self._aligned: ZoneFrame | None = None
 
     def of_datums(self, datums: Sequence[str], features: Sequence[str]) -> ZoneFrame:
         """Return the frame of up to three datums in their precedence, or of none.
@@ -141,8 +150,8 @@ class Frames:
         FitError
             A datum hardly says how the part lies, or nothing is known of its nominal place.
         """
-        started = self._started(datums, features)
         if not datums:
+            started = self._started((), features, self._geometries)
             points = np.array([self._geometries[name][POINT] for name in features])
             coordinates = self._actual[features[0]].jacobian.shape[1]
             return free_frame(started, points.mean(axis=0), coordinates)
@@ -150,7 +159,8 @@ class Frames:
         if key not in self._held:
             self._held[key] = self._of(key)
         held = self._held[key]
-        return held.after(started.compose(held.T_frame_from_world.inverse()))
+        started = self._started(datums, features, held.geometries)
+        return held.frame.after(started.compose(held.frame.T_frame_from_world.inverse()))
 
     def of_part(self, name: str) -> ZoneFrame:
         """Return the frame in which nominals are written, of the plan's alignment.
@@ -171,43 +181,66 @@ class Frames:
                 f"{name} needs datums or a part frame, and the plan has neither.",
                 "Name its datums, or add an alignment to the plan.",
             )
-        if self._part is None:
-            rule = self._alignment
-            words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
-            T_part_from_world = frame_of(rule, self._geometries)
-            slopes = frame_slopes(rule, self._actual, T_part_from_world)
-            part = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)
-            if isinstance(rule, BoundAlignment):
-                part = part.after(nominal_frame(rule).inverse())
-            self._part = part
-        return self._part
+        aligned = self.aligned(name)
+        if isinstance(self._alignment, BoundAlignment):
+            return aligned.after(nominal_frame(self._alignment).inverse())
+        return aligned
 
-    def _of(self, datums: tuple[str, ...]) -> ZoneFrame:
-        frame = datum_frame(datums, self._geometries, self._shapes, self._nominals)
+    def aligned(self, name: str) -> ZoneFrame:
+        """Return the part frame itself, as the plan's alignment makes it.
+
+        Parameters
+        ----------
+        name
+            Of the characteristic that needs it, for errors.
+
+        Raises
+        ------
+        FitError
+            As `of_part`.
+        """
+        rule = self._alignment
+        if rule is None:
+            raise FitError(
+                "characteristic.no_frame",
+                f"{name} needs a part frame, and the plan has no alignment.",
+                "Add an alignment to the plan.",
+            )
+        if self._aligned is None:
+            words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
+            held = held_again(rule, self._actual)
+            T_part_from_world = frame_of(rule, geometries_of(held))
+            slopes = frame_slopes(rule, held, T_part_from_world)
+            self._aligned = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)
+        return self._aligned
+
+    def _of(self, datums: tuple[str, ...]) -> _HeldFrame:
+        held, frame = in_precedence(datums, self._actual, self._shapes, self._nominals)
         rule = BoundAlignment(
             DatumReferenceFrame(datums=datums), self._shapes, self._nominals, choice=frame.choice
         )
-        slopes = frame_slopes(rule, self._actual, frame.T_frame_from_world)
-        return ZoneFrame(
-            frame.T_frame_from_world, slopes, frame.free.motions(), "|".join(datums)
-        )
+        slopes = frame_slopes(rule, held, frame.T_frame_from_world)
+        zone = ZoneFrame(frame.T_frame_from_world, slopes, frame.free.motions(), "|".join(datums))
+        return _HeldFrame(zone, geometries_of(held))
 
-    def _started(self, datums: Sequence[str], features: Sequence[str]) -> RigidTransform:
+    def _started(
+        self, datums: Sequence[str], features: Sequence[str], geometries: Mapping[str, Float]
+    ) -> RigidTransform:
         """Return the frame of the datums with what they leave open set by the features."""
         least = max(len(datums), 1)
         names = tuple(dict.fromkeys((*datums, *features)))[: max(MOST_DATUMS, least)]
         for count in range(len(names), least, -1):
             try:
-                return self._placed(names[:count])
+                return self._placed(names[:count], geometries)
             except FitError:
                 # A further feature that hardly turns the frame leaves it where it is.
                 continue
-        return self._placed(names[:least])
+        return self._placed(names[:least], geometries)
 
-    def _placed(self, names: Sequence[str]) -> RigidTransform:
-        return datum_frame(
-            names, self._geometries, self._shapes, self._nominals
-        ).T_frame_from_world
+    def _placed(
+        self, names: Sequence[str], geometries: Mapping[str, Float]
+    ) -> RigidTransform:
+        return datum_frame(names, geometries, self._shapes, self._nominals).T_frame_from_world
 
 
 def free_frame(

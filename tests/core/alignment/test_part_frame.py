@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datums import DatumAlignment, part_frame
+from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment.precedence import part_frame
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature, actual_features
 from ocmm_core.features.nominal import NominalFeature
