@@ -82,8 +82,8 @@ class Meant:
     nominal_normal: Float | None = None
 
 
-Choose = Callable[[StablePoint, Float | None], Meant | Refusal]
-"""Says what a touch is meant for, by the ball at rest and the way it came."""
+Choose = Callable[[StablePoint, tuple[Float, ...]], Meant | Refusal]
+"""Says what a touch is meant for, by the ball at rest and the ways it came and was pulled off."""
 
 
 def judge_touch(
@@ -112,7 +112,9 @@ def judge_touch(
     if isinstance(stable, Refusal):
         return stable
     approach_mm = options.point.approach_mm
-    meant = choose(stable, approach_direction(touch.trail_world, stable.tip_world, approach_mm))
+    trails = (touch.trail_world, touch.pull_world[::-1])
+    ways = [approach_direction(trail, stable.tip_world, approach_mm) for trail in trails]
+    meant = choose(stable, tuple(way for way in ways if way is not None))
     if isinstance(meant, Refusal):
         return meant
     if not meant.feature:

@@ -12,7 +12,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.acceptance import Meant, judge_touch
-from ocmm_core.inspection.any_order import SEARCH_MM, touched_feature
+from ocmm_core.inspection.any_order import SEARCH_MM, Contact, touched_feature
 from ocmm_core.inspection.deeds import Deed
 from ocmm_core.inspection.evaluation import checked_features, frame_of
 from ocmm_core.inspection.guidance import aligned_nominals
@@ -289,7 +289,7 @@ class InspectionSession(JobSteps):
             )
         judged = judge_touch(
             touch,
-            lambda stable, came: self._meant(stable, came, wanted),
+            lambda stable, ways: self._meant(stable, ways, wanted),
             self._rig,
             self._body,
             self._options,
@@ -312,27 +312,17 @@ class InspectionSession(JobSteps):
         return point
 
     def _meant(
-        self, stable: StablePoint, came: Float | None, wanted: str | None
+        self, stable: StablePoint, ways: tuple[Float, ...], wanted: str | None
     ) -> Meant | Refusal:
         """Return what a touch is meant for: by where it is, by the script, or the active one."""
         name = wanted if wanted is not None else self._progress.active
-        if wanted is not None and wanted not in self._progress.names:
-            # Meant for the plan before.
-            return Meant("", "approach")
-        radius = self._body.tip_radius
         place = None
         if self._progress.probing == "any":
             place = self._aligned()
             if place is not None:
-                found = touched_feature(
-                    self._plan,
-                    place,
-                    stable.tip_world,
-                    came,
-                    radius,
-                    self._progress.skipped,
-                    stable.time_s,
-                )
+                contact = Contact(stable.tip_world, ways, self._body.tip_radius, stable.time_s)
+                chosen = self._selected if self._selected == name else ""
+                found = touched_feature(self._plan, place, contact, self._progress, chosen)
                 if isinstance(found, Refusal):
                     return found
                 if found in self._progress.done and found != self._progress.active:

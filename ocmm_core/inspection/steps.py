@@ -56,6 +56,8 @@ class JobSteps:
             {point.number for point in self._points.counting},
             self._points.next_number(),
         )
+        self._selected = ""
+        """Feature that the inspector chose and that is still active."""
         self._refusal: Refusal | None = None
         self._view: JobView | None = None
 
@@ -184,6 +186,7 @@ class JobSteps:
                 annul=dict.fromkeys(numbers, f"{name} is measured anew"),
                 events=[("repeated", name)],
             )
+            self._selected = name
 
     def finish(self) -> None:
         """Accept the active feature with the points it has and go to the next one.
@@ -219,6 +222,7 @@ class JobSteps:
         """
         with self._lock:
             self._stand(self._progress.opened(self._known(name)))
+            self._selected = name
 
     def set_order(self, probing: Probing) -> None:
         """Probe in the order of the plan, or in any: the feature that is touched is then found.
@@ -333,6 +337,8 @@ class JobSteps:
     def _remember(self, deed: Deed) -> None:
         self._deeds.did(deed)
         self._progress, self._refusal, self._view = deed.after, None, None
+        if self._selected != deed.after.active:
+            self._selected = ""
 
     def _events_of(self, deed: Deed, way: Way = "did") -> list[tuple[str, str]]:
         """Return what is written with a step: itself, and where the job stands then."""

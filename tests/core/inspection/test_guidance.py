@@ -16,7 +16,7 @@ from ocmm_core.features.fit import fit_shape
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.inspection.any_order import touched_feature
+from ocmm_core.inspection.any_order import Contact, touched_feature
 from ocmm_core.inspection.coverage import coverage_of
 from ocmm_core.inspection.guidance import (
     Whereabouts,
@@ -26,8 +26,9 @@ from ocmm_core.inspection.guidance import (
     whereabouts,
 )
 from ocmm_core.inspection.plan import Plan, load_plan
+from ocmm_core.inspection.progress import Progress
 from ocmm_core.inspection.surfaces import nearness, places_of
-from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.simulation.artefacts import load_part
 from ocmm_core.simulation.rig import TrueTouch, VirtualRig
 from ocmm_core.tracking.body import load_probe
@@ -121,28 +122,28 @@ def demo() -> tuple[Plan, RigidTransform, tuple[TrueTouch, ...], float]:
     return plan, where, tuple(virtual.truth.touches), body.tip_radius
 
 
+def names_of(plan: Plan) -> tuple[str, ...]:
+    return tuple(feature.name for feature in plan.features)
+
+
+def contact_of(touch: TrueTouch, radius: float) -> Contact:
+    return Contact(touch.tip_world, (touch.normal_world,), radius, 0.0)
+
+
 def test_the_feature_that_is_touched_is_found_by_where_the_ball_is() -> None:
     plan, where, touches, radius = demo()
-    right = 0
+    # CORNER lies on the top of the block: the touch of its place is its own.
     for touch in touches:
-        found = touched_feature(
-            plan, where, touch.tip_world, touch.normal_world, radius, (), 0.0
-        )
-        if isinstance(found, Refusal):
-            assert found.code is RefusalCode.AMBIGUOUS
-            # Both candidates are named, and the right one is among them.
-            assert touch.feature in found.what
-        else:
-            assert found == touch.feature
-            right += 1
-    # CORNER lies on the top of the block: which of both is meant cannot be told from the place.
-    assert right >= len(touches) - 4
+        found = touched_feature(plan, where, contact_of(touch, radius), Progress(names_of(plan)))
+        assert found == touch.feature
 
 
 def test_a_touch_far_from_everything_belongs_to_nothing() -> None:
     plan, where, _, radius = demo()
     far = where.inverse().apply(np.array([0.0, 0.0, 300.0]))
-    refused = touched_feature(plan, where, far, None, radius, (), 0.0)
+    refused = touched_feature(
+        plan, where, Contact(far, (), radius, 0.0), Progress(names_of(plan))
+    )
     assert isinstance(refused, Refusal)
     assert "10 mm" in refused.what
 
@@ -151,7 +152,10 @@ def test_a_skipped_feature_is_not_found() -> None:
     plan, where, touches, radius = demo()
     touch = next(item for item in touches if item.feature == "SPHERE")
     refused = touched_feature(
-        plan, where, touch.tip_world, touch.normal_world, radius, {"SPHERE"}, 0.0
+        plan,
+        where,
+        contact_of(touch, radius),
+        Progress(names_of(plan), skipped=frozenset({"SPHERE"})),
     )
     assert isinstance(refused, Refusal)
 

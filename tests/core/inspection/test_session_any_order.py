@@ -93,15 +93,37 @@ def test_a_feature_that_is_done_takes_no_more_by_itself(
     assert isinstance(session.take_touch(bench.touches[1]), MeasuredPoint)
 
 
-def test_a_touch_that_fits_two_features_is_refused_with_both_named(
+def test_a_touch_of_a_point_and_its_surface_goes_to_the_one_that_is_open_or_selected(
     bench: Bench, session: InspectionSession
 ) -> None:
-    # Where the corner is, the ball touches the top of the block, too.
-    refused = session.take_touch(bench.touches[4])
+    # Where the corner is, the ball touches the top of the block, too; the corner is done.
+    taken = session.take_touch(bench.touches[4])
+    assert isinstance(taken, MeasuredPoint)
+    assert taken.feature == "BLOCK_TOP"
+    session.select("CORNER")
+    again = session.take_touch(bench.touches[4])
+    assert isinstance(again, MeasuredPoint)
+    assert again.feature == "CORNER"
+    # The choice was for that one.
+    after = session.take_touch(bench.touches[4])
+    assert isinstance(after, MeasuredPoint)
+    assert after.feature == "BLOCK_TOP"
+
+
+def test_the_way_the_ball_is_pulled_off_tells_faces_apart_as_well(
+    bench: Bench, session: InspectionSession
+) -> None:
+    touch = bench.touches[5]
+    tip, up = touch.window.tip_world.mean(axis=0), touch.trail_world[0] - touch.trail_world[-1]
+    away = np.linspace(0.0, 10.0, 50)[:, None] * up / np.linalg.norm(up)
+    blind = replace(touch, trail_world=np.empty((0, 3)), pull_world=tip - away)
+    refused = session.take_touch(blind)
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.AMBIGUOUS
-    assert "BLOCK_TOP" in refused.what
-    assert "CORNER" in refused.what
+    session.set_compensation("pulled", "BLOCK_TOP")
+    taken = session.take_touch(replace(blind, pull_world=tip + away))
+    assert isinstance(taken, MeasuredPoint)
+    assert (taken.feature, taken.approach) == ("BLOCK_TOP", "pulled")
 
 
 def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSession) -> None:
