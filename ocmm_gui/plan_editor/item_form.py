@@ -116,7 +116,8 @@ class ItemForm(QScrollArea):
 
     def mark(self, key: str) -> None:
         """Mark the field that is at fault; an empty key marks none."""
-        self._faulty = key if key in self.fields else ""
+        inner = (name for name in self.fields if key and name.startswith(f"{key}."))
+        self._faulty = key if key in self.fields else next(inner, "")
         for name, words in self._captions.items():
             colour = self._theme.bad if name == self._faulty else self._theme.muted
             weight = "bold" if name == self._faulty else "normal"

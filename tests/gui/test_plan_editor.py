@@ -68,7 +68,7 @@ def test_every_item_of_a_plan_comes_back_from_its_form(sheet: PlanSheet) -> None
         ("point", "1,5 -17 15.25", (1.5, -17.0, 15.25)),
         ("diameter", "20.5", 20.5),
         ("side", "outer", "outer"),
-        ("criterion", "minimum zone", "minimum zone"),
+        ("across", "0 1 0", (0.0, 1.0, 0.0)),
         ("compensation", "nominal", "nominal"),
         ("text", "Half way down.", "Half way down."),
     ],
