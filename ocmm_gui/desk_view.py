@@ -128,6 +128,7 @@ class DeskView(QWidget):
         self._header.setText(header_words(job))
         self.picture.show_step(self._nominals.get(job.active), self._folder)
         self._climate.setText(job.temperature)
+        self.strip.show_job(job)
         self.plan.show_job(job)
         self.points.show_job(job)
         self.feature.show_job(job)

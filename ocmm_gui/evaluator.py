@@ -60,5 +60,10 @@ class Evaluator:
                 # A job that was closed meanwhile has nothing to show any more.
                 _log.exception("The job could not be evaluated.")
                 continue
+            except Exception:
+                # The window would go on showing what it showed, and nobody would know: it is
+                # told, and the next point gets its evaluation.
+                _log.exception("The results are not those of the last points.")
+                continue
             self._tell(job)
             self._stop.wait(_PAUSE_S)

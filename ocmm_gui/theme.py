@@ -6,9 +6,11 @@ weak eyes. Colour never stands alone: every state has a word and a shape as well
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
@@ -17,6 +19,13 @@ from ocmm_core.tolerances.result import Verdict
 
 CAP_HEIGHT = 0.729
 """Height of a capital over the pixel size of DejaVu; other fonts are within 3 %."""
+
+FAR_SHARE = 63.0 / 1080.0
+"""Least height of a capital that is read at three metres, over the height of the screen.
+
+That is 63 px of 1080 on a screen of 24 inches: 17.5 mm, 20 minutes of arc.
+"""
+WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +154,20 @@ def fitted(font: QFont, text: str, width: float, height: float, limit: float) ->
     size = min(limit, 100.0 * (width - 2.0) / wide, 100.0 * height / metrics.height())
     probe.setPixelSize(max(6, int(size)))
     return probe
+
+
+def far_type(widget: QWidget) -> int:
+    """Return the pixel size of type that is read at three metres in the window of a widget."""
+    return math.ceil(FAR_SHARE * widget.window().height() / CAP_HEIGHT)
+
+
+def wrapped_pixels(text: str, box: QRectF, limit: int, *, bold: bool = False) -> int:
+    """Return the greatest pixel size up to ``limit`` at which ``text`` fits, in several lines."""
+    for pixels in range(limit, 9, -2):
+        metrics = QFontMetricsF(text_font(pixels, bold=bold))
+        if box.contains(metrics.boundingRect(box, WRAPPED, text)):
+            return pixels
+    return 9
 
 
 def make_palette(theme: Theme) -> QPalette:

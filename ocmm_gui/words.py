@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ocmm_core.features.nominal import CRITERIA
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, LiveView, StatusWord
 from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
@@ -27,6 +27,25 @@ def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3)
 def shape_word(shape: Shape) -> str:
     """Return a shape as people write it: ``Round slot`` for ``RoundSlot``."""
     return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
+
+
+_LONG_NAME = 16
+
+
+def feature_title(feature: FeatureView) -> str:
+    """Return shape and name; of a long name nothing but the name, or nobody could read it."""
+    if len(feature.name) > _LONG_NAME:
+        return feature.name
+    return f"{shape_word(feature.shape)} {feature.name}"
+
+
+def form_words(feature: FeatureView) -> str:
+    """Return the form deviation, mm; dashes where any points would lie on the element."""
+    fit = feature.fit
+    if fit is None or feature.shape is Shape.POINT:
+        return DASHES
+    known = len(feature.points) > MINIMUM_POINTS[feature.shape]
+    return millimetres(fit.form if known else None)
 
 
 def led_name(number: int) -> str:
@@ -161,6 +180,14 @@ def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> st
     return f"{words}, {frame}" if frame else words
 
 
+def outlier_count(feature: FeatureView) -> str:
+    """Return that points lie far off, for who stands far off; empty where none does."""
+    count = len(feature.outliers)
+    if not count:
+        return ""
+    return "One point is far off." if count == 1 else f"{count} points are far off."
+
+
 def outlier_words(feature: FeatureView, chosen: int) -> str:
     """Return the outliers of a feature and the point that is chosen, in one sentence each."""
     lines = []
@@ -188,6 +215,16 @@ def _off(number: int, residuals: Mapping[int, float]) -> str:
 def is_provisional(job: JobView, result: CharacteristicResult) -> bool:
     """Return whether a value will still change: a feature that it rests on is being probed."""
     return result.name in job.provisional
+
+
+PAUSED = "PAUSED"
+"""Stands for the state of a machine that is ready while touches are not taken."""
+
+
+def is_held(job: JobView | None, live: LiveView) -> bool:
+    """Return whether the machine is ready and the job takes no touches all the same."""
+    ready = live.status in (StatusWord.READY, StatusWord.MEASURING)
+    return job is not None and job.paused and ready
 
 
 def next_step(job: JobView) -> str:

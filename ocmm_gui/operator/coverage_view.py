@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.view import FeatureView
 from ocmm_gui.painted import Painted
-from ocmm_gui.theme import text_font
+from ocmm_gui.theme import fitted, text_font
 
 _ROUND = (
     Shape.CIRCLE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TORUS, Shape.ELLIPSE,
 )  # fmt: skip
 _MARGIN = 0.16
+_FINGER_PX = 16.0
+"""A click this near to a point means it."""
 
 
 class CoverageView(Painted):
     """Round features from along their axis with the touched sectors, others from their normal.
 
-    A point that is flagged is a cross, the chosen one has a ring.
+    A point that is flagged is a cross, the chosen one has a ring; a click chooses the nearest.
     """
+
+    point_chosen = Signal(int)
+    """Emits the number of the point that was clicked."""
 
     def __init__(self) -> None:
         super().__init__("Coverage of the feature", (110, 110), (60, 60))
@@ -39,24 +44,38 @@ class CoverageView(Painted):
         self.setToolTip(said)
         self.update()
 
+    def place_of(self, number: int) -> QPointF:
+        """Return where a point of the feature stands; KeyError if it has none of that number."""
+        return self._places()[number]
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Choose the point nearest to the click, within the width of a finger."""
+        where = event.position()
+        far = {
+            number: float(np.hypot(place.x() - where.x(), place.y() - where.y()))
+            for number, place in self._places().items()
+        }
+        nearest = min(far, key=lambda number: far[number], default=0)
+        if nearest and far[nearest] <= _FINGER_PX:
+            self.point_chosen.emit(nearest)
+
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint outline, sectors and points."""
         painter = self._painter()
         feature = self._feature
-        side = float(min(self.width(), self.height()))
-        box = QRectF(0.0, 0.0, side, side)
-        box.moveCenter(QRectF(self.rect()).center())
+        box = self._box()
+        side = box.width()
         if feature is None or side < 20.0:
             return
-        places = picture_places(feature)
-        inner = box.adjusted(_MARGIN * side, _MARGIN * side, -_MARGIN * side, -_MARGIN * side)
+        inner = _inner(box)
         if feature.shape in _ROUND:
             self._paint_dial(painter, box, inner, feature)
         else:
             painter.setPen(QPen(QColor(self._theme.border), max(1.5, 0.012 * side)))
             painter.setBrush(QColor(self._ground(feature)))
             painter.drawRoundedRect(inner.adjusted(-6, -6, 6, 6), 4, 4)
-        self._paint_points(painter, inner, places, feature)
+            self._paint_share(painter, inner, feature)
+        self._paint_points(painter, inner, feature)
 
     def _ground(self, feature: FeatureView) -> str:
         """Return the colour of a flat feature: empty, badly spread or well spread."""
@@ -86,19 +105,23 @@ class CoverageView(Painted):
         painter.setBrush(good if pole else QColor(self._theme.panel))
         hole = inner.adjusted(0.12 * side, 0.12 * side, -0.12 * side, -0.12 * side)
         painter.drawEllipse(hole)
-        if feature.coverage is not None:
-            painter.setPen(QColor(self._theme.text))
-            painter.setFont(text_font(max(11.0, 0.1 * side), bold=True))
-            share = f"{100.0 * feature.coverage.fraction:.0f} %"
-            painter.drawText(hole, Qt.AlignmentFlag.AlignCenter, share)
+        self._paint_share(painter, hole.adjusted(4.0, 0.0, -4.0, 0.0), feature)
+
+    def _paint_share(self, painter: QPainter, box: QRectF, feature: FeatureView) -> None:
+        if feature.coverage is None:
+            return
+        share = f"{100.0 * feature.coverage.fraction:.0f} %"
+        painter.setPen(QColor(self._theme.text))
+        painter.setFont(fitted(text_font(10, bold=True), share, box.width(), box.height(), 60.0))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, share)
 
     def _paint_points(
-        self, painter: QPainter, inner: QRectF, places: Float, feature: FeatureView
+        self, painter: QPainter, inner: QRectF, feature: FeatureView
     ) -> None:
         radius = max(3.5, 0.035 * inner.width())
-        half = 0.5 * inner.width()
-        for point, (x, y) in zip(feature.points, places.tolist(), strict=True):
-            place = QPointF(inner.center().x() + half * x, inner.center().y() - half * y)
+        places = self._places()
+        for point in feature.points:
+            place = places[point.number]
             if point.number in feature.outliers:
                 painter.setPen(QPen(QColor(self._theme.bad), max(2.0, 0.6 * radius)))
                 for turn in (-1.0, 1.0):
@@ -112,6 +135,30 @@ class CoverageView(Painted):
                 painter.setPen(QPen(QColor(self._theme.accent), max(2.0, 0.5 * radius)))
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawEllipse(place, 2.2 * radius, 2.2 * radius)
+
+    def _box(self) -> QRectF:
+        side = float(min(self.width(), self.height()))
+        box = QRectF(0.0, 0.0, side, side)
+        box.moveCenter(QRectF(self.rect()).center())
+        return box
+
+    def _places(self) -> dict[int, QPointF]:
+        """Return where each point stands on the widget, by its number."""
+        if self._feature is None:
+            return {}
+        inner = _inner(self._box())
+        half, middle = 0.5 * inner.width(), inner.center()
+        return {
+            point.number: QPointF(middle.x() + half * x, middle.y() - half * y)
+            for point, (x, y) in zip(
+                self._feature.points, picture_places(self._feature).tolist(), strict=True
+            )
+        }
+
+
+def _inner(box: QRectF) -> QRectF:
+    margin = _MARGIN * box.width()
+    return box.adjusted(margin, margin, -margin, -margin)
 
 
 def picture_places(feature: FeatureView) -> Float:

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QPushButton, QVBoxLayout
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_gui.actions import make_button
 from ocmm_gui.operator.coverage_view import CoverageView
+from ocmm_gui.operator.far_message import FarMessage
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark, status_mark, verdict_mark
 from ocmm_gui.operator.readout import Readout
@@ -21,13 +22,16 @@ from ocmm_gui.operator.tolerance_bar import ToleranceBar
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, status_colour, verdict_colour
 from ocmm_gui.words import (
     DASHES,
+    PAUSED,
     PROVISIONAL,
+    feature_title,
+    form_words,
+    is_held,
     is_provisional,
     main_characteristic,
-    millimetres,
     next_step,
+    outlier_count,
     quantity,
-    shape_word,
     shown_feature,
     step_text,
     trouble,
@@ -71,18 +75,17 @@ class FarView(QWidget):
             key: FitText(name, limit=130, align=right, digits=True, reserve=reserve)
             for key, name, reserve in _VALUES
         }
-        self._bar = ToleranceBar(guarded=guarded)
-        self._step = FitText("Next step", limit=60)
-        self._trouble = FitText("What stands in the way", limit=44)
+        self._bar = ToleranceBar(guarded=guarded, digits_share=0.36)
+        self._message = FarMessage()
         self._captions = {
-            key: FitText(f"{name}, what it is", limit=34, reserve="Deviation")
+            key: FitText(f"{name}, what it is", limit=_TYPE_PX, reserve="Deviation")
             for key, name, _ in _VALUES
         }
         side = QGridLayout()
         side.setHorizontalSpacing(10)
         side.setVerticalSpacing(2)
-        side.setColumnStretch(0, 26)
-        side.setColumnStretch(1, 74)
+        side.setColumnStretch(0, 49)
+        side.setColumnStretch(1, 51)
         for line, (key, name, _) in enumerate(_VALUES):
             side.addWidget(self._captions[key], line, 0)
             side.addWidget(self._values[key], line, 1)
@@ -92,9 +95,9 @@ class FarView(QWidget):
         pictures.addWidget(self._coverage, 1)
         pictures.addWidget(self._ring, 1)
         grid = QGridLayout(self)
-        grid.setContentsMargins(24, 8, 24, 16)
+        grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
-        grid.setVerticalSpacing(8)
+        grid.setVerticalSpacing(6)
         # The words need other shares of the width than the digits.
         for line, (left, right_one, share) in enumerate(
             ((self._status, self._verdict, 48), (self._feature, self._count, 80))
@@ -106,13 +109,12 @@ class FarView(QWidget):
             grid.addLayout(words, line, 0, 1, 2)
         work = QHBoxLayout()
         work.setSpacing(24)
-        work.addWidget(self._readout, 42)
-        work.addLayout(pictures, 15)
-        work.addLayout(side, 43)
+        work.addWidget(self._readout, 39)
+        work.addLayout(pictures, 12)
+        work.addLayout(side, 49)
         grid.addLayout(work, 2, 0, 1, 2)
         grid.addWidget(self._bar, 3, 0, 1, 2)
-        grid.addWidget(self._step, 4, 0, 1, 2)
-        grid.addWidget(self._trouble, 5, 0, 1, 2)
+        grid.addWidget(self._message, 4, 0, 1, 2)
         self._buttons: list[QPushButton] = []
         row = QHBoxLayout()
         row.setSpacing(24)
@@ -121,50 +123,51 @@ class FarView(QWidget):
             button.setText(actions[key].text())
             self._buttons.append(button)
             row.addWidget(button, 1)
-        grid.addLayout(row, 6, 0, 1, 2)
-        for line, stretch in enumerate((11, 11, 45, 9, 6, 4, 0)):
+        grid.addLayout(row, 5, 0, 1, 2)
+        for line, stretch in enumerate((103, 103, 428, 88, 147, 0)):
             grid.setRowStretch(line, stretch)
 
     def show_live(self, live: LiveView) -> None:
         """Show the state of the machine."""
         self._live = live
-        colour = status_colour(self._theme, live.status)
-        self._status.show_text(live.status.value, colour, status_mark(live.status))
+        self._show_status()
         self._readout.show_live(live)
         self._show_ring()
 
     def show_job(self, job: JobView) -> None:
         """Show the active feature."""
         self._job = job
-        self._step.show_text(next_step(job))
-        self._show_trouble()
-        self._show_ring()
+        # Why the machine has no number stands in the readout, in place of the digits.
         feature = shown_feature(job)
+        far_off = "" if feature is None else outlier_count(feature)
+        words = f"{far_off} {step_text(job)}".strip()
+        self._message.tell(next_step(job), words, " ".join(trouble(None, job)))
+        self._show_status()
+        self._show_ring()
         if feature is None:
             return
         result = main_characteristic(job, feature.name)
-        self._feature.show_text(f"{shape_word(feature.shape)} {feature.name}")
+        self._feature.show_text(feature_title(feature))
         what = "Measured" if result is None else result.kind.capitalize()
         warm = ", 20 °C" if job.at_20_c else ""
         self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")
         self._coverage.show_feature(feature, 0)
         self._bar.show_result(result)
-        form = None if feature.fit is None else feature.fit.form
-        self._values["form"].show_text(millimetres(form))
+        provisional = result is not None and is_provisional(job, result)
+        # What is still provisional is in the colour of what is read second.
+        settled = self._theme.muted if provisional else self._theme.text
+        self._values["form"].show_text(form_words(feature), settled)
         if result is None:
             self._verdict.show_text("NO TOLERANCE", self._theme.muted)
             for key in ("measured", "deviation", "uncertainty"):
                 self._values[key].show_text(DASHES, self._theme.muted)
             return
-        provisional = is_provisional(job, result)
         colour = verdict_colour(self._theme, None if provisional else result.verdict)
         if provisional:
             self._verdict.show_text(PROVISIONAL, colour, Mark.OPEN)
         else:
             self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
-        # What is still provisional is in the colour of what is read second.
-        settled = self._theme.muted if provisional else self._theme.text
         self._values["measured"].show_text(quantity(result, result.measured), settled)
         self._values["uncertainty"].show_text(quantity(result, result.uncertainty), settled)
         self._values["deviation"].show_text(
@@ -178,7 +181,8 @@ class FarView(QWidget):
     def type_pixels(self) -> dict[str, int]:
         """Return the pixel size of the type of everything that is read from afar."""
         texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
-        return {text.accessibleName(): text.type_pixels() for text in texts}
+        pixels = {text.accessibleName(): text.type_pixels() for text in texts}
+        return pixels | {self._message.text(): self._message.type_pixels()}
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
@@ -190,18 +194,20 @@ class FarView(QWidget):
         if self._job is not None:
             self.show_job(self._job)
 
+    def _show_status(self) -> None:
+        if self._live is None:
+            return
+        if is_held(self._job, self._live):
+            self._status.show_text(PAUSED, self._theme.warn, Mark.DOUBT)
+            return
+        status = self._live.status
+        self._status.show_text(
+            status.value, status_colour(self._theme, status), status_mark(status)
+        )
+
     def _show_ring(self) -> None:
         target = None if self._job is None else self._job.target
         self._ring.show_target(target, None if self._live is None else self._live.tip_world)
-
-    def _show_trouble(self) -> None:
-        # Why the machine has no number stands in the readout, in place of the digits.
-        lines = trouble(None, self._job)
-        if lines:
-            self._trouble.show_text(lines[0], self._theme.bad)
-        else:
-            words = "" if self._job is None else step_text(self._job)
-            self._trouble.show_text(words, self._theme.muted)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the buttons at a ninth of the height: 33 mm on the screen of the far view."""

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
 )
 
-from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.view import FeatureView, JobView
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.operator.coverage_view import CoverageView
@@ -35,25 +34,22 @@ from ocmm_gui.words import (
     PROVISIONAL,
     basis_words,
     characteristics_of,
+    feature_title,
+    form_words,
     is_provisional,
     main_characteristic,
     millimetres,
     outlier_words,
     quantity,
-    shape_word,
     shown_feature,
 )
 
 _ROWS = ("Measured", "Nominal", "Deviation", "U (k=2)", "Form", "Position")
 _LARGE = ("Measured", "Deviation")
-_LESS = ("Form", "Position")
 _ROOMY_PX = 480
 """A lower panel has no room for explanations."""
 _TIGHT_PX = 420
 """A lower panel has no room for large digits."""
-_LOW_PX = 353
-"""A lower panel has no room for form and position."""
-_NOTE_PX = 24
 _PICTURE_PX, _SMALL_PX = 104, 84
 
 _MAX_OTHERS = 6
@@ -130,6 +126,7 @@ class FeaturePanel(QFrame):
             layout.addWidget(below)
         layout.addWidget(self._residuals, 1)
         self._residuals.point_chosen.connect(self.point_chosen)
+        self._coverage.point_chosen.connect(self.point_chosen)
         self._fit()
 
     def show_job(self, job: JobView) -> None:
@@ -139,7 +136,7 @@ class FeaturePanel(QFrame):
         if feature is None:
             return
         result = main_characteristic(job, feature.name)
-        self._title.show_text(f"{shape_word(feature.shape)}  {feature.name}")
+        self._title.show_text(feature_title(feature))
         self._dots.show_points(len(feature.points), feature.needed)
         self._show_values(job, feature, result)
         self._bar.show_result(result)
@@ -204,17 +201,12 @@ class FeaturePanel(QFrame):
             self.show_job(self._job)
 
     def _fit(self) -> None:
-        high = self.height()
-        for line in (self._note, self._outliers):
-            high -= 0 if line.isHidden() else _NOTE_PX
-        tight, low = high < _TIGHT_PX, high < _LOW_PX
+        tight = self.height() < _TIGHT_PX
         for name, value in self._values.items():
             large = name in _LARGE
             pixels = (18 if tight else 26) if large else (13 if tight else 16)
             value.setFont(digit_font(pixels, bold=large))
             self._captions[name].setFont(text_font(13 if tight else 14))
-            for label in (value, self._captions[name]):
-                label.setVisible(not (low and name in _LESS))
         for widget, usual, least in (
             (self._title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
             (self._verdict, 42, 32),
@@ -224,6 +216,19 @@ class FeaturePanel(QFrame):
         self._coverage.setFixedSize(side, side)
         self._column.setSpacing(2 if tight else 6)
         self._named.setSpacing(1 if tight else 4)
+        # What is least missed goes first: all of it stands on the sheet of results as well.
+        given_up = (self._row("Position"), (self._basis,), self._row("Nominal"))
+        for labels in given_up:
+            for label in labels:
+                label.show()
+        for labels in given_up:
+            if self._column.totalHeightForWidth(self.width()) <= self.height():
+                break
+            for label in labels:
+                label.hide()
+
+    def _row(self, name: str) -> tuple[QLabel, ...]:
+        return (self._values[name], self._captions[name])
 
     def _show_values(
         self, job: JobView, feature: FeatureView, result: CharacteristicResult | None
@@ -249,7 +254,7 @@ class FeaturePanel(QFrame):
             if result is None
             else quantity(result, result.deviation, signed=True),
             "U (k=2)": DASHES if result is None else quantity(result, result.uncertainty),
-            "Form": millimetres(None if fit is None or feature.shape is Shape.POINT else fit.form),
+            "Form": form_words(feature),
             "Position": millimetres(None)
             if fit is None
             else "  ".join(millimetres(float(value), signed=True) for value in fit.point),

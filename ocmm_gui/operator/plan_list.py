@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_gui.operator.marks import feature_mark, paint_mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font, verdict_colour
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, fitted, text_font, verdict_colour
 from ocmm_gui.words import progress_word, shape_word
 
 _ROLE = Qt.ItemDataRole.UserRole
@@ -108,17 +108,25 @@ class _Row(QStyledItemDelegate):
         upper = QRectF(text.left(), text.top(), text.width(), 0.5 * text.height())
         lower = QRectF(text.left(), upper.bottom(), text.width(), 0.5 * text.height())
         count = f"{len(feature.points)} / {feature.needed}"
-        painter.setFont(text_font(14, bold=True))
+        bold = text_font(14, bold=True)
+        painter.setFont(bold)
         painter.setPen(QColor(theme.text))
-        painter.drawText(upper, right, count)
-        room = upper.width() - painter.fontMetrics().horizontalAdvance(count) - 8
+        metrics = painter.fontMetrics()
+        shape = shape_word(feature.shape)
+        # A long name has the line for itself; the points stand below it then.
+        alone = metrics.horizontalAdvance(f"{feature.name}  {count}") > upper.width()
+        if alone:
+            shape = f"{shape}  {count}"
+        else:
+            painter.drawText(upper, right, count)
+        painter.setFont(fitted(bold, feature.name, upper.width(), upper.height() + 2.0, 14))
         name = painter.fontMetrics().elidedText(
-            feature.name, Qt.TextElideMode.ElideMiddle, int(room)
+            feature.name, Qt.TextElideMode.ElideMiddle, int(upper.width())
         )
         painter.drawText(upper, left, name)
         painter.setFont(text_font(12))
         painter.setPen(QColor(theme.muted))
-        painter.drawText(lower, left, shape_word(feature.shape))
+        painter.drawText(lower, left, shape)
         painter.setFont(text_font(12, bold=True))
         painter.setPen(QColor(colour))
         painter.drawText(lower, right, progress_word(feature))

@@ -5,11 +5,21 @@ from __future__ import annotations
 import time
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.view import LiveView
-from ocmm_gui.theme import CAP_HEIGHT, DEFAULT_THEME, THEMES, Theme, digit_font, fitted, text_font
+from ocmm_gui.theme import (
+    CAP_HEIGHT,
+    DEFAULT_THEME,
+    THEMES,
+    WRAPPED,
+    Theme,
+    digit_font,
+    fitted,
+    text_font,
+    wrapped_pixels,
+)
 from ocmm_gui.words import DASHES, millimetres
 
 DIGITS_HZ = 12
@@ -19,7 +29,6 @@ FLASH_MS = 450
 _RESERVE = "+0000.000"
 _CAPTION_SHARE = 0.08
 _REASON_LIMIT_PX = 100
-_WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 
 class Readout(QWidget):
@@ -106,7 +115,7 @@ class Readout(QWidget):
         if DASHES in self._values:
             painter.setPen(QColor(self._theme.text))
             painter.setFont(text_font(self.reason_pixels()))
-            painter.drawText(self._reason_box(), _WRAPPED, self._caption)
+            painter.drawText(self._reason_box(), WRAPPED, self._caption)
         else:
             painter.setPen(QColor(self._theme.muted))
             caption = QRectF(box.left(), box.bottom(), box.width(), self._caption_height())
@@ -124,12 +133,7 @@ class Readout(QWidget):
 
     def reason_pixels(self) -> int:
         """Return the pixel size of the sentence that stands in place of the digits."""
-        box = self._reason_box()
-        for pixels in range(_REASON_LIMIT_PX, 9, -2):
-            metrics = QFontMetricsF(text_font(pixels))
-            if box.contains(metrics.boundingRect(box, _WRAPPED, self._caption)):
-                return pixels
-        return 9
+        return wrapped_pixels(self._caption, self._reason_box(), _REASON_LIMIT_PX)
 
     def _reason_box(self) -> QRectF:
         margin = max(8.0, 0.02 * self.height())

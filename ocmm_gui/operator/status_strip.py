@@ -5,11 +5,11 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QSizePolicy
 
-from ocmm_core.inspection.view import LiveView, ReferenceView
+from ocmm_core.inspection.view import JobView, LiveView, ReferenceView
 from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import status_mark
+from ocmm_gui.operator.marks import Mark, status_mark
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, status_colour, text_font
-from ocmm_gui.words import millimetres, seen_cameras, seen_targets
+from ocmm_gui.words import PAUSED, is_held, millimetres, seen_cameras, seen_targets
 
 _COUNTERS = (
     ("Cameras", "cameras that see the probe / of the rig"),
@@ -43,6 +43,7 @@ class StatusStrip(QFrame):
         self._n_cameras = n_cameras
         self._n_leds = n_leds
         self._live: LiveView | None = None
+        self._job: JobView | None = None
         self._theme = THEMES[DEFAULT_THEME]
         self._word = FitText("Status", limit=34, reserve="INACCURATE")
         self._word.setFixedSize(250, 46)
@@ -82,8 +83,11 @@ class StatusStrip(QFrame):
     def show_live(self, live: LiveView) -> None:
         """Show the state of the machine."""
         self._live = live
-        colour = status_colour(self._theme, live.status)
-        self._word.show_text(live.status.value, colour, status_mark(live.status))
+        if is_held(self._job, live):
+            self._word.show_text(PAUSED, self._theme.warn, Mark.DOUBT)
+        else:
+            colour = status_colour(self._theme, live.status)
+            self._word.show_text(live.status.value, colour, status_mark(live.status))
         if self._reason.text() != live.reason:
             self._reason.setText(live.reason)
             self._reason.setToolTip(live.reason)
@@ -101,6 +105,12 @@ class StatusStrip(QFrame):
             ("Overruns", _short(counts.overrun)),
         ):
             self._values[name].setText(value)
+
+    def show_job(self, job: JobView) -> None:
+        """Show that a job takes no touches."""
+        self._job = job
+        if self._live is not None:
+            self.show_live(self._live)
 
     def _show_reference(self, reference: ReferenceView | None) -> None:
         """Show the counter of the reference body where one is used, and where it is lost in red."""

@@ -41,7 +41,7 @@ class TargetRing(Painted):
         if self._distance is None:
             return
         painter = self._painter()
-        high = max(16.0, 0.2 * self.height())
+        high = max(16.0, 0.3 * self.height())
         side = min(float(self.width()), self.height() - high)
         middle = QPointF(0.5 * self.width(), 0.5 * side)
         led = cue(self._distance)

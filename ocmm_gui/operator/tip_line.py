@@ -9,9 +9,11 @@ from ocmm_core.calibration.in_use import Word
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_gui.operator.marks import Mark, mark_colour
 from ocmm_gui.operator.trust_bar import MarkView, Place
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, far_type
 
-_NEAR_PX, _FAR_PX = 14, 30
+_NEAR_PX = 14
+_CALM_SHARE = 0.35
+"""Of the type that is read at three metres: what is in good order need not be."""
 
 
 class TipLine(QFrame):
@@ -27,6 +29,7 @@ class TipLine(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._view: ProbeView | None = None
         self._place = Place.DESK
+        self._pixels = _NEAR_PX
         self._mark = MarkView()
         self._text = QLabel()
         self._text.setAccessibleName("Standing of the tip")
@@ -41,9 +44,12 @@ class TipLine(QFrame):
 
     def show_probe(self, view: ProbeView, place: Place) -> None:
         """Show what is to be said about the probe in that place."""
-        if (view, place) == (self._view, self._place):
+        pixels = _NEAR_PX
+        if place is Place.FAR:
+            pixels = round((_CALM_SHARE if _is_calm(view) else 1.0) * far_type(self))
+        if (view, place, pixels) == (self._view, self._place, self._pixels):
             return
-        before, self._view, self._place = self._view, view, place
+        before, self._view, self._place, self._pixels = self._view, view, place, pixels
         text = tip_words(view, place)
         self._text.setText(text)
         self._text.setToolTip(text)
@@ -63,9 +69,9 @@ class TipLine(QFrame):
     def _paint(self) -> None:
         theme, view = self._theme, self._view
         mark = Mark.DONE if view is None else tip_mark(view)
-        calm = mark in (Mark.DONE, Mark.GOOD)
+        calm = view is None or _is_calm(view)
         colour = theme.muted if calm else mark_colour(theme, mark)
-        pixels = _FAR_PX if self._place is Place.FAR else _NEAR_PX
+        pixels = self._pixels
         self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
         self._mark.show_mark(mark, mark_colour(theme, mark), theme.panel)
         weight = "normal" if calm else "bold"
@@ -85,6 +91,10 @@ def tip_mark(view: ProbeView) -> Mark:
         Word.DUE: Mark.DOUBT,
         Word.SUSPECT: Mark.DOUBT,
     }.get(view.word, Mark.BAD)
+
+
+def _is_calm(view: ProbeView) -> bool:
+    return tip_mark(view) in (Mark.DONE, Mark.GOOD)
 
 
 def tip_words(view: ProbeView, place: Place) -> str:

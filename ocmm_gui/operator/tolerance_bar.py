@@ -76,11 +76,14 @@ class ToleranceBar(Painted):
     ----------
     guarded
         Whether the plan decides with a guard band.
+    digits_share
+        Type of the limits over the height of all.
     """
 
-    def __init__(self, *, guarded: bool) -> None:
+    def __init__(self, *, guarded: bool, digits_share: float = 0.3) -> None:
         super().__init__("Tolerance bar", (240, 56), (160, 44))
         self._guarded = guarded
+        self._digits_share = digits_share
         self._result: CharacteristicResult | None = None
 
     def show_result(self, result: CharacteristicResult | None) -> None:
@@ -99,7 +102,7 @@ class ToleranceBar(Painted):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint fields, limits and marker."""
         painter = self._painter()
-        digits = min(max(12.0, 0.3 * self.height()), 48.0)
+        digits = min(max(12.0, self._digits_share * self.height()), 48.0)
         bar = QRectF(0, 0.14 * self.height(), self.width(), self.height() - 1.3 * digits)
         bar.setBottom(self.height() - 1.3 * digits)
         if self._result is None:

@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ocmm_core.calibration.in_use import CalibrationView
 from ocmm_gui.operator.marks import Mark, paint_mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, far_type
 
-_NEAR_PX, _FAR_PX = 15, 44
+_NEAR_PX = 15
 
 
 class Place(Enum):
@@ -36,6 +36,7 @@ class TrustBar(QFrame):
         self._view: CalibrationView | None = None
         self._place = Place.DESK
         self._beside = ""
+        self._pixels = _NEAR_PX
         self._mark = MarkView()
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
@@ -53,9 +54,10 @@ class TrustBar(QFrame):
 
         ``beside`` is what is to be said besides the calibration, for who stands at the screen.
         """
-        if (view, place, beside) == (self._view, self._place, self._beside):
+        pixels = far_type(self) if place is Place.FAR else _NEAR_PX
+        if (view, place, beside, pixels) == (self._view, self._place, self._beside, self._pixels):
             return
-        self._view, self._place, self._beside = view, place, beside
+        self._view, self._place, self._beside, self._pixels = view, place, beside, pixels
         text = trust_words(view, place)
         if place is not Place.FAR:
             text = f"{text} {beside}".strip()
@@ -77,8 +79,8 @@ class TrustBar(QFrame):
         theme, view = self._theme, self._view
         severe = view is not None and (view.uncalibrated or view.obstacle is not None)
         colour = theme.bad if severe else theme.warn
-        pixels = _FAR_PX if self._place is Place.FAR else _NEAR_PX
-        self._mark.setFixedSize(round(1.4 * pixels), round(1.4 * pixels))
+        pixels = self._pixels
+        self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
         self._mark.show_mark(Mark.BAD if severe else Mark.DOUBT, colour, theme.panel)
         self.setStyleSheet(
             f"#trust {{ background: {theme.panel}; border-bottom: 3px solid {colour}; }}"
@@ -109,7 +111,7 @@ def trust_words(view: CalibrationView, place: Place) -> str:
     warnings = " ".join(view.warnings)
     if view.uncalibrated:
         if place is Place.FAR:
-            return "UNCALIBRATED: nothing is proven"
+            return "UNCALIBRATED: proves nothing"
         why = view.obstacle.what if view.obstacle is not None else ""
         return f"UNCALIBRATED: nothing is proven. {why} {warnings}".strip()
     if view.obstacle is not None:

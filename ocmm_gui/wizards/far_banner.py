@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent, QPen
 
 from ocmm_gui.operator.marks import Mark, mark_colour, paint_mark
 from ocmm_gui.painted import Painted
-from ocmm_gui.theme import fitted, text_font
+from ocmm_gui.theme import far_type, fitted, text_font, wrapped_pixels
 
 _BAR_PX = 10.0
-_NOTE_SHARE, _NOTE_LIMIT = 0.27, 34.0
+_LINE, _MOST_NOTE = 1.17, 0.56
+"""Height of a line over its type, and the part of the banner that the sentence may take."""
+_MARK_SHARE, _GAP_SHARE = 0.72, 0.18
+"""Of the height of the word."""
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
@@ -68,29 +71,37 @@ class FarBanner(Painted):
         """Return the line below it."""
         return self._told.note
 
+    def type_pixels(self) -> tuple[int, int]:
+        """Return the pixel sizes of the word and of the sentence below it."""
+        inside = _inside(QRectF(self.rect()))
+        note = self._note_box(inside)
+        head = QRectF(inside)
+        head.setBottom(note.top())
+        wide = head.width() - (_MARK_SHARE + _GAP_SHARE) * head.height()
+        word = fitted(text_font(10, bold=True), self._told.word, wide, head.height(), 400.0)
+        return word.pixelSize(), wrapped_pixels(self._told.note, note, far_type(self))
+
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint mark, word, line and bar."""
         painter = self._painter()
         frame, theme, told = self._paint_panel(painter), self._theme, self._told
         colour = QColor(mark_colour(theme, told.mark))
-        inside = frame.adjusted(14.0, 6.0, -14.0, -_BAR_PX - 6.0)
-        note = QRectF(inside)
-        note.setTop(inside.bottom() - min(_NOTE_SHARE * inside.height(), 1.25 * _NOTE_LIMIT))
+        inside = _inside(frame)
+        note = self._note_box(inside)
         head = QRectF(inside)
         head.setBottom(note.top())
-        side = 0.72 * head.height()
+        side = _MARK_SHARE * head.height()
         box = QRectF(head.left(), head.center().y() - 0.5 * side, side, side)
         paint_mark(painter, told.mark, box, colour.name(), theme.panel)
         word = QRectF(head)
-        word.setLeft(box.right() + 0.25 * side)
-        big = text_font(10, bold=True)
-        painter.setFont(fitted(big, told.word, word.width(), word.height(), 400.0))
+        word.setLeft(box.right() + _GAP_SHARE * head.height())
+        pixels, note_pixels = self.type_pixels()
+        painter.setFont(text_font(pixels, bold=True))
         painter.setPen(colour)
         painter.drawText(word, _LEFT, told.word)
-        small = text_font(10)
-        painter.setFont(fitted(small, told.note, note.width(), note.height(), _NOTE_LIMIT))
+        painter.setFont(text_font(note_pixels))
         painter.setPen(QColor(theme.text))
-        painter.drawText(note, _LEFT, told.note)
+        painter.drawText(note, _LEFT | Qt.TextFlag.TextWordWrap, told.note)
         if told.share is not None:
             bar = QRectF(inside.left(), frame.bottom() - _BAR_PX - 5.0, inside.width(), _BAR_PX)
             painter.setPen(QPen(QColor(theme.border), theme.border_px))
@@ -98,3 +109,17 @@ class FarBanner(Painted):
             painter.drawRect(bar)
             bar.setWidth(bar.width() * min(max(told.share, 0.0), 1.0))
             painter.fillRect(bar, colour)
+
+    def _note_box(self, inside: QRectF) -> QRectF:
+        """Return where the sentence stands: in one line where that fits, else in two."""
+        pixels = far_type(self)
+        metrics = QFontMetricsF(text_font(pixels))
+        lines = 1 if metrics.horizontalAdvance(self._told.note) < inside.width() else 2
+        note = QRectF(inside)
+        high = min(lines * _LINE * pixels + 2.0, _MOST_NOTE * inside.height())
+        note.setTop(inside.bottom() - high)
+        return note
+
+
+def _inside(frame: QRectF) -> QRectF:
+    return frame.adjusted(14.0, 4.0, -14.0, -_BAR_PX - 6.0)

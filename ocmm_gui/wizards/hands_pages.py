@@ -95,7 +95,7 @@ class HandsPage(StepPage):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
-        layout.addWidget(self.banner, 2)
+        layout.addWidget(self.banner, 3)
         layout.addLayout(self.beside, 5)
 
     def show_cameras(self, live: Live) -> None:

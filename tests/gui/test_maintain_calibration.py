@@ -173,7 +173,7 @@ def test_uncalibrated_is_said_on_every_screen(
     qtbot.waitUntil(lambda: window.trust.text() == desk, timeout=PATIENCE_MS)
     QTest.keyClick(window, Qt.Key.Key_F11)
     qtbot.waitUntil(
-        lambda: window.trust.text() == "UNCALIBRATED: nothing is proven", timeout=PATIENCE_MS
+        lambda: window.trust.text() == "UNCALIBRATED: proves nothing", timeout=PATIENCE_MS
     )
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: window.trust.text() == desk, timeout=PATIENCE_MS)
