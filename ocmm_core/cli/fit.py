@@ -111,9 +111,9 @@ def fit_command(
         raise InputError(
             "fit.free", f"--free is for circles, not for a {shape.value}.", "Leave it out."
         )
-    if free and criterion is not CriterionWord.LEAST_SQUARES:
+    if free and criterion in (CriterionWord.INSCRIBED, CriterionWord.CIRCUMSCRIBED):
         raise InputError(
-            "fit.free", "--free goes with the criterion least-squares only.", "Leave one out."
+            "fit.free", "--free goes with least-squares and minimum-zone only.", "Leave one out."
         )
     points = read_points(file)
     try:
@@ -183,7 +183,9 @@ def _rows(fit: Fit, expanded: Float | None) -> list[tuple[str, str, float | None
     if fit.shape is Shape.CONE:
         angle = 2.0 * np.degrees(fit.half_angle)
         rows.append(("Full angle", f"{angle:.6f}", own(HALF_ANGLE, float(np.degrees(2.0))), "deg"))
-    rows.append(("Form (peak to valley)", f"{fit.form:.6f}", None, ""))
+    tube = fit.free and fit.criterion is Criterion.MINIMUM_ZONE
+    word = "diameter of the tube about it" if tube else "peak to valley"
+    rows.append((f"Form ({word})", f"{fit.form:.6f}", None, ""))
     rows.append(("RMS of the residuals", f"{fit.rms:.6f}", None, ""))
     return rows
 

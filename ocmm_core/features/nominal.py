@@ -43,7 +43,8 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     criterion
         How the element is associated with its points, in the words of `CRITERIA`.
     free
-        Circle only, least squares: fitted in space as one problem instead of plane first.
+        Circle only, least squares or minimum zone: fitted in space as one problem instead of
+        plane first.
     text, picture
         What the inspector reads, and the file of the picture beside the plan that he sees.
     compensation

@@ -9,6 +9,8 @@ from ocmm_core.features.shapes import Shape
 
 ROUND = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE, Shape.TORUS)
 OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+BOUNDED = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
+"""Shapes with a largest inscribed and a smallest circumscribed element."""
 FLAT = (Shape.CIRCLE, *OUTLINES)
 """Shapes that are fitted in a plane, which may be that of another feature."""
 
@@ -35,11 +37,27 @@ def shape_fault(feature: NominalFeature) -> tuple[str, str] | None:
             "of its centre line",
         )
     if feature.shape in OUTLINES:
-        return _outline_fault(feature)
+        return _outline_fault(feature) or _criterion_fault(feature)
     if feature.free and (feature.shape is not Shape.CIRCLE or feature.projection):
         return "free", "is only for circles that are not projected"
     if feature.projection and feature.shape not in FLAT:
         return "projection", "is only for circles, ellipses, slots and rectangles"
+    return _criterion_fault(feature)
+
+
+def _criterion_fault(feature: NominalFeature) -> tuple[str, str] | None:
+    word = feature.criterion
+    if word == "least squares":
+        return None
+    if feature.projection:
+        return "criterion", f"is {word!r}; what is projected is fitted by least squares"
+    if word == "minimum zone" and feature.shape is Shape.POINT:
+        return "criterion", f"is {word!r}; a point has no zone"
+    if word != "minimum zone" and (feature.shape not in BOUNDED or feature.free):
+        return (
+            "criterion",
+            f"is {word!r}, which is for circles in their own plane, spheres and cylinders",
+        )
     return None
 
 

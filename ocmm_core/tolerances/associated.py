@@ -17,20 +17,22 @@ _KEPT = 100
 """Elements that are kept: more than a job has characteristics of form."""
 
 
-def associated(start: Fit, points: Points3, criterion: Criterion) -> Fit:
+def associated(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
     """Return the element of points (n, 3), mm, by a criterion other than least squares.
 
     Parameters
     ----------
     start
         The least-squares fit of the same points.
+    offset
+        mm: how far outside an ellipse they lie, for its smallest zone.
 
     Raises
     ------
     FitError
         As `features.fit.fit_zone` and `features.fit.fit_bounded`.
     """
-    return _searched(_Search(start, points, criterion))
+    return _searched(_Search(start, points, criterion, offset))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,13 +42,15 @@ class _Search:
     start: Fit
     points: Points3
     criterion: Criterion
+    offset: float
 
-    def _key(self) -> tuple[str, str, bytes, bytes]:
+    def _key(self) -> tuple[str, str, bytes, bytes, float]:
         return (
             self.criterion.value,
             self.start.shape.value,
             self.start.geometry.tobytes(),
             self.points.tobytes(),
+            self.offset,
         )
 
     def __hash__(self) -> int:
@@ -59,5 +63,5 @@ class _Search:
 @lru_cache(maxsize=_KEPT)
 def _searched(search: _Search) -> Fit:
     if search.criterion is Criterion.MINIMUM_ZONE:
-        return fit_zone(search.start, search.points)
+        return fit_zone(search.start, search.points, search.offset)
     return fit_bounded(search.start, search.points, search.criterion)

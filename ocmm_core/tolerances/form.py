@@ -16,7 +16,9 @@ from scipy.optimize import nnls
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.fit import distance_derivatives
+from ocmm_core.features.nominal_checks import OUTLINES
 from ocmm_core.features.shapes import (
+    ACROSS,
     DIRECTION,
     MINIMUM_POINTS,
     POINT,
@@ -35,7 +37,12 @@ from ocmm_core.tolerances.derived import (
     section_circle,
 )
 from ocmm_core.tolerances.evaluation import Evaluation, FormNoise
-from ocmm_core.tolerances.surface import least_squares, own_fit, surface_points
+from ocmm_core.tolerances.surface import (
+    ellipse_offset,
+    least_squares,
+    own_fit,
+    surface_points,
+)
 from ocmm_core.tolerances.zone_frame import BEST_FIT, ZoneFrame, free_frame
 from ocmm_core.tolerances.zones import Surface, derived_zone, surface_zone
 
@@ -46,11 +53,14 @@ MINIMUM_ZONE_SHAPES = (
     Shape.CYLINDER,
     Shape.CONE,
     Shape.TORUS,
+    *OUTLINES,
 )
-"""Shapes of which a smallest zone is found; for the others form is that of least squares."""
+"""Shapes of which a smallest zone is found; an edge has its own, and a point none."""
 
 _FLAT = 1e-9
 """Effect of a parameter on the distances, against the strongest, below which it has none."""
+_TOUCHING = 1e-6
+"""Gap to the bound, against the width of the zone, that is none."""
 _UNBALANCED = 1e-3
 """Shares of contacts that leave more of a force than this do not hold the zone."""
 
@@ -86,12 +96,13 @@ def form(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
         return _least_squares(feature)
     touches = own_fit(feature)[0]
     try:
-        zone = associated(least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE)
+        zone = associated(
+            least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE, ellipse_offset(feature)
+        )
     except FitError as error:
         # Never narrower than the smallest zone: what conforms, conforms all the more.
-        return replace(
-            _least_squares(feature), note=f"Least squares instead of the minimum zone: {error.what}"
-        )
+        squares = _even(feature) if shape in OUTLINES else _least_squares(feature)
+        return replace(squares, note=f"Least squares instead of the minimum zone: {error.what}")
     return _zone(zone, feature, touches.tips, touches.places, feature.residual_jacobian)
 
 
@@ -100,6 +111,13 @@ def _least_squares(feature: ActualFeature) -> Evaluation:
     if feature.fit.criterion is not Criterion.LEAST_SQUARES:
         association = feature.nominal.criterion
     return _range(feature.fit.residuals, feature.residual_jacobian, association)
+
+
+def _even(feature: ActualFeature) -> Evaluation:
+    """Return the zone about the least-squares outline that reaches as far to either side."""
+    residuals, rows = feature.fit.residuals, feature.residual_jacobian
+    both, by_both = np.concatenate([residuals, -residuals]), np.concatenate([rows, -rows])
+    return _range(both, by_both, "least squares")
 
 
 def _range(residuals: Float, rows: Float, association: str) -> Evaluation:
@@ -124,21 +142,32 @@ def _zone(
     if zone.shape is Shape.CIRCLE:
         # Its plane is not made for the zone; a turn of it shifts points by their heights.
         gradient += shares @ by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
-    return Evaluation(
-        zone.form,
-        gradient,
-        association="minimum zone",
-        noise=FormNoise(zone.residuals, rows, free),
-    )
+    noise = FormNoise(zone.residuals, rows, free)
+    if zone.shape in OUTLINES:
+        # The direction of the length turns with the plane.
+        along = np.outer(by_geometry[:, ACROSS] @ zone.direction, zone.across)
+        by_plane = by_geometry[:, DIRECTION] - along
+        gradient += shares @ by_plane @ feature.jacobian[DIRECTION]
+        gradient[-1] -= float(np.sign(ellipse_offset(feature))) * float(shares.sum())
+        noise = FormNoise(
+            np.concatenate([zone.residuals, -zone.residuals]), np.concatenate([rows, -rows]),
+            np.concatenate([free, -free]), mirrored=True,
+        )  # fmt: skip
+    return Evaluation(zone.form, gradient, association="minimum zone", noise=noise)
 
 
 def _free(zone: Fit, by_geometry: Float) -> Float:
     """Return how distances answer to the parameters that make the zone smallest, (n, k)."""
     columns = [by_geometry[:, POINT], by_geometry[:, 6:9]]
-    if np.any(zone.direction) and zone.shape is not Shape.CIRCLE:
-        across = np.stack(perpendicular_pair(zone.direction))
-        columns.append(by_geometry[:, DIRECTION] @ across.T)
-    free = np.hstack([*columns, np.ones((len(by_geometry), 1))])
+    if zone.shape in OUTLINES:
+        beside = np.cross(zone.direction, zone.across)
+        columns.append((by_geometry[:, ACROSS] @ beside)[:, None])
+    else:
+        columns.append(np.ones((len(by_geometry), 1)))
+        if np.any(zone.direction) and zone.shape is not Shape.CIRCLE:
+            across = np.stack(perpendicular_pair(zone.direction))
+            columns.append(by_geometry[:, DIRECTION] @ across.T)
+    free = np.hstack(columns)
     scales = np.linalg.norm(free, axis=0)
     free = free[:, scales > 0.0] / scales[scales > 0.0]
     u, strengths, _ = np.linalg.svd(free, full_matrices=False)
@@ -150,7 +179,8 @@ def _shares(zone: Fit, free: Float) -> Float:
     """Return the derivative (n,) of the width of a zone by the distance of every point.
 
     Those of the points at the outside are positive and add up to one, those at the inside are
-    negative and add up to minus one; together no motion of the element changes them.
+    negative and add up to minus one; together no motion of the element changes them. About an
+    outline the zone reaches as far to either side, and only all of them together add up to two.
 
     Raises
     ------
@@ -164,10 +194,18 @@ def _shares(zone: Fit, free: Float) -> Float:
         shares[int(np.argmin(zone.residuals))] -= 1.0
         return shares
     rows = np.array(zone.contacts)
+    if zone.shape in OUTLINES:
+        # Others hold what the zone leaves free.
+        off = np.abs(zone.residuals[rows])
+        rows = rows[off > off.max() - _TOUCHING * zone.form]
     middle = 0.5 * float(zone.residuals.max() + zone.residuals.min())
     signs = np.where(zone.residuals[rows] > middle, 1.0, -1.0)
-    system = np.vstack([(free[rows] * signs[:, None]).T, signs > 0.0, signs < 0.0])
-    wanted = np.concatenate([np.zeros(free.shape[1]), [1.0, 1.0]])
+    sides = [signs > 0.0, signs < 0.0]
+    sums = [1.0, 1.0]
+    if zone.shape in OUTLINES:
+        sides, sums = [np.ones(len(rows), dtype=bool)], [2.0]
+    system = np.vstack([(free[rows] * signs[:, None]).T, *sides])
+    wanted = np.concatenate([np.zeros(free.shape[1]), sums])
     found, left = nnls(system, wanted)
     if left > _UNBALANCED:
         raise FitError(

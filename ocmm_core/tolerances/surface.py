@@ -13,7 +13,12 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature, Touches
-from ocmm_core.features.fit import distance_derivatives, fit_circle_projected, fit_shape
+from ocmm_core.features.fit import (
+    distance_derivatives,
+    fit_circle_projected,
+    fit_ellipse,
+    fit_shape,
+)
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Int, Points3, unit
 
@@ -114,9 +119,27 @@ def least_squares(feature: ActualFeature) -> Fit:
         return replace(raw, free=False)
     if raw.shape is Shape.CIRCLE:
         return fit_circle_projected(touches.tips, raw.direction)[0]
+    if raw.shape is Shape.ELLIPSE:
+        return fit_ellipse(touches.tips, raw.direction, ellipse_offset(feature))
     return fit_shape(
         raw.shape, touches.tips, direction_hint=raw.direction, radius_hint=raw.radius
     )
+
+
+def ellipse_offset(feature: ActualFeature) -> float:
+    """Return how far outside its ellipse ball centres lie, mm; zero for other shapes.
+
+    Ball centres of those lie on one of the same shape, which is what is fitted.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed.
+    """
+    touches, raw = _own(feature)
+    if raw.shape is not Shape.ELLIPSE:
+        return 0.0
+    return touches.tip_radius if feature.nominal.side == "outer" else -touches.tip_radius
 
 
 def _own(feature: ActualFeature) -> tuple[Touches, Fit]:
