@@ -9,7 +9,7 @@ import typer
 
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
-from ocmm_core.station.stream_server import StreamOptions, check_stream
+from ocmm_core.station.stream_options import StreamOptions, check_stream
 
 StreamOption = Annotated[
     int | None,

@@ -40,14 +40,20 @@ class Element:
     angle_deg: float | None = None
 
 
-def element_of_nominal(nominal: NominalFeature) -> Element:
-    """Return what the plan says, without what the shape has not (whatever the defaults say)."""
+def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Element:
+    """Return what the plan says in another frame than that in which it is written.
+
+    What the shape has not is left out, whatever the defaults of the plan say.
+    """
     shape = nominal.shape
+    across = unit(np.array(nominal.across)) if shape in _LONG else None
     return Element(
-        point=np.array(nominal.point, dtype=np.float64),
+        point=frame.apply(np.array(nominal.point, dtype=np.float64)),
         # A sphere has no direction, whatever the plan's default says.
-        direction=None if shape is Shape.SPHERE else unit(np.array(nominal.direction)),
-        across=unit(np.array(nominal.across)) if shape in _LONG else None,
+        direction=(
+            None if shape is Shape.SPHERE else frame.rotation @ unit(np.array(nominal.direction))
+        ),
+        across=None if across is None else frame.rotation @ across,
         diameter=nominal.diameter or None,
         length=nominal.length or None,
         width=nominal.width or None,

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ocmm_core import __version__
+from ocmm_core.alignment.datums import nominal_frame
+from ocmm_core.errors import OcmmError
 from ocmm_core.export.elements import Element as Element
 from ocmm_core.export.elements import element_of_fit, element_of_nominal
 from ocmm_core.features.nominal import NominalFeature
@@ -56,7 +58,8 @@ class ReportedFeature:
     nominal
         What the plan says; None for what was constructed without a nominal.
     nominal_element
-        The same, part frame; None together with ``nominal``.
+        The same, part frame; None together with ``nominal``, and where the nominals of the datums
+        do not tell how the part frame lies to them.
     actual_element
         As measured, in the frame of the report; None without a fit.
     """
@@ -221,6 +224,7 @@ def report_data(
 ) -> ReportData:
     """Return what is reported about a job as it stands; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
+    T_part_from_nominal = _part_from_nominal(plan)
     nominals = {nominal.name: nominal for nominal in plan.features}
     features = []
     for seen in (*view.features, *view.constructed):
@@ -229,7 +233,11 @@ def report_data(
             ReportedFeature(
                 seen=seen,
                 nominal=nominal,
-                nominal_element=None if nominal is None else element_of_nominal(nominal),
+                nominal_element=(
+                    None
+                    if nominal is None or T_part_from_nominal is None
+                    else element_of_nominal(nominal, T_part_from_nominal)
+                ),
                 actual_element=None if seen.fit is None else element_of_fit(seen.fit, frame),
             )
         )
@@ -249,6 +257,21 @@ def report_data(
         notes=notes,
         taken_back=taken_back,
     )
+
+
+def _part_from_nominal(plan: Plan) -> RigidTransform | None:
+    """Return the motion from the frame in which nominals are written; None if nothing gives it.
+
+    A plan may be written in the frame of a drawing or a model, and its datums make another one, in
+    which everything measured is given. Nominals beside it must be in the same.
+    """
+    bound = plan.bound_alignment
+    if bound is None:
+        return RigidTransform.identity()
+    try:
+        return nominal_frame(bound)
+    except OcmmError:
+        return None
 
 
 def report_of_job(job: ReopenedJob) -> ReportData:

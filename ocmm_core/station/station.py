@@ -51,9 +51,11 @@ from ocmm_core.station.change_watch import ChangeWatch
 from ocmm_core.station.jobs import drop_if_empty, job_for
 from ocmm_core.station.live import LiveState
 from ocmm_core.station.plan_change import PlanInUse, job_by, pause_unfinished, plan_of
+from ocmm_core.station.probe_button import ButtonChange, ButtonWatch
 from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
 from ocmm_core.station.stream_server import StreamOptions, StreamServer
 from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage.job_steps import JobStep
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
 from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.result import TrackBlock, in_rig
@@ -134,6 +136,8 @@ class MeasuringStation:
     """Emitted after a point has become durable."""
     point_refused: ClassVar[Signal] = Signal(Refusal)
     """Emitted when a touch gave no point."""
+    button: ClassVar[Signal] = Signal(ButtonChange)
+    """Emitted when the button of the probe goes down or up, whatever comes of it."""
     failed: ClassVar[Signal] = Signal(OcmmError)
     """Emitted when the reconstruction had to give up on a touch or altogether."""
 
@@ -172,6 +176,7 @@ class MeasuringStation:
         self._calibration = CalibrationWatch(calibration, self._bus, objects)
         self._changes = ChangeWatch(calibration, body, self._session)
         self._probe = ProbeWatch(probe, self._session, job, options.pause)
+        self._button = ButtonWatch()
         self._watcher: Callable[[FrameBlock], None] | None = None
         self._measuring = threading.RLock()
         """Held while frames are measured: the job does not change in between."""
@@ -439,6 +444,14 @@ class MeasuringStation:
         job = self._job
         return job.path.stem, job.points()
 
+    def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
+        """Return the job that is measured, and what was stored in it behind an audit row.
+
+        From its beginning where ``job`` is another one. Raises StorageError as `JobFile.steps`.
+        """
+        measured = self._job
+        return measured.path, measured.steps(after if measured.path == job else 0)
+
     def bus(self) -> BusView | None:
         """Return what is known about the bus; None where the frames do not come over one."""
         if self._bus is None:
@@ -622,6 +635,8 @@ class MeasuringStation:
     ) -> None:
         if self._recorder is not None:
             self._recorder.append(block)
+        for change in self._button.feed(block):
+            self.button.emit(change)
         track = pipeline.process(block)
         if pipeline.home is not None and self._session.reference_home is None:
             # Durable before the first point that rests on it.

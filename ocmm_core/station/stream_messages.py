@@ -12,9 +12,15 @@ message has ``v`` (version of this form) and ``type``:
     window), ``n_markers``, ``n_frames``.
 ``annulled``
     A point that does not count any more: ``seq``, ``number``.
+``button``
+    The button of the probe went down or up: ``seq``, ``event`` (``press`` or ``release``),
+    ``frame``, ``t``, and ``held_s`` of a release whose press was seen, else null.
+``status``
+    The state of the machine is another one now: ``job``, ``status``, ``reason``, ``t``.
 ``pose``
-    What the machine sees now: ``frame``, ``t``, ``status``, ``reason``, and ``pos``, ``q`` (x, y,
-    z, w; world from probe), ``u`` (expanded, k = 2): null unless the number can be trusted.
+    What the machine sees now: ``frame``, ``t``, ``status``, ``reason``, ``btn`` (button down), and
+    ``pos``, ``q`` (x, y, z, w; world from probe), ``u`` (expanded, k = 2): null unless the number
+    can be trusted.
 ``bye``
     Last line of the server, and why.
 """
@@ -30,6 +36,7 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.view import LiveView
 from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.station.probe_button import ButtonChange
 
 VERSION = 1
 UNITS = "mm"
@@ -115,7 +122,21 @@ def annulled_line(seq: int, job: str, number: int) -> bytes:
     return _line("annulled", seq=seq, job=job, number=number)
 
 
-def pose_line(live: LiveView) -> bytes:
+def button_line(seq: int, job: str, change: ButtonChange) -> bytes:
+    """Return the line of the button of the probe."""
+    return _line(
+        "button",
+        seq=seq, job=job, event=change.event, frame=change.frame, t=change.time_s,
+        held_s=change.held_s,
+    )  # fmt: skip
+
+
+def status_line(job: str, live: LiveView) -> bytes:
+    """Return the line of a change of the state."""
+    return _line("status", job=job, t=live.time_s, status=live.status.value, reason=live.reason)
+
+
+def pose_line(live: LiveView, *, pressed: bool) -> bytes:
     """Return the line of what the machine sees; numbers only where they can be trusted."""
     trusted = live.tip_world is not None and live.rotation_world_from_probe is not None
     quaternion = None
@@ -125,6 +146,7 @@ def pose_line(live: LiveView) -> bytes:
     return _line(
         "pose",
         frame=live.frame_counter, t=live.time_s, status=live.status.value, reason=live.reason,
+        btn=pressed,
         pos=live.tip_world.tolist() if trusted and live.tip_world is not None else None,
         q=quaternion, u=live.tip_uncertainty if trusted else None, units=UNITS, frame_id="world",
     )  # fmt: skip

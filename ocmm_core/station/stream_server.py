@@ -1,51 +1,54 @@
-"""The live stream: points and poses for other programs, as lines of JSON over TCP.
+"""The live stream: points, button and poses for other programs, as lines of JSON over TCP.
 
 Off unless asked for. It listens on this computer alone unless another address is given, and then
-only with a token. Clients can read, nothing else. One thread serves all of them.
+only with a token. Clients can read, nothing else. One thread serves all of them and waits for none.
 
-Points are never dropped: each is kept, and a client that was away resumes after the last sequence
-number it has. Poses are for looking: a client that reads too slowly misses some.
+Points and the button are never dropped: each message is kept (`stream_log`), and a client that was
+away resumes after the last number it has. Poses are for looking: a client that reads too slowly
+misses some, and of several changes of the state in between it is told the latest.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hmac
-import ipaddress
 import logging
 import selectors
 import socket
 import threading
 import time
 import uuid
-from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import Protocol
 
 from psygnal import SignalInstance
 
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.inspection.view import LiveView
-from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.station.probe_button import ButtonChange
+from ocmm_core.station.stream_client import LONGEST_REQUEST, MOST_WAITING, StreamClient
+from ocmm_core.station.stream_log import StreamLog
 from ocmm_core.station.stream_messages import (
     Hello,
     annulled_line,
+    button_line,
     bye_line,
     hello_line,
     point_line,
     pose_line,
     read_request,
+    status_line,
 )
+from ocmm_core.station.stream_options import StreamOptions as StreamOptions
+from ocmm_core.station.stream_options import check_stream
+from ocmm_core.storage.job_steps import JobStep
 
 _log = logging.getLogger(__name__)
 
-SHORTEST_TOKEN = 16
 MOST_CLIENTS = 8
-LONGEST_REQUEST = 4096
-REQUEST_TIMEOUT_S = 10.0
-STALLED_S = 60.0
-"""A client that takes nothing for so long is cut off; it may resume."""
-MOST_WAITING = 65536
-"""Bytes that wait for one client; more are made only when it has read."""
+GOODBYE_S = 0.5
+"""So long the end waits for clients to take what they have not had yet."""
 _READ = 65536
 
 
@@ -57,48 +60,26 @@ class StreamSource(Protocol):
         """Emitted after every change of the job."""
         ...
 
+    @property
+    def button(self) -> SignalInstance:
+        """Emitted with a `ButtonChange` when the button of the probe goes down or up."""
+        ...
+
+    @property
+    def job_path(self) -> Path:
+        """Return the file of the job that is measured."""
+        ...
+
     def live(self) -> LiveView:
         """Return what the machine sees now."""
         ...
 
-    def stored_job(self) -> tuple[str, list[MeasuredPoint]]:
-        """Return the name of the job that is measured, and its durable points that count."""
+    def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
+        """Return the job that is measured, and what was stored in it behind an audit row.
+
+        From its beginning where ``job`` is another one; empty only where there is nothing more.
+        """
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class StreamOptions:
-    """Where and how the stream is given.
-
-    Attributes
-    ----------
-    host, port
-        Address to listen on; port 0 takes a free one.
-    token
-        Clients must send it; needed unless ``host`` is this computer alone.
-    poses_hz
-        How often poses are sent at most.
-    """
-
-    host: str = "127.0.0.1"
-    port: int = 0
-    token: str = ""
-    poses_hz: float = 60.0
-
-
-@dataclass(slots=True)
-class _Client:
-    """One client: what it said, what waits for it, and how far it has come."""
-
-    connection: socket.socket
-    since_s: float
-    heard: bytearray = field(default_factory=bytearray)
-    waiting: bytearray = field(default_factory=bytearray)
-    begun: bool = False
-    ending: bool = False
-    poses: bool = True
-    next_seq: int = 1
-    moved_s: float = 0.0
 
 
 class StreamServer:
@@ -120,15 +101,19 @@ class StreamServer:
     def __init__(self, source: StreamSource, options: StreamOptions) -> None:
         check_stream(options)
         self._source = source
-        self._job = ""
         self._options = options
         self._id = uuid.uuid4().hex
-        self._log: list[bytes] = []
-        self._counting: set[int] = set()
-        self._clients: dict[socket.socket, _Client] = {}
+        self._messages = StreamLog(source.job_path.parent)
+        self._job: Path | None = None
+        self._after = 0
+        self._storing = threading.Lock()
+        """Guards which step of which job was taken last."""
+        self._pressed = False
+        self._state: tuple[str, ...] = ()
+        self._states = 0
+        self._clients: dict[socket.socket, StreamClient] = {}
         self._selector = selectors.DefaultSelector()
         self._stopping = threading.Event()
-        self._changed = threading.Event()
         self._thread: threading.Thread | None = None
         self._listener: socket.socket | None = None
         self._wake_read, self._wake_write = socket.socketpair()
@@ -145,37 +130,47 @@ class StreamServer:
         MeasuringError
             The address cannot be had.
         """
+        host, port = self._options.host, self._options.port
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
         try:
-            self._listener = socket.create_server((self._options.host, self._options.port))
+            self._listener = socket.create_server((host, port), family=family)
         except OSError as error:
             raise MeasuringError(
                 "stream.address",
-                f"The stream cannot be given on {self._options.host}:{self._options.port} "
-                f"({error.strerror or error}).",
-                "Choose another port, or end the program that uses it.",
+                f"The stream cannot be given on {host}:{port} ({error.strerror or error}).",
+                "Choose another port, or end the program that uses it; the address must be one of "
+                "this computer.",
             ) from error
         self._listener.setblocking(False)
         self._wake_read.setblocking(False)
+        # A full pipe wakes as well as one byte more: who makes a change never waits here.
+        self._wake_write.setblocking(False)
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._selector.register(self._wake_read, selectors.EVENT_READ)
         self._source.changed.connect(self._on_change)
-        self._changed.set()
+        self._source.button.connect(self._on_button)
+        self._on_change()
         self._thread = threading.Thread(target=self._run, name="ocmm-stream")
         self._thread.start()
-        host, port = self._listener.getsockname()[:2]
-        self.address = (str(host), int(port))
+        address = self._listener.getsockname()
+        self.address = (str(address[0]), int(address[1]))
         return self.address
 
     def close(self, timeout_s: float = 2.0) -> bool:
         """Say goodbye to the clients and end; say whether the thread ended in time."""
-        with contextlib.suppress(ValueError):
-            self._source.changed.disconnect(self._on_change)
+        for signal, slot in (
+            (self._source.changed, self._on_change),
+            (self._source.button, self._on_button),
+        ):
+            with contextlib.suppress(ValueError):
+                signal.disconnect(slot)
         self._stopping.set()
         self._wake()
         if self._thread is not None:
             self._thread.join(timeout_s)
             if self._thread.is_alive():
                 return False
+        self._messages.close()
         for item in (self._wake_read, self._wake_write):
             item.close()
         return True
@@ -190,8 +185,32 @@ class StreamServer:
         self.close()
 
     def _on_change(self) -> None:
-        self._changed.set()
+        # On the thread that made the change: the next one may close this job.
+        with self._storing:
+            try:
+                while self._take_steps():
+                    pass
+            except OcmmError:
+                # Told elsewhere; the next change tries again.
+                _log.exception("The stream could not read the points.")
         self._wake()
+
+    def _on_button(self, change: ButtonChange) -> None:
+        job = self._source.job_path.stem
+        self._pressed = change.event == "press"
+        self._messages.append(partial(button_line, job=job, change=change))
+        self._wake()
+
+    def _take_steps(self) -> bool:
+        """Take over what was stored since the last time, and say whether there was something."""
+        path, steps = self._source.steps_since(self._job, self._after)
+        if path != self._job:
+            # Its points have numbers of their own; those of the job before count as they did.
+            self._job, self._after = path, 0
+        for step in steps:
+            self._messages.append(partial(_step_line, job=path.stem, step=step))
+            self._after = step.sequence
+        return bool(steps)
 
     def _wake(self) -> None:
         # Already woken, or closed.
@@ -201,21 +220,15 @@ class StreamServer:
     def _run(self) -> None:
         try:
             period = 1.0 / self._options.poses_hz
-            next_pose = time.monotonic()
+            next_look = time.monotonic()
             while not self._stopping.is_set():
-                for key, mask in self._selector.select(max(next_pose - time.monotonic(), 0.0)):
-                    self._serve(key.fileobj, mask)
-                if self._changed.is_set():
-                    self._changed.clear()
-                    self._take_points()
+                self._serve(max(next_look - time.monotonic(), 0.0))
                 now = time.monotonic()
-                if now >= next_pose:
-                    next_pose = max(next_pose + period, now)
-                    self._send_poses()
+                if now >= next_look:
+                    next_look = max(next_look + period, now)
+                    self._look()
                 self._fill_and_prune(now)
-            for client in list(self._clients.values()):
-                client.waiting += bye_line("the station was closed")
-                self._write(client)
+            self._say_goodbye()
         finally:
             for client in list(self._clients.values()):
                 self._drop(client)
@@ -223,37 +236,42 @@ class StreamServer:
                 self._listener.close()
             self._selector.close()
 
-    def _serve(self, item: object, mask: int) -> None:
-        if item is self._listener:
-            self._accept()
-        elif item is self._wake_read:
-            with contextlib.suppress(BlockingIOError):
-                self._wake_read.recv(_READ)
-        elif isinstance(item, socket.socket) and item in self._clients:
-            client = self._clients[item]
-            if mask & selectors.EVENT_READ:
-                self._read(client)
-            if mask & selectors.EVENT_WRITE and item in self._clients:
-                self._write(client)
+    def _serve(self, patience_s: float) -> None:
+        for key, mask in self._selector.select(patience_s):
+            item = key.fileobj
+            if item is self._listener:
+                self._accept(self._listener)
+            elif item is self._wake_read:
+                with contextlib.suppress(BlockingIOError):
+                    self._wake_read.recv(_READ)
+            elif isinstance(item, socket.socket) and item in self._clients:
+                client = self._clients[item]
+                if mask & selectors.EVENT_READ:
+                    self._read(client)
+                if mask & selectors.EVENT_WRITE and item in self._clients:
+                    self._write(client)
 
-    def _accept(self) -> None:
-        assert self._listener is not None  # noqa: S101 - the loop runs only while listening
+    def _accept(self, listener: socket.socket) -> None:
         try:
-            connection, _ = self._listener.accept()
+            connection, _ = listener.accept()
         except OSError:
             return
         connection.setblocking(False)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        # What the system holds for a slow client is old when it is read.
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST_WAITING)
         now = time.monotonic()
-        client = _Client(connection, now, moved_s=now)
+        client = StreamClient(connection, now, now)
         self._clients[connection] = client
         self._selector.register(connection, selectors.EVENT_READ)
         if len(self._clients) > MOST_CLIENTS:
             self._end(client, f"there are {MOST_CLIENTS} clients already")
             return
-        hello = Hello(self._id, self._job, 1, len(self._log), bool(self._options.token))
-        client.waiting += hello_line(hello)
+        job = "" if self._job is None else self._job.stem
+        needed = bool(self._options.token)
+        client.waiting += hello_line(Hello(self._id, job, 1, len(self._messages), needed))
 
-    def _read(self, client: _Client) -> None:
+    def _read(self, client: StreamClient) -> None:
         try:
             heard = client.connection.recv(_READ)
         except BlockingIOError:
@@ -273,7 +291,7 @@ class StreamServer:
         elif len(client.heard) > LONGEST_REQUEST:
             self._end(client, "the first line is too long")
 
-    def _begin(self, client: _Client, line: bytes) -> None:
+    def _begin(self, client: StreamClient, line: bytes) -> None:
         try:
             request = read_request(line)
         except InputError as error:
@@ -283,98 +301,87 @@ class StreamServer:
         if expected and not hmac.compare_digest(request.token.encode(), expected):
             self._end(client, "the token is wrong")
             return
-        if request.resume > len(self._log):
+        last = len(self._messages)
+        if request.resume > last:
             self._end(
                 client,
-                f"this stream has come to {len(self._log)}; it is another one than yours: "
-                "resume from 0",
+                f"this stream has come to {last}; it is another one than yours: resume from 0",
             )
             return
         client.begun, client.poses, client.next_seq = True, request.poses, request.resume + 1
 
-    def _end(self, client: _Client, why: str) -> None:
+    @staticmethod
+    def _end(client: StreamClient, why: str) -> None:
         client.waiting += bye_line(why)
-        client.begun, client.poses, client.ending = True, False, True
+        client.begun = client.ending = True
 
-    def _take_points(self) -> None:
-        try:
-            job, points = self._source.stored_job()
-        except OcmmError:
-            # Told elsewhere; the next change tries again.
-            _log.exception("The stream could not read the points.")
+    def _look(self) -> None:
+        """Tell what the machine sees: every change of its state, and poses."""
+        listening = [client for client in self._clients.values() if client.listens]
+        if not listening:
             return
-        if job != self._job:
-            # The points of the job before count as they did; this one has numbers of its own.
-            self._job, self._counting = job, set()
-        counting = {point.number for point in points}
-        for number in sorted(self._counting - counting):
-            self._log.append(annulled_line(len(self._log) + 1, self._job, number))
-        for point in points:
-            if point.number not in self._counting:
-                self._log.append(point_line(len(self._log) + 1, self._job, point))
-        self._counting = counting
-
-    def _send_poses(self) -> None:
-        wanting = [client for client in self._clients.values() if client.begun and client.poses]
-        if not wanting:
-            return
-        line = pose_line(self._source.live())
-        for client in wanting:
-            # One pose may wait; where one does already, this one is the newer but comes too soon.
-            if client.waiting:
+        live = self._source.live()
+        job = self._source.job_path.stem
+        state = (job, live.status.value, live.reason)
+        if state != self._state:
+            self._state, self._states = state, self._states + 1
+        pose = pose_line(live, pressed=self._pressed)
+        for client in listening:
+            if client.told_state != self._states and client.has_room:
+                client.waiting += status_line(job, live)
+                client.told_state = self._states
+            elif client.poses and client.waiting:
+                # One pose may wait; where one does already, this one comes too soon.
                 self.poses_missed += 1
-            else:
-                client.waiting += line
+            elif client.poses:
+                client.waiting += pose
 
     def _fill_and_prune(self, now: float) -> None:
         for client in list(self._clients.values()):
-            if client.begun and not client.ending:
-                while client.next_seq <= len(self._log) and len(client.waiting) < MOST_WAITING:
-                    client.waiting += self._log[client.next_seq - 1]
-                    client.next_seq += 1
+            if client.listens:
+                try:
+                    client.fill(self._messages)
+                except OSError as error:
+                    self._end(client, f"older messages cannot be read any more ({error})")
             if client.waiting:
                 self._write(client)
             else:
                 client.moved_s = now
                 if client.ending:
                     self._drop(client)
-            silent = not client.begun and now - client.since_s > REQUEST_TIMEOUT_S
-            if silent or now - client.moved_s > STALLED_S:
+            if client.is_silent(now):
                 self._drop(client)
 
-    def _write(self, client: _Client) -> None:
+    def _say_goodbye(self) -> None:
+        """Give everybody what is left and the reason of the end; who stalls has to do without."""
+        if self._listener is not None:
+            self._selector.unregister(self._listener)
+        until = time.monotonic() + GOODBYE_S
+        while self._clients and time.monotonic() < until:
+            last = len(self._messages)
+            for client in self._clients.values():
+                if not client.ending and (not client.begun or client.next_seq > last):
+                    self._end(client, "the station was closed")
+            self._fill_and_prune(time.monotonic())
+            self._serve(0.01)
+
+    def _write(self, client: StreamClient) -> None:
         try:
-            sent = client.connection.send(client.waiting)
-        except BlockingIOError:
-            sent = 0
+            client.write()
         except OSError:
             self._drop(client)
             return
-        if sent:
-            del client.waiting[:sent]
-            client.moved_s = time.monotonic()
         events = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.waiting else 0)
         self._selector.modify(client.connection, events)
 
-    def _drop(self, client: _Client) -> None:
+    def _drop(self, client: StreamClient) -> None:
         if self._clients.pop(client.connection, None) is None:
             return
         self._selector.unregister(client.connection)
         client.connection.close()
 
 
-def check_stream(options: StreamOptions) -> None:
-    """Raise InputError if the stream would be open to others without a token worth the name."""
-    if not _is_loopback(options.host) and len(options.token) < SHORTEST_TOKEN:
-        raise InputError(
-            "stream.token",
-            f"The stream would be open to everybody who can reach {options.host}.",
-            f"Give a token of {SHORTEST_TOKEN} characters or more, or listen on 127.0.0.1.",
-        )
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
+def _step_line(seq: int, job: str, step: JobStep) -> bytes:
+    if step.point is None:
+        return annulled_line(seq, job, step.number)
+    return point_line(seq, job, step.point)

@@ -30,6 +30,7 @@ from ocmm_core.storage.faults import (
     primary_code,
     storage_error,
 )
+from ocmm_core.storage.job_steps import JobStep, read_steps
 from ocmm_core.storage.migrations import APPLICATION_ID, bring_up_to_date
 from ocmm_core.storage.rows import (
     JobEvent,
@@ -227,6 +228,11 @@ class JobFile:
         spots = {number: spots_from(shape, blob) for number, shape, blob, _ in beside}
         points = [point_from_row(row) for *row, _ in rows]
         return [replace(point, reference_spots=spots.get(point.number)) for point in points]
+
+    def steps(self, after: int = 0, most: int = 256) -> list[JobStep]:
+        """Return what became durable after audit row ``after``, oldest first: see `read_steps`."""
+        with self._reading() as db:
+            return read_steps(db, self.path, after, most)
 
     def store_reference(self, reference: JobReference) -> None:
         """Store the reference body of the job and its first place; on the disk when this returns.

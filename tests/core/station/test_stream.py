@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import json
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import closing
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.inspection.view import JobHeader
+from ocmm_core.station.probe_button import ButtonChange, ButtonWatch
 from ocmm_core.station.station import MeasuringStation
-from ocmm_core.station.stream_server import LONGEST_REQUEST, StreamOptions, StreamServer
+from ocmm_core.station.stream_client import LONGEST_REQUEST, MOST_WAITING, StreamClient
+from ocmm_core.station.stream_log import BLOCK, IN_MEMORY, StreamLog
+from ocmm_core.station.stream_server import StreamOptions, StreamServer
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test
 TIMEOUT_S = 30.0
@@ -37,9 +43,16 @@ def station(tmp_path: Path) -> Iterator[MeasuringStation]:
 class Client:
     """A program that reads the stream."""
 
-    def __init__(self, address: tuple[str, int], request: str | None = "") -> None:
-        self._socket = socket.create_connection(address, timeout=TIMEOUT_S)
+    def __init__(
+        self, address: tuple[str, int], request: str | None = "", receive: int | None = None
+    ) -> None:
+        self._socket = socket.socket()
+        if receive is not None:
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive)
+        self._socket.settimeout(TIMEOUT_S)
+        self._socket.connect(address)
         self._lines = self._socket.makefile("rb")
+        self.numbered: list[dict[str, Any]] = []
         self.hello = self.line()
         if request is not None:
             self.say(request)
@@ -57,11 +70,14 @@ class Client:
             pass
         return found
 
-    def numbered(self, count: int) -> list[dict[str, Any]]:
+    def steps(self, count: int) -> list[dict[str, Any]]:
+        """Return the next points and annulments; ``numbered`` has what came with a number."""
         found: list[dict[str, Any]] = []
         while len(found) < count:
             line = self.line()
             if "seq" in line:
+                self.numbered.append(line)
+            if line["type"] in ("point", "annulled"):
                 found.append(line)
         return found
 
@@ -71,22 +87,135 @@ class Client:
 
 
 def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringStation) -> None:
-    server = StreamServer(station, StreamOptions())
-    address = server.start()
-    # This one reads nothing until all is over; the other must not wait for it.
-    with closing(Client(address, "")) as sleeper, closing(Client(address, "")) as client:
-        assert client.hello["last_seq"] == 0
+    server = StreamServer(station, StreamOptions(poses_hz=500.0))
+    with server:
+        address = server.address
+        with (
+            # This one reads nothing until all is over, and what the system takes for it is full
+            # soon. Nobody waits for it.
+            closing(Client(address, "", receive=2048)) as sleeper,
+            closing(Client(address, '{"poses": false}')) as client,
+        ):
+            assert client.hello["last_seq"] == 0
+            while not server.poses_missed:
+                time.sleep(0.01)
+            station.start()
+            points = client.steps(POINTS)
+            assert station.wait_finished(TIMEOUT_S)
+            for line, stored in zip(points, station.stored_job()[1], strict=True):
+                assert (line["number"], line["feature"]) == (stored.number, stored.feature)
+                np.testing.assert_array_equal(line["pos"], stored.tip_world)
+                np.testing.assert_array_equal(line["surface"], stored.surface_world)
+            assert sleeper.steps(POINTS) == points
+            assert sleeper.numbered == client.numbered
+            numbers = [line["seq"] for line in client.numbered]
+            assert numbers == list(range(1, len(numbers) + 1))
+            # Before every point the button went down, and it came up again before the next.
+            events = [line.get("event", line["type"]) for line in client.numbered]
+            assert "".join(events).replace("release", "") == "presspoint" * POINTS
+            pressed = [line for line in client.numbered if line.get("event") == "press"]
+            for press, point in zip(pressed, points, strict=True):
+                assert 0.0 < point["t"] - press["t"] < 0.2
+            held = [line["held_s"] for line in client.numbered if line.get("event") == "release"]
+            assert len(held) >= POINTS - 1
+            assert all(0.0 < seconds < 1.0 for seconds in held)
+            assert server.close()
+            assert "closed" in client.until("bye")["why"]
+
+
+def test_every_change_of_the_state_is_told_once(station: MeasuringStation) -> None:
+    with (
+        StreamServer(station, StreamOptions()) as server,
+        closing(Client(server.address)) as client,
+    ):
+        first = client.until("status")
+        assert (first["status"], first["job"]) == ("NOT READY", JOB)
         station.start()
-        points = client.numbered(POINTS)
-        assert [point["seq"] for point in points] == list(range(1, POINTS + 1))
         assert station.wait_finished(TIMEOUT_S)
-        for line, stored in zip(points, station.stored_job()[1], strict=True):
-            assert (line["number"], line["feature"]) == (stored.number, stored.feature)
-            np.testing.assert_array_equal(line["pos"], stored.tip_world)
-            np.testing.assert_array_equal(line["surface"], stored.surface_world)
-        assert [line["seq"] for line in sleeper.numbered(POINTS)] == list(range(1, POINTS + 1))
-        assert server.close()
-        assert "closed" in client.until("bye")["why"]
+        states = [first]
+        while "stopped" not in states[-1]["reason"]:
+            line = client.line()
+            if line["type"] == "status":
+                states.append(line)
+            elif line["type"] == "pose":
+                assert (line["status"], line["reason"]) == (
+                    states[-1]["status"], states[-1]["reason"],
+                )  # fmt: skip
+        told = [(line["status"], line["reason"]) for line in states]
+        assert all(before != after for before, after in pairwise(told))
+        assert any(status in ("READY", "MEASURING") for status, _ in told)
+
+
+def test_what_waits_for_a_stalled_client_is_bounded_and_complete(tmp_path: Path) -> None:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        ours.setblocking(False)
+        client = StreamClient(ours, 0.0, 0.0, begun=True)
+        log = StreamLog(tmp_path)
+        for _ in range(3000):
+            log.append(lambda seq: b'{"seq":%d}' % seq + b" " * 1000 + b"\n")
+        for _ in range(50):
+            client.fill(log)
+            client.write()
+            assert len(client.waiting) < MOST_WAITING + 1100 * BLOCK
+        assert client.next_seq < 3000
+        with theirs.makefile("rb") as lines:
+            for number in range(1, 3001):
+                while client.next_seq <= 3000 or client.waiting:
+                    before = client.next_seq, len(client.waiting)
+                    client.fill(log)
+                    client.write()
+                    if (client.next_seq, len(client.waiting)) == before:
+                        break
+                assert json.loads(lines.readline())["seq"] == number
+        log.close()
+
+
+def test_older_lines_are_in_a_file_and_come_back_in_order(tmp_path: Path) -> None:
+    log = StreamLog(tmp_path)
+    count = 2 * IN_MEMORY + 100
+    for _ in range(count):
+        log.append(lambda seq: b"%d\n" % seq)
+    assert len(log) == count
+    assert log.in_memory == IN_MEMORY
+    for first in (1, 2, BLOCK, BLOCK + 1, count - IN_MEMORY, count - IN_MEMORY + 1, count):
+        told, number = b"", first
+        while number <= count:
+            lines, number = log.read(number)
+            told += lines
+        assert told == b"".join(b"%d\n" % seq for seq in range(first, count + 1))
+    log.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_where_no_file_can_be_made_lines_stay_in_memory(tmp_path: Path) -> None:
+    log = StreamLog(tmp_path / "missing")
+    for _ in range(IN_MEMORY + 10):
+        log.append(lambda seq: b"%d\n" % seq)
+    assert log.in_memory == IN_MEMORY + 10
+    assert log.read(1)[0].startswith(b"1\n2\n")
+
+
+def test_a_press_and_a_release_are_found_wherever_blocks_are_cut() -> None:
+    flags = np.array([1, 1, 0, 0, 1, 1, 1, 0, 1], dtype=np.uint32)
+    wanted = [
+        ButtonChange("release", 102, 0.002),
+        ButtonChange("press", 104, 0.004),
+        ButtonChange("release", 107, 0.007, 0.007 - 0.004),
+        ButtonChange("press", 108, 0.008),
+    ]
+    for size in (1, 2, 4, 9):
+        watch, found = ButtonWatch(), []
+        for first in range(0, len(flags), size):
+            part = flags[first : first + size]
+            counter = 100 + np.arange(first, first + len(part))
+            found += watch.feed(
+                FrameBlock(
+                    counter=counter, time_ns=(counter - 100) * 1_000_000, flags=part,
+                    valid=np.zeros((len(part), 2), np.uint16), uv=np.zeros((len(part), 2, 8, 2)),
+                )
+            )  # fmt: skip
+        assert found == wanted
 
 
 def test_a_pose_is_given_where_it_can_be_trusted_and_else_null(station: MeasuringStation) -> None:
@@ -108,25 +237,31 @@ def test_a_pose_is_given_where_it_can_be_trusted_and_else_null(station: Measurin
 def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation) -> None:
     station.start()
     assert station.wait_finished(TIMEOUT_S)
+    # This server begins when all is over: it knows the points from the job file, and no button.
     with StreamServer(station, StreamOptions()) as server:
         with closing(Client(server.address, '{"poses": false}')) as first:
-            first.numbered(5)
+            first.steps(5)
         with closing(Client(server.address, '{"resume": 5, "poses": false}')) as second:
-            numbers = [line["seq"] for line in second.numbered(POINTS - 5)]
+            numbers = [line["seq"] for line in second.steps(POINTS - 5)]
             assert numbers == list(range(6, POINTS + 1))
             # What is taken back is told, as what is turned round.
             station.undo()
-            assert second.line() | {"v": 1} == second_of(POINTS + 1, POINTS)
+            gone = {"seq": POINTS + 1, "job": JOB, "number": POINTS}
+            assert second.steps(1) == [{"v": 1, "type": "annulled"} | gone]
             station.flip()
-            gone, new = second.numbered(2)
+            gone, new = second.steps(2)
             assert (gone["type"], gone["number"]) == ("annulled", POINTS - 1)
             assert (new["type"], new["approach"]) == ("point", "flipped")
         with closing(Client(server.address, '{"resume": 99}')) as stranger:
             assert "resume from 0" in stranger.until("bye")["why"]
-
-
-def second_of(seq: int, number: int) -> dict[str, Any]:
-    return {"v": 1, "type": "annulled", "seq": seq, "job": JOB, "number": number}
+    # A server that begins later tells the whole story of the job, as its file has it.
+    with (
+        StreamServer(station, StreamOptions()) as server,
+        closing(Client(server.address, '{"poses": false}')) as late,
+    ):
+        assert [line["type"] for line in late.steps(POINTS + 3)[POINTS:]] == [
+            "annulled", "annulled", "point",
+        ]  # fmt: skip
 
 
 def test_the_points_of_the_next_part_follow_under_its_own_name(
@@ -138,12 +273,12 @@ def test_the_points_of_the_next_part_follow_under_its_own_name(
         StreamServer(station, StreamOptions()) as server,
         closing(Client(server.address, '{"poses": false}')) as client,
     ):
-        assert {line["job"] for line in client.numbered(POINTS)} == {JOB}
+        assert {line["job"] for line in client.steps(POINTS)} == {JOB}
         first = station.job_path
         station.next_part(JobHeader("Ada", "DEMO_PART", "A-2", "12", "first"))
         station.go_on(first)
         # Nothing was annulled: the points of the first job come again when it goes on.
-        again = client.numbered(POINTS)
+        again = client.steps(POINTS)
         assert {(line["type"], line["job"]) for line in again} == {("point", JOB)}
 
 
@@ -154,7 +289,7 @@ def test_without_the_token_nothing_is_told(station: MeasuringStation) -> None:
                 assert stranger.hello["token_needed"]
                 assert stranger.line() == {"v": 1, "type": "bye", "why": "the token is wrong"}
         with closing(Client(server.address, json.dumps({"token": TOKEN}))) as friend:
-            assert friend.line()["type"] == "pose"
+            assert friend.line()["type"] == "status"
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.5", "measuring-room"])  # noqa: S104 - must be refused

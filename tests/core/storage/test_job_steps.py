@@ -1,0 +1,57 @@
+"""Points and annulments in the order in which they became durable, page by page."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.errors import StorageError
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage.rows import JobHead
+
+MakePoint = Callable[[int], MeasuredPoint]
+
+
+def test_whoever_reads_on_gets_every_step_once_and_in_order(
+    tmp_path: Path, head: JobHead, make_point: MakePoint
+) -> None:
+    with JobFile.create(tmp_path / "j.ocmm", head) as job:
+        assert job.steps() == []
+        job.append_point(make_point(1))
+        job.append_event("tip", "mounted")
+        job.append_point(make_point(2))
+        job.annul_point(1, "undo")
+        job.append_point(make_point(5))
+        job.annul_point(5, "undo")
+        wanted = [(1, True), (2, True), (1, False), (5, True), (5, False)]
+        for most in (1, 2, 3, 256):
+            found, after = [], 0
+            while steps := job.steps(after, most):
+                assert len(steps) <= most
+                found += steps
+                after = steps[-1].sequence
+            assert [(step.number, step.point is not None) for step in found] == wanted
+        second = found[1].point
+        assert second is not None
+        np.testing.assert_array_equal(second.tip_world, make_point(2).tip_world)
+
+
+def test_a_point_that_was_changed_is_not_given_out(
+    tmp_path: Path, head: JobHead, make_point: MakePoint
+) -> None:
+    path = tmp_path / "j.ocmm"
+    with JobFile.create(path, head) as job:
+        job.append_point(make_point(1))
+    with closing(sqlite3.connect(path)) as db:
+        db.execute("DROP TRIGGER observation_no_update")
+        db.execute("UPDATE observation SET tip_radius = 1.4")
+        db.commit()
+    with JobFile.open(path) as job, pytest.raises(StorageError) as caught:
+        job.steps()
+    assert "point 1 is not as it was stored" in caught.value.what
