@@ -2,8 +2,8 @@
 
 A measured axis has no direction of its own: a bore 0.05 degrees beyond square to another one looks
 like one that is 0.05 degrees short of it. In the part frame the plan tells which way every axis is
-meant to run, and the angle goes through 90 degrees as any other value. Only where the two directions
-run together, at 0 and 180 degrees between them, there is no side to be on.
+meant to run, and the angle goes through 90 degrees as through any other value. Only where the two
+directions run together, at 0 and 180 degrees between them, there is no side to be on.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ _FLATTEST_DEG = 0.01
 _VECTOR_DEG = 0.5
 """Angles below this, which should be none, are the length of a vector."""
 
+NO_SIDE = "Nothing says on which side of a right angle it is."
+
 _MAPS = {2: ((180.0, -1.0), (0.0, 1.0)), 0: ((0.0, 1.0), (180.0, -1.0)),
          1: ((90.0, -1.0), (-90.0, 1.0), (90.0, 1.0), (270.0, -1.0))}  # fmt: skip
 """Offset and factor from the angle between the directions to those that may be meant, deg, by the
@@ -65,6 +67,11 @@ class AngleRule:
         """Return the angle of two geometry vectors (12,), deg."""
         one, other = self.senses[0] * first[DIRECTION], self.senses[1] * second[DIRECTION]
         return self.offset + self.factor * _between(one, other)
+
+    def surely(self, value: float) -> bool:
+        """Return whether a value could not as well be one on the other side of a right angle."""
+        fold = self.offset + self.factor * 90.0
+        return self.told or abs(value - fold) > _PREFERRED_DEG
 
 
 def angle_value(
@@ -171,7 +178,7 @@ def angle_of_axes(
             "uncertainty that could be stated.",
             "Tolerance parallelism, perpendicularity or angularity instead.",
         )
-    if not rule.told and not _both_sides_alike(characteristic, rule, value, between):
+    if not rule.surely(value) and not _both_sides_alike(characteristic, rule, value):
         raise FitError(
             "characteristic.no_side",
             f"Nothing says on which side of a right angle the {value:.3f} degrees of "
@@ -181,12 +188,8 @@ def angle_of_axes(
     return None
 
 
-def _both_sides_alike(
-    characteristic: Characteristic, rule: AngleRule, value: float, between: float
-) -> bool:
+def _both_sides_alike(characteristic: Characteristic, rule: AngleRule, value: float) -> bool:
     """Return whether an angle without a sense means the same on both sides of the fold."""
-    if abs(between - 90.0) > _PREFERRED_DEG:
-        return True
     fold = rule.offset + rule.factor * 90.0
     middle = characteristic.nominal + 0.5 * (characteristic.lower + characteristic.upper)
     return abs(middle - fold) < 1e-9 and abs(value - fold) >= _FLATTEST_DEG

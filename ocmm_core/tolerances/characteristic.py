@@ -44,6 +44,13 @@ Association = Literal[
     "two-point mean",
 ]
 
+TWO_POINT: tuple[Association, ...] = (
+    "two-point maximum",
+    "two-point minimum",
+    "two-point mean",
+)
+"""Associations of local sizes between opposite points, by rank."""
+
 SIZES = frozenset({"diameter", "radius", "length", "width"})
 FORMS = frozenset({"form", "straightness", "flatness", "roundness", "cylindricity"})
 ORIENTATIONS = frozenset({"parallelism", "perpendicularity", "angularity"})
@@ -76,7 +83,8 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     association
         How size or form is associated with the points; empty is the feature's own criterion for
         sizes, minimum zone for form (ISO 1101), and the letters of ISO 14405-1 are GG least
-        squares, GC minimum zone, GX inscribed, GN circumscribed, LP two-point.
+        squares, GC minimum zone, GX inscribed, GN circumscribed, LP two-point. A distance of two
+        opposite faces is a two-point size with it.
     zone
         Of position and of the orientation of an axis; empty is what is usual for the feature: two
         planes for a face, a sphere for a point or ball, a cylinder for all else.

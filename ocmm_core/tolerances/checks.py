@@ -13,6 +13,7 @@ from ocmm_core.tolerances.characteristic import (
     ORIENTATIONS,
     PROFILES,
     RUNOUTS,
+    TWO_POINT,
     ZONES,
     Characteristic,
 )
@@ -178,7 +179,23 @@ def _association_fault(item: Characteristic, shapes: Mapping[str, Shape]) -> Fau
         return "association", "is only for circle, sphere and cylinder"
     if item.kind in FORMS:
         return "association", "of form is 'minimum zone' or 'least squares'"
-    return "association", "goes with diameter, radius and form only"
+    if item.kind in ("length", "width", "distance"):
+        return _two_point_fault(item, shapes)
+    return "association", "goes with sizes, distances of faces and form only"
+
+
+def _two_point_fault(item: Characteristic, shapes: Mapping[str, Shape]) -> Fault | None:
+    if item.kind == "distance":
+        if item.axis or any(shapes[name] is not Shape.PLANE for name in item.features):
+            return "association", "of a distance needs two opposite planes, and no 'axis'"
+    elif shapes[item.features[0]] not in SLOTS:
+        return "association", f"of a {item.kind} is only for slots and rectangles"
+    elif item.kind == "length" and shapes[item.features[0]] is Shape.ROUND_SLOT:
+        return "association", "of a length needs straight ends; those of a round slot are not"
+    if item.association not in TWO_POINT:
+        words = ", ".join(repr(word) for word in TWO_POINT)
+        return "association", f"of a {item.kind} is left out, or one of: {words}"
+    return None
 
 
 def _axis_fault(

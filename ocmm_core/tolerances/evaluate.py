@@ -13,7 +13,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.angle import angle_of_axes, angle_rule, needs_sense
+from ocmm_core.tolerances.angle import NO_SIDE, angle_of_axes, angle_rule, needs_sense
 from ocmm_core.tolerances.characteristic import (
     COAXIAL,
     FORMS,
@@ -32,7 +32,12 @@ from ocmm_core.tolerances.orientation import orientation
 from ocmm_core.tolerances.points import points_note
 from ocmm_core.tolerances.profile import profile
 from ocmm_core.tolerances.runout import runout
-from ocmm_core.tolerances.size import associated_size, own_association, size_words
+from ocmm_core.tolerances.size import (
+    associated_size,
+    distance_of_faces,
+    own_association,
+    size_words,
+)
 from ocmm_core.tolerances.symmetry import symmetry
 from ocmm_core.tolerances.zone_frame import Frames, ZoneFrame, moved_geometry
 
@@ -150,6 +155,8 @@ def _evaluated(
     own = own_association(first)
     if kind in SIZES and characteristic.association not in ("", own):
         return associated_size(characteristic, first)
+    if kind == "distance" and characteristic.association:
+        return distance_of_faces(characteristic, first, actual[characteristic.features[1]])
     if kind not in ZONES:
         if needs_part_frame(characteristic):
             found = _in_part(characteristic, actual, frames.aligned(characteristic.name))
@@ -204,18 +211,19 @@ def _from_geometry(
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     shapes = {name: feature.fit.shape for name, feature in actual.items()}
 
-    def value_of(moved: Mapping[str, Float]) -> float:
-        return geometry_value(characteristic, moved, shapes, None)
-
+    rule = None
     if characteristic.kind == "angle" and len(characteristic.features) == 2:
+        # Settled once: the differences then run through a right angle as through any other.
         rule = angle_rule(characteristic, geometries, shapes, alignment)
         found = angle_of_axes(characteristic, actual, rule)
         if found is not None:
             return found
-        first, second = characteristic.features
 
-        def value_of(moved: Mapping[str, Float]) -> float:
-            return rule.value(moved[first], moved[second])
+    def value_of(moved: Mapping[str, Float]) -> float:
+        if rule is None:
+            return geometry_value(characteristic, moved, shapes, None)
+        first, second = characteristic.features
+        return rule.value(moved[first], moved[second])
 
     value = value_of(geometries)
     _refuse_folded(characteristic, value)
@@ -231,7 +239,8 @@ def _from_geometry(
                 )
                 slope[k] = (ahead - behind) / (2.0 * _STEP)
         gradient += slope @ feature.jacobian
-    return Evaluation(value, gradient)
+    side = "" if rule is None or rule.surely(value) else NO_SIDE
+    return Evaluation(value, gradient, note=side)
 
 
 def _refuse_folded(characteristic: Characteristic, value: float) -> None:
