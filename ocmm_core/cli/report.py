@@ -46,6 +46,14 @@ def report_command(
     preview_only: Annotated[
         bool, typer.Option("--preview", help="Print what the files would hold, and write nothing.")
     ] = False,
+    probes: Annotated[
+        Path | None,
+        typer.Option(
+            "--probes",
+            help="Folder of records of probes: what became known of the tip later is looked "
+            "up there. Default: that of this user.",
+        ),
+    ] = None,
 ) -> None:
     """Report jobs from their own files, read-only.
 
@@ -56,7 +64,7 @@ def report_command(
     console = Console(soft_wrap=True)
     chosen = _formats(formats or ["polyworks"])
     layout = None if profile is None else load_profile(profile)
-    data = [_data(path, console) for path in jobs]
+    data = [_data(path, probes, console) for path in jobs]
     written = [name for name in chosen if name != _PDF]
     if preview_only:
         for name in written:
@@ -70,14 +78,16 @@ def report_command(
         for path in write_report(data, written, folder, layout):
             console.print(f"Report  {path}", highlight=False, markup=False)
     if _PDF in chosen:
-        for line in _print_pages(jobs, folder):
+        for line in _print_pages(jobs, folder, probes):
             console.print(f"Report  {line}", highlight=False, markup=False)
 
 
-def _print_pages(jobs: list[Path], folder: Path) -> list[str]:
+def _print_pages(jobs: list[Path], folder: Path, probes: Path | None) -> list[str]:
     """Write the PDF reports in a process with the drawing of the window; return their paths."""
     # The core knows no Qt: what draws is a program of its own, as the window is.
     command = [sys.executable, "-m", "ocmm_gui.reports", *map(str, jobs), "--out", str(folder)]
+    if probes is not None:
+        command += ["--probes", str(probes)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
     if done.returncode != 0:
         last = done.stderr.strip().splitlines()[-1:] or ["the program that draws it ended"]
@@ -103,8 +113,8 @@ def _formats(names: list[str]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _data(path: Path, console: Console) -> ReportData:
-    job = reopen_job(path)
+def _data(path: Path, probes: Path | None, console: Console) -> ReportData:
+    job = reopen_job(path, probes)
     for doubt in job.doubts:
         console.print(f"{path.name}: {doubt}", style="yellow", highlight=False, markup=False)
     return report_of_job(job)

@@ -210,6 +210,12 @@ class InspectionSession(JobSteps):
             self._view = None
             return self._points.hold_back(numbers, reason, ward)
 
+    def held_for(self, ward: Ward) -> dict[int, str]:
+        """Return the points that count and are held back for a ward, and why."""
+        with self._lock:
+            held = self._points.held[ward]
+            return {p.number: held[p.number] for p in self._points.counting if p.number in held}
+
     def release(self, reason: str, ward: Ward = Ward.CAMERAS) -> list[int]:
         """Let points count again that were held back, and return them.
 

@@ -19,9 +19,9 @@ from ocmm_core.calibration.in_use import Obstacle, Word
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView, judge_probe
 from ocmm_core.calibration.probe_store import MONITOR, ProbeStore
 from ocmm_core.errors import CalibrationError
-from ocmm_core.inspection.quarantine import Ward
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.station.tip_doubts import last_good_utc, points_in_doubt
+from ocmm_core.inspection.tip_doubts import last_good_utc
+from ocmm_core.inspection.tip_history import settle_tip
 from ocmm_core.storage.job_file import JobFile
 
 PAUSE = timedelta(hours=8)
@@ -30,7 +30,6 @@ PAUSE = timedelta(hours=8)
 _KEEP_S = 0.2
 """What was found is given out for so long before it is looked at again."""
 _USABLE = (Word.VALID, Word.DUE)
-_CHECKED = "The tip was checked since and is as it was."
 
 
 class ProbeWatch:
@@ -153,26 +152,12 @@ class ProbeWatch:
             if len(events) == self._settled:
                 return False
             self._settled = len(events)
-            taken = {k: datetime.fromisoformat(v) for k, v in self._job.taken_utc().items()}
-            doubts = points_in_doubt(events, self.in_use.tip, taken)
-            changed = [self._hold(doubts.failed, Ward.FAILED_TIP)]
-            if doubts.open:
-                changed.append(self._hold(doubts.open, Ward.TIP))
-            else:
-                changed.append(bool(self._session.release(_CHECKED, Ward.TIP)))
-            return any(changed)
+            return settle_tip(self._session, self._job, events, self.in_use.tip)
 
     @property
     def _store(self) -> ProbeStore | None:
         """Return where what happens to the tip is kept, or None where nothing is known of it."""
         return self.in_use.store if self.in_use.records is not None else None
-
-    def _hold(self, points: dict[int, str], ward: Ward) -> bool:
-        changed = False
-        for reason in dict.fromkeys(points.values()):
-            numbers = [number for number, why in points.items() if why == reason]
-            changed |= bool(self._session.hold_back_points(numbers, reason, ward))
-        return changed
 
     def _judge(self) -> ProbeView:
         view = judge_probe(self.in_use, self._clock())

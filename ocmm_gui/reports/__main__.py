@@ -17,6 +17,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("jobs", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--probes", type=Path)
     options = parser.parse_args(arguments)
     # A report needs no screen, and a screen may not be there.
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -27,7 +28,8 @@ def main(arguments: list[str] | None = None) -> int:
     application = QGuiApplication.instance() or QGuiApplication([])
     try:
         for job in options.jobs:
-            sys.stdout.write(f"{write_pdf(report_of_job(reopen_job(job)), options.out)}\n")
+            report = report_of_job(reopen_job(job, options.probes))
+            sys.stdout.write(f"{write_pdf(report, options.out)}\n")
     except OcmmError as error:
         sys.stderr.write(f"{error.what} {error.remedy}\n")
         return 2
