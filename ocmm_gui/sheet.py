@@ -117,6 +117,8 @@ class Sheet(QWidget):
             self.keys[info.key] = action
             button = make_button(action, primary=info.key == primary)
             button.setObjectName(f"button_{info.key}")
+            # Spelt out it would not fit into the row.
+            button.setText(button.text().replace("Shift+", "⇧"))
             button.setMinimumHeight(_BUTTON_PX)
             button.setFont(text_font(14, bold=info.key == primary))
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,7 +58,7 @@ class JobSheet(Sheet):
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(12)
-        self._offered: dict[Path, PlanCard] = {}
+        self._offered: dict[Path, None] = {}
         self._cards: list[PlanCard | None] = [None]
         self.plans = ChoiceBox("Plan", "What is measured in the next job", ())
         self.plans.setFont(text_font(18))
@@ -156,18 +157,17 @@ class JobSheet(Sheet):
 
     def offer(self, path: Path) -> None:
         """Let a plan be chosen from now on; one that cannot be measured is told."""
-        card = self.attempt(lambda: plan_card(path))
-        if card is not None:
-            self._offered[card.path] = card
+        if self.attempt(lambda: plan_card(path)) is not None:
+            self._offered[path.absolute()] = None
             self._list_plans()
 
     def choose_plan(self, path: Path) -> None:
         """Choose the plan of a file for the next job."""
         self.offer(path)
-        chosen = self._offered.get(path.absolute())
-        if chosen is not None:
+        if path.absolute() in self._offered:
             # It is not in the list where it is the one that is measured already.
-            at = self._cards.index(chosen) if chosen in self._cards else 0
+            places = [None if card is None else card.path for card in self._cards]
+            at = places.index(path.absolute()) if path.absolute() in places else 0
             self.plans.setCurrentIndex(at)
             self.plans.setFocus()
 
@@ -201,19 +201,25 @@ class JobSheet(Sheet):
     def _list_plans(self) -> None:
         """List the plan that is measured, those beside it, and those that were offered."""
         station = self._bridge.station
-        running = station.plan_identity
-        known = {card.path: card for card in plans_in(self._plan_folder())} | self._offered
-        self._cards = [None, *(card for card in known.values() if card.identity != running)]
+        if station.plan_file is not None:
+            # It is to be had again when another one is measured.
+            self._offered[station.plan_file.absolute()] = None
+        known = {card.path: card for card in plans_in(self._plan_folder())}
+        for path in self._offered:
+            # What has become unreadable since is left out.
+            with contextlib.suppress(OcmmError):
+                known[path] = plan_card(path)
+        others = [card for card in known.values() if card.identity != station.plan_identity]
+        self._cards = [None, *others]
         self.plans.blockSignals(True)
         self.plans.clear()
         self.plans.addItem(f"{station.plan.name}, as it is measured now")
-        for card in known.values():
-            if card.identity != running:
-                changed = ", changed since" if card.path == station.plan_file else ""
-                self.plans.addItem(f"{card.name}, {card.path.name}{changed}")
-                self.plans.setItemData(
-                    self.plans.count() - 1, str(card.path), Qt.ItemDataRole.ToolTipRole
-                )
+        for card in others:
+            changed = ", changed since" if card.path == station.plan_file else ""
+            self.plans.addItem(f"{card.name}, {card.path.name}{changed}")
+            self.plans.setItemData(
+                self.plans.count() - 1, str(card.path), Qt.ItemDataRole.ToolTipRole
+            )
         self.plans.blockSignals(False)
         self._show_part()
 

@@ -38,7 +38,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "compensation": ("Side found by", "Empty: as the plan says"),
         "text": ("Instruction", "What the inspector reads at this step"),
         "picture": ("Picture", "File beside the plan that he sees; Shift+F7 attaches one"),
-        "free": ("In space", "A circle fitted as one problem instead of its plane first"),
+        "free": ("Fitted in space", "A circle fitted as one problem instead of its plane first"),
     },
     "Characteristic": {
         "kind": ("Kind", "What is toleranced"),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import msgspec
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import (
     QComboBox,
@@ -210,7 +210,9 @@ class ItemForm(QScrollArea):
             field = self._field(line)
             words = caption(line.label, field)
             words.setToolTip(line.tip)
-            grid.addWidget(words, row, 0)
+            several = isinstance(field, RowsField)
+            top = Qt.AlignmentFlag.AlignTop if several else Qt.AlignmentFlag.AlignVCenter
+            grid.addWidget(words, row, 0, top)
             grid.addWidget(field, row, 1)
             self.fields[line.key], self._captions[line.key] = field, words
         grid.setRowStretch(len(self._lines), 1)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
+from typing import Literal
 
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.plan_doubts import nominal_doubts
 from ocmm_core.inspection.plan_picture import without_file
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.plan_editor.draft import PlanDraft
 from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
+
+Tone = Literal["good", "warn", "bad"]
 
 _FIELD = re.compile(r"field '(\w+)(?:\[(\d+)\])?\.?([^'\[]*)")
 """Part of the plan, place in its list, and field, in a sentence of the core."""
@@ -24,7 +28,7 @@ class PlanChecks(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
-        self._good = True
+        self._tone: Tone = "good"
         self._label = sentence_label("Checks", 15)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -36,28 +40,34 @@ class PlanChecks(QWidget):
 
     def show_fault(self, fault: OcmmError) -> None:
         """Say why something is not taken over."""
-        self._say(f"✖  Not taken over: {fault.what} {fault.remedy}", good=False)
+        self._say(f"✖  Not taken over: {fault.what} {fault.remedy}", "bad")
 
     def show_good(self, draft: PlanDraft) -> None:
         """Say that the plan is in order, and what the inspector might miss."""
         words = "✔  In order: the plan can be measured."
+        doubts = nominal_doubts(draft.plan)
+        if doubts:
+            words = f"▲  The plan can be measured. {' '.join(doubts)}"
         missing = without_file(draft.plan, draft.folder)
         if missing:
             words += (
                 f" The picture of {', '.join(missing)} is not beside the plan: the feature is "
                 "drawn instead."
             )
-        self._say(words, good=True)
+        self._say(words, "warn" if doubts else "good")
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self._theme = theme
-        self._say(self.text(), good=self._good)
+        self._say(self.text(), self._tone)
 
-    def _say(self, words: str, *, good: bool) -> None:
-        self._good = good
+    def _say(self, words: str, tone: Tone) -> None:
+        self._tone = tone
+        colours: dict[Tone, str] = {
+            "good": self._theme.good, "warn": self._theme.warn, "bad": self._theme.bad,
+        }  # fmt: skip
         self._label.setText(words)
-        self._label.setStyleSheet(f"color: {self._theme.good if good else self._theme.bad};")
+        self._label.setStyleSheet(f"color: {colours[tone]};")
 
 
 def faulty_field(fault: OcmmError, plan: Plan, key: ItemKey) -> str:

@@ -51,7 +51,7 @@ class PlanItems(QListWidget):
         self._keys = []
         self._add(f"Plan {plan.name}", HEAD)
         rule = plan.alignment
-        self._add(f"⌖  Alignment   {'none' if rule is None else _tag(rule)}", ALIGNMENT)
+        self._add(f"Alignment   {'none' if rule is None else _tag(rule)}", ALIGNMENT)
         for feature in plan.features:
             count = "point" if feature.points == 1 else "points"
             self._add(

@@ -32,6 +32,7 @@ from ocmm_gui.maintain.parts import panel
 from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.operator.step_picture import StepPicture, read_picture
 from ocmm_gui.plan_editor.draft import PlanDraft
+from ocmm_gui.plan_editor.drawn import drawn_of
 from ocmm_gui.plan_editor.importing import with_file
 from ocmm_gui.plan_editor.item_form import ItemForm
 from ocmm_gui.plan_editor.plan_checks import PlanChecks, faulty_field
@@ -295,8 +296,9 @@ class PlanSheet(Sheet):
 
     def _show_picture(self) -> None:
         plan, key = self.draft.plan, self.items.chosen()
-        nominal = item_of(plan, key) if key.group == "features" else None
-        self.picture.show_step(nominal, self.draft.folder)
+        drawn = drawn_of(plan, key)
+        self.picture.setVisible(drawn is not None)
+        self.picture.show_step(drawn, self.draft.folder)
 
     def _take(self) -> None:
         """Take what is filled in over into the plan, or say why not."""
