@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
@@ -23,6 +24,9 @@ from ocmm_core.tolerances.symmetry import SLOTS
 
 Fault = tuple[str, str]
 """The field of the characteristic, and what is wrong with it."""
+
+_MODIFIED = re.compile(r"(?P<name>.+?)\s*(?:[ⓂⓁ]|\((?:M|L|MMB|LMB|MMC|LMC)\))", re.IGNORECASE)
+"""A datum as drawings write it with a modifier of material: ``A (M)``, ``A Ⓜ``."""
 
 _ALL = tuple(Shape)
 _WITH_RADIUS = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
@@ -131,6 +135,13 @@ def _names_fault(item: Characteristic, shapes: Mapping[str, Shape]) -> Fault | N
         for place, name in enumerate(names):
             allowed = wanted if field == "features" or place == 0 else _ALL
             if name not in shapes:
+                asked = _MODIFIED.fullmatch(name) if field == "datums" else None
+                if asked and asked["name"] in shapes:
+                    return field, (
+                        f"asks for {asked['name']!r} with a modifier of material; datums are taken "
+                        "regardless of their size. Leave the modifier out: what conforms then "
+                        "conforms with it too"
+                    )
                 return field, f"names {name!r}, which is not a feature of the plan"
             if shapes[name] not in allowed:
                 words = ", ".join(shape.value.lower() for shape in allowed)
