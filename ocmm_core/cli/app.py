@@ -32,6 +32,7 @@ from ocmm_core.cli.compare import compare_command
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.fit import fit_command
 from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
+from ocmm_core.cli.measure_parts import await_part
 from ocmm_core.cli.options import (
     DEFAULT_SEED,
     DEMO_PART,
@@ -59,6 +60,7 @@ from ocmm_core.cli.probe import probe_app
 from ocmm_core.cli.probe_status import mount_tip, probe_history, probe_status
 from ocmm_core.cli.report import report_command
 from ocmm_core.cli.rig import rig_app
+from ocmm_core.cli.source_names import VIRTUAL_BUSES
 from ocmm_core.cli.stream_options import (
     StreamHostOption,
     StreamOption,
@@ -208,7 +210,8 @@ def measure(
             "--parts",
             min=1,
             help="Measure so many parts one after the other, a job file each; the serial number is "
-            "counted on.",
+            "counted on. Before each further one it is waited for Enter, so that the part can be "
+            "changed; virtual rigs change it themselves.",
         ),
     ] = 1,
     go_on: Annotated[
@@ -348,6 +351,10 @@ def _measure(request: StationRequest, *, with_truth: bool, parts: int = 1) -> No
     for part in range(parts):
         if part:
             request = replace(request, serial=next_serial(request.serial))
+            if request.source not in ("simulated", *VIRTUAL_BUSES):
+                # The virtual rig puts a new part in place by itself; nothing else does.
+                replayed = request.source.startswith("replay:")
+                await_part(console, part + 1, parts, request.serial, replayed=replayed)
         built = build_station(request)
         view = run_job(built, request.out, console)
         truth = None

@@ -79,8 +79,16 @@ def test_the_same_seed_gives_the_same_report_and_another_seed_another(
 def test_a_recording_is_measured_to_the_same_report(ocmm: Ocmm, tmp_path: Path) -> None:
     done = ocmm("measure", "--plan", QUICK, "--out", "live", "--record", "run.ocmmrec")
     assert done.returncode == 0
-    done = ocmm("measure", "--plan", QUICK, "--out", "again", "--source", "replay:run.ocmmrec")
-    assert (done.returncode, done.stderr) == (0, "")
+    done = ocmm(
+        "measure", "--plan", QUICK, "--out", "again", "--source", "replay:run.ocmmrec",
+        "--serial", "A-9", "--parts", "2",
+    )  # fmt: skip
+    # Nobody is there to put the second part in its place: it is not measured.
+    assert done.returncode == 2
+    assert "Part 2 of 2 is next, serial A-10." in done.stdout
+    assert "Part 2 of 2 was not begun" in done.stderr
+    assert "--serial A-10 --parts 1" in done.stderr
+    assert len(list((tmp_path / "again").glob("*.ocmm"))) == 1
     reports = [tmp_path / folder / "QUICK-001_report.csv" for folder in ("live", "again")]
     assert reports[0].read_bytes() == reports[1].read_bytes()
 

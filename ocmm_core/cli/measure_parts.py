@@ -1,0 +1,57 @@
+"""Between two parts of a batch on the terminal: nothing is touched before somebody says so."""
+
+from __future__ import annotations
+
+from rich.console import Console
+
+from ocmm_core.errors import MeasuringError
+
+_NO = ("q", "quit", "n", "no")
+
+
+def await_part(console: Console, number: int, parts: int, serial: str, *, replayed: bool) -> None:
+    """Wait until somebody says that the next part lies in its place.
+
+    Parameters
+    ----------
+    console
+        Says what is waited for. The answer is a line of the standard input.
+    number, parts, serial
+        Of the part that comes next, of how many, and its serial number.
+    replayed
+        The frames come from a recording.
+
+    Raises
+    ------
+    MeasuringError
+        The answer is that no part follows, or nobody can answer: the input has ended.
+    """
+    console.print(
+        f"Part {number} of {parts} is next, serial {serial}. "
+        + (
+            "The recording is played again from its beginning."
+            if replayed
+            else "Put it in its place and take your hands and the probe off it."
+        ),
+        highlight=False,
+        markup=False,
+    )
+    try:
+        answer = console.input("Enter measures it, q and Enter ends here: ", markup=False)
+    except EOFError:
+        console.print()
+        raise _ended(number, parts, serial, "nobody answered: the input has ended") from None
+    if not console.is_terminal:
+        # Nobody's Enter has ended the line.
+        console.print()
+    if answer.strip().lower() in _NO:
+        raise _ended(number, parts, serial, "ended on demand")
+
+
+def _ended(number: int, parts: int, serial: str, why: str) -> MeasuringError:
+    left = parts - number + 1
+    return MeasuringError(
+        "measure.parts_left",
+        f"Part {number} of {parts} was not begun ({why}).",
+        f"The parts before it are complete. Go on with --serial {serial} --parts {left}.",
+    )
