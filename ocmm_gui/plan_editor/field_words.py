@@ -21,6 +21,7 @@ _ALL: Mapping[str, Words] = {
     "towards": ("Positive side", "Feature at the side that counts as positive; or empty"),
     "start": ("Begins with", "Alignment that comes first; or empty"),
     "type": ("Alignment", "How it is found where the part is; empty: it is not"),
+    "covariance": ("Covariance", "Of a turn and a shift of the frame, rad and mm"),
     "digest": ("SHA-256", "Of the document of the frame; F12 imports one"),
 }
 

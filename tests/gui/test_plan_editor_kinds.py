@@ -18,10 +18,10 @@ from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.alignment.frame_document import frame_document, save_frame
-from ocmm_core.alignment.rules import Alignment, Relocation, SavedFrame
+from ocmm_core.alignment.rules import Alignment, DatumAlignment, Relocation, SavedFrame
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.features.construct import Construction, Midpoint
+from ocmm_core.features.construct import Construction, Intersection, Midpoint
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.plan_edit import add_construction, with_alignment
@@ -32,7 +32,7 @@ from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, ItemKey
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
 
 CONSTRUCTIONS: dict[str, dict[str, str]] = {
-    "intersection": {"features": "BED, EDGE"},
+    "intersection": {"features": "BED, BOSS"},
     "projection": {"features": "BORE_B, BED"},
     "midpoint": {"features": "BORE_A, BORE_B"},
     "bisector": {"features": "BED, PLATE_TOP", "which": "across"},
@@ -46,7 +46,7 @@ CONSTRUCTIONS: dict[str, dict[str, str]] = {
 }
 """What is filled in for every kind, on the shipped plan of twelve features."""
 
-CONDITIONS = "BORE_A 0 0 1\nBORE_B 0 0 1\nBALL 0 0 1\nBORE_A 1 0 0\nBORE_A 0 1 0\nBORE_B 0 1 0"
+CONDITIONS = "BORE_A 0 0 1\nBORE_B 0 0 1\nSLOT 0 0 1\nBORE_A 1 0 0\nBORE_A 0 1 0\nBORE_B 0 1 0"
 ALIGNMENTS: dict[str, dict[str, str]] = {
     "3-2-1": {
         "primary": "BED", "secondary": "EDGE", "origin": "CORNER", "towards": "BALL",
@@ -197,6 +197,21 @@ def test_what_is_wrong_with_an_alignment_is_said_at_its_field(
     assert sheet.checks.text().startswith("✖")
     assert said in sheet.checks.text()
     assert sheet.form().faulty() == faulty
+
+
+def test_what_the_nominals_do_not_give_is_said_and_taken_over(sheet: PlanSheet) -> None:
+    plan = add_construction(sheet.draft.plan, Intersection(name="NEVER", features=("BED", "EDGE")))
+    sheet.draft.did(plan)
+    sheet.open()
+    assert "The nominals do not give NEVER" in sheet.checks.text()
+    sheet.undo()
+    sheet.align()
+    _fill(sheet.form(), "secondary", "BOSS")
+    rule = sheet.draft.plan.alignment
+    assert isinstance(rule, DatumAlignment)
+    assert rule.secondary == ("BOSS",)
+    assert "could not be aligned" in sheet.checks.text()
+    assert sheet.form().faulty() == ""
 
 
 def test_a_construction_that_others_need_stays_and_takes_its_name_along(sheet: PlanSheet) -> None:

@@ -85,7 +85,7 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     other.parent.mkdir()
     # Of another part, with a feature that this one has and one that nobody can touch on it.
     plan = load_plan(resource("plans", "demo.toml"))
-    bore = plan.features[-1]
+    bore = msgspec.structs.replace(plan.features[-1], points=6)
     features = [bore, msgspec.structs.replace(bore, name="NOT_THERE")]
     plan = msgspec.structs.replace(
         plan, name="TWO", part="OTHER", features=features, characteristics=[], alignment=None
