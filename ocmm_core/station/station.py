@@ -8,21 +8,20 @@ Signals carry changes of state only and are emitted on the thread that made the 
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 from psygnal import Signal
 
 from ocmm_core.acquisition.client import Acquisition, ChildProcess
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.remote_objects import RemoteObjects
-from ocmm_core.acquisition.ring import FrameRing, Word
+from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import (
     AcquisitionState,
     AcquisitionStatus,
@@ -33,7 +32,7 @@ from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
 from ocmm_core.documents import digest
-from ocmm_core.errors import MeasuringError, OcmmError
+from ocmm_core.errors import OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.registry import write_report
@@ -44,10 +43,10 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import JobHeader, JobView, LiveView, StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
-from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
 from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.change_watch import ChangeWatch
+from ocmm_core.station.frame_loop import FrameLoop, FrameSink, Tracked
 from ocmm_core.station.jobs import drop_if_empty, job_for
 from ocmm_core.station.live import LiveState
 from ocmm_core.station.plan_change import PlanInUse, job_by, pause_unfinished, plan_of
@@ -56,29 +55,13 @@ from ocmm_core.station.probe_watch import PAUSE, ProbeWatch
 from ocmm_core.station.stream_server import StreamOptions, StreamServer
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.job_steps import JobStep
-from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
+from ocmm_core.tracking.pipeline import TrackingOptions
 from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.result import TrackBlock, in_rig
 
 _log = logging.getLogger(__name__)
 
-_BATCH = 800
-"""Most frames that are tracked at once; 10 ms at 8 kHz come to 80."""
-
-_IDLE_S = 0.002
 _STOP_S = 1.5
-
-
-class FrameSink(Protocol):
-    """Takes the raw frames as they come, e.g. a recorder."""
-
-    def append(self, block: FrameBlock) -> None:
-        """Keep a block of frames."""
-        ...
-
-    def close(self) -> None:
-        """Make everything durable and end."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,12 +161,19 @@ class MeasuringStation:
         self._probe = ProbeWatch(probe, self._session, job, options.pause)
         self._button = ButtonWatch()
         self._watcher: Callable[[FrameBlock], None] | None = None
-        self._measuring = threading.RLock()
-        """Held while frames are measured: the job does not change in between."""
-        self._take = threading.Event()
-        self._stop = threading.Event()
-        self._drained = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._frames = FrameLoop(
+            ring,
+            rig,
+            body,
+            options.session.reference,
+            options.tracking,
+            options.session.point,
+            home=self._session.reference_home,
+            pulled=lambda: self._session.awaits_pull,
+            measure=self._measure,
+            failed=self.failed.emit,
+            recorder=recorder,
+        )
         self._last_status: AcquisitionStatus | None = None
         self.stream: StreamServer | None = None
         """What other programs read points and poses from; None where they do not."""
@@ -203,8 +193,7 @@ class MeasuringStation:
         self._note_start()
         self._acquisition.start()
         self._calibration.start()
-        self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
-        self._thread.start()
+        self._frames.start()
 
     def next_part(self, header: JobHeader) -> None:
         """Go on with a new job for another part by the same plan; errors as `job_for`."""
@@ -246,7 +235,7 @@ class MeasuringStation:
         ------
         StorageError, InputError, MeasuringError
             The file cannot be opened for measuring, or its plan cannot be used; the job belongs to
-            another probe, or is relative to a reference body that has moved since.
+            another probe, or to another reference body.
         """
         job = JobFile.open(path)
         return self._begin(
@@ -259,21 +248,18 @@ class MeasuringStation:
         try:
             use = by()
             session = InspectionSession(use.plan, self.rig, self.body, job, use.options)
-            if self.reference is not None and session.reference_home is not None:
-                raise MeasuringError(
-                    "job.other_place",
-                    f"{job.path}: its points are relative to where the reference body stood then.",
-                    "Start the program with this job to go on with it.",
-                )
             if use is not self._use:
                 words = pause_unfinished(self._session, self._job)
         except BaseException:
             job.close()
             raise
-        with self._measuring:
+        with self._frames.between():
             before, self._job, self._session, self._use = self._job, job, session, use
             self._changes = ChangeWatch(self._calibration.in_use, self.body, session)
             self._probe = ProbeWatch(self._probe.in_use, session, job, self._options.pause)
+            if session.reference_home is not None:
+                # Its points are relative to where the reference body stood when it was begun.
+                self._frames.measure_from(session.reference_home)
             self._note_start()
         drop_if_empty(before)
         self.changed.emit()
@@ -295,15 +281,13 @@ class MeasuringStation:
     def request_stop(self) -> None:
         """Ask both to end; returns at once."""
         self._acquisition.request_stop()
-        self._stop.set()
+        self._frames.request_stop()
 
     def join(self, timeout_s: float) -> bool:
         """Wait for the end of both, no longer than this in all, and say whether it came."""
         until = time.monotonic() + timeout_s
         ended = self._acquisition.join(timeout_s)
-        if self._thread is not None:
-            self._thread.join(max(until - time.monotonic(), 0.0))
-            ended = ended and not self._thread.is_alive()
+        ended = self._frames.join(max(until - time.monotonic(), 0.0)) and ended
         return self._calibration.close(max(until - time.monotonic(), 0.0)) and ended
 
     def close(self) -> None:
@@ -325,7 +309,7 @@ class MeasuringStation:
 
     def wait_finished(self, timeout_s: float) -> bool:
         """Wait until the source has ended and all its frames are measured; say whether so."""
-        return self._drained.wait(timeout_s)
+        return self._frames.wait_drained(timeout_s)
 
     def acquisition_status(self) -> AcquisitionStatus:
         """Return the counters of the acquisition; after `close`, those at the end."""
@@ -485,7 +469,7 @@ class MeasuringStation:
         """
         live = self.live()
         if live.status is not StatusWord.NOT_READY:
-            self._take.set()
+            self._frames.arm()
             return
         self._refuse(
             Refusal(
@@ -598,65 +582,25 @@ class MeasuringStation:
         self.point_refused.emit(refusal)
         self.changed.emit()
 
-    def _run(self) -> None:
-        pipeline = TrackingPipeline(
-            self.rig,
-            self.body,
-            self._options.tracking,
-            self._options.session.reference,
-            self._session.reference_home,
-        )
-        collector: TouchCollector | None = None
-        try:
-            while not self._stop.is_set():
-                block = self._ring.read(_BATCH)
-                if block is None:
-                    if read_status(self._ring).state is AcquisitionState.STOPPED:
-                        # What was written between the read and the stop is still to come.
-                        block = self._ring.read(_BATCH)
-                    if block is None:
-                        if read_status(self._ring).state is AcquisitionState.STOPPED:
-                            return
-                        self._stop.wait(_IDLE_S)
-                        continue
-                if collector is None:
-                    period_s = self._ring.word(Word.FRAME_PERIOD_NS) * 1e-9
-                    collector = TouchCollector(period_s, self._options.session.point)
-                with self._measuring:
-                    self._measure(block, pipeline, collector)
-        except OcmmError as error:
-            _log.exception("The reconstruction stopped.")
-            self.failed.emit(error)
-        finally:
-            self._drained.set()
-
-    def _measure(
-        self, block: FrameBlock, pipeline: TrackingPipeline, collector: TouchCollector
-    ) -> None:
-        if self._recorder is not None:
-            self._recorder.append(block)
+    def _measure(self, tracked: Tracked) -> None:
+        """Measure a block of frames; on the reconstruction thread."""
+        block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
         for change in self._button.feed(block):
             self.button.emit(change)
-        track = pipeline.process(block)
         if pipeline.home is not None and self._session.reference_home is None:
             # Durable before the first point that rests on it.
             self._session.keep_reference(pipeline.home)
-        if self._take.is_set():
-            self._take.clear()
-            collector.arm()
-        collector.pulled = self._session.awaits_pull
-        touches = collector.feed(track)
-        self._live.feed(block, track, pipeline, collecting=collector.collecting)
+        self._live.feed(block, track, pipeline, collecting=tracked.collecting)
         self._watch_probe(block)
         watcher = self._watcher
         if watcher is not None:
             watcher(block)
             return
         self._watch_changes(track)
-        if not touches:
+        if not tracked.touches:
             return
         code, obstacle = self._hindrance()
-        for touch in touches:
+        for touch in tracked.touches:
             if obstacle is not None:
                 self._refuse(
                     Refusal(

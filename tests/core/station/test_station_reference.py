@@ -11,7 +11,8 @@ import pytest
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.view import StatusWord
+from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.inspection.view import JobHeader, StatusWord
 from ocmm_core.measuring.point import Refusal, RefusalCode
 from ocmm_core.simulation.world import (
     ScriptedBump,
@@ -79,6 +80,42 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
         assert reference is not None
         assert reference.n_frames == 126
         assert all(point.reference_spots is not None for point in stored.points())
+
+
+def test_a_job_goes_on_relative_to_where_its_own_reference_body_stood(build: Build) -> None:
+    first = build(stay=True)
+    first.station.start()
+    wait_until(lambda: len(first.station.stored_job()[1]) >= 6, 50.0)
+    first.station.close()
+    # Since then part and reference body were carried on: the program takes another first place.
+    moved = ScriptedNudge(0, 0, NUDGE.turn, (40.0, -25.0, 5.0))
+    station = build(world=WorldOptions(nudges=(moved,)), stay=True).station
+    station.start()
+    wait_until(lambda: station.live().status is StatusWord.READY, 20.0)
+    station.go_on(first.job_path)
+    wait_until(lambda: station.job().complete, 50.0)
+    view = station.job()
+    step = next(item for item in view.characteristics if item.name == "Block step")
+    assert step.measured is not None
+    assert step.uncertainty is not None
+    assert abs(step.measured - 20.342) < 2.0 * step.uncertainty < 0.02
+    reference = station.live().reference
+    assert reference is not None
+    assert reference.moved_mm == pytest.approx(47.4, abs=1.0)
+    # The next part is measured in the same world.
+    station.next_part(JobHeader("Ada", "DEMO_PART", "2", "", ""))
+    wait_until(lambda: len(station.stored_job()[1]) >= 1, 50.0)
+    second = station.job_path
+    station.close()
+    opened = [reopen_job(path) for path in (first.job_path, second)]
+    assert [job.doubts for job in opened] == [(), ()]
+    assert opened[0].view.characteristics == view.characteristics
+    assert all(job.options.reference is not None for job in opened)
+    with JobFile.open(first.job_path) as one, JobFile.open(second) as other:
+        places = [job.reference() for job in (one, other)]
+    assert places[0] is not None
+    assert places[1] is not None
+    np.testing.assert_array_equal(places[0].spots, places[1].spots)
 
 
 def test_one_pushed_camera_is_noticed_as_without_a_reference_body(build: Build) -> None:
