@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ocmm_core.alignment.frame_document import is_covariance
 from ocmm_core.alignment.rules import (
     Alignment,
     BestFit,
@@ -134,6 +135,12 @@ def _rigid(rule: SavedFrame, field: str) -> Fault | None:
     rotation = np.array(rule.rotation)
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-9 or np.linalg.det(rotation) < 0.0:
         return f"{field}.rotation", "is no rotation"
+    if not rule.covariance:
+        return None
+    if any(len(row) != len(rule.covariance) for row in rule.covariance):
+        return f"{field}.covariance", "has rows of unequal length"
+    if not is_covariance(np.array(rule.covariance)):
+        return f"{field}.covariance", "is no covariance of a turn and a shift"
     return None
 
 

@@ -8,7 +8,7 @@ hash, and does not need the file any more.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -23,6 +23,8 @@ from ocmm_core.geometry import Float, RigidTransform
 SCHEMA = "ocmm.frame/1"
 
 _ROTATION_FAULT = 1e-9
+_ASYMMETRY = 1e-9
+"""Of a covariance, against its diagonal; as much may rounding take below zero."""
 
 
 class FrameDocument(Document, frozen=True, kw_only=True):
@@ -43,6 +45,9 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     control
         Points of the part with their places in the frame; at them it is found again after the part
         was moved. May be empty.
+    covariance
+        Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
+        a shift, mm, along them, as the job knew them. Empty in documents that are older.
     sha256
         Of all else (`content_hash`).
     """
@@ -53,6 +58,7 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     rotation: tuple[Vector3, Vector3, Vector3]
     translation: Vector3
     control: tuple[ControlPoint, ...] = ()
+    covariance: tuple[tuple[float, ...], ...] = ()
     sha256: str = ""
     schema: str = SCHEMA
     unit: str = "mm"
@@ -69,6 +75,7 @@ def frame_document(
     source: str,
     T_frame_from_world: RigidTransform,
     control_world: Mapping[str, Float],
+    covariance: Float | None = None,
 ) -> FrameDocument:
     """Return the document of a frame.
 
@@ -80,6 +87,8 @@ def frame_document(
         The frame (`alignment.datums.frame_of`).
     control_world
         Centres (3,), mm, world, of features that will be touched again, by name.
+    covariance
+        (6, 6), rad and mm, of the frame; None where it is not known.
     """
     rows = [_vector(row) for row in T_frame_from_world.rotation]
     document = FrameDocument(
@@ -92,13 +101,17 @@ def frame_document(
             ControlPoint(feature=feature, place=_vector(T_frame_from_world.apply(centre)))
             for feature, centre in control_world.items()
         ),
+        covariance=() if covariance is None else tuple(map(_tuple, covariance)),
     )
     return msgspec.structs.replace(document, sha256=content_hash(document))
 
 
 def content_hash(document: FrameDocument) -> str:
     """Return the SHA-256 of a document without the hash that it carries."""
-    content = msgspec.structs.replace(document, sha256="")
+    content = msgspec.to_builtins(msgspec.structs.replace(document, sha256=""))
+    if not document.covariance:
+        # As it was before documents held one: their hashes stay right.
+        del content["covariance"]
     return hashlib.sha256(msgspec.json.encode(content, order="sorted")).hexdigest()
 
 
@@ -149,7 +162,28 @@ def load_frame(path: Path) -> FrameDocument:
             f"{path}: field 'rotation' is no rotation.",
             "Save the frame anew.",
         )
+    if document.covariance and (
+        any(len(row) != len(document.covariance) for row in document.covariance)
+        or not is_covariance(np.array(document.covariance))
+    ):
+        raise InputError(
+            "frame.no_covariance",
+            f"{path}: field 'covariance' is no covariance of a turn and a shift.",
+            "Save the frame anew.",
+        )
     return document
+
+
+def is_covariance(matrix: Float) -> bool:
+    """Return whether a matrix is a covariance of a turn and a shift, (6, 6)."""
+    if matrix.shape != (6, 6) or not np.all(np.isfinite(matrix)):
+        return False
+    scale = np.sqrt(np.diagonal(matrix).clip(min=0.0))
+    # A turn and a shift have different units: seen by their own sizes they compare.
+    seen = matrix / np.outer(*[np.where(scale > 0.0, scale, 1.0)] * 2)
+    if np.abs(seen - seen.T).max() > _ASYMMETRY:
+        return False
+    return bool(np.linalg.eigvalsh(seen)[0] > -_ASYMMETRY)
 
 
 def saved_frame(document: FrameDocument) -> SavedFrame:
@@ -159,6 +193,7 @@ def saved_frame(document: FrameDocument) -> SavedFrame:
         digest=document.sha256,
         rotation=document.rotation,
         translation=document.translation,
+        covariance=document.covariance,
     )
 
 
@@ -186,6 +221,8 @@ def _text(document: FrameDocument) -> str:
     lines = [f"{field} = {_quoted(getattr(document, field))}" for field in _TEXTS]
     rows = ", ".join(_numbers(row) for row in document.rotation)
     lines += [f"rotation = [{rows}]", f"translation = {_numbers(document.translation)}"]
+    if document.covariance:
+        lines += ["covariance = [", *(f"  {_numbers(row)}," for row in document.covariance), "]"]
     for item in document.control:
         lines += ["", "[[control]]", f"feature = {_quoted(item.feature)}"]
         lines.append(f"place = {_numbers(item.place)}")
@@ -200,8 +237,12 @@ def _quoted(text: str) -> str:
     return msgspec.json.encode(text).decode("utf-8").replace("\x7f", "\\u007f")
 
 
-def _numbers(values: Vector3) -> str:
+def _numbers(values: Sequence[float]) -> str:
     return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+
+
+def _tuple(values: Float) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
 
 
 def _vector(values: Float) -> Vector3:

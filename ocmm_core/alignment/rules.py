@@ -207,12 +207,16 @@ class SavedFrame(
         Rows of the rotation from the world to the frame.
     translation
         mm, frame.
+    covariance
+        Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
+        a shift, mm, along them. Empty where it is not known: then nothing is proven in the frame.
     """
 
     name: str
     digest: str
     rotation: tuple[Vector3, Vector3, Vector3]
     translation: Vector3
+    covariance: tuple[tuple[float, ...], ...] = ()
 
     @property
     def features(self) -> tuple[str, ...]:

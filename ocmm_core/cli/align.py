@@ -27,6 +27,7 @@ from ocmm_core.inspection.evaluation import checked_features
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.plan_file import save_plan
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
+from ocmm_core.inspection.uncertainty import frame_covariance
 from ocmm_core.measuring.temperature import reported_points
 
 
@@ -121,6 +122,9 @@ def _save(
         source=f"{job.plan.part} {job.view.header.serial}, {job.path.name}".strip(),
         T_frame_from_world=report.T_nominal_from_world,
         control_world={feature: centres[feature] for feature in control},
+        covariance=frame_covariance(
+            job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
+        ),
     )
     save_frame(path, document)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ocmm_core.alignment.frame_doubt import doubt_of
 from ocmm_core.alignment.report import AlignmentReport, preview_alignment
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import InputError
@@ -46,6 +47,7 @@ def alignment_of_points(
         )
     reported = reported_points(points, options.climate.part)
     covariance = joint_covariance(
-        reported, sensitivities, rig, body, options.contact, options.climate.part
-    )
+        reported, sensitivities, rig, body, options.contact, options.climate.part,
+        doubt_of(bound),
+    )  # fmt: skip
     return preview_alignment(bound, checked_features(plan, reported, options), covariance)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.alignment.datums import settled
+from ocmm_core.alignment.frame_doubt import doubt_of
 from ocmm_core.alignment.precedence import part_frame
 from ocmm_core.alignment.rules import BoundAlignment
 from ocmm_core.camera.rig import Rig
@@ -103,10 +104,11 @@ def evaluate_job(
     """
     reported = reported_points(points, options.climate.part)
     actual = checked_features(plan, reported, options)
-    covariance = joint_covariance(
-        reported, sensitivities, rig, body, options.contact, options.climate.part
-    )
     alignment = alignment_of(plan, actual)
+    covariance = joint_covariance(
+        reported, sensitivities, rig, body, options.contact, options.climate.part,
+        doubt_of(alignment),
+    )  # fmt: skip
     results = evaluate_all(plan.characteristics, alignment, actual, covariance, plan.rule)
     judged: list[CharacteristicResult] = []
     provisional: set[str] = set()

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.alignment.frame_doubt import doubt_of, saved_frame_in
+from ocmm_core.alignment.rules import Relocation, SavedFrame
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import FitError, OcmmError
@@ -21,13 +23,14 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring.contributions import ProbeState, contributions
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import reported_points
-from ocmm_core.measuring.uncertainty import sum_of
+from ocmm_core.measuring.uncertainty import joint_covariance, sum_of
 from ocmm_core.tolerances.budget import Budget, budget_of
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.evaluate import evaluate, involved_features
 from ocmm_core.tolerances.monte_carlo_trials import Task
-from ocmm_core.tolerances.sampling import FormSample, form_samples
+from ocmm_core.tolerances.sampling import FormSample, form_samples, widened
 from ocmm_core.tolerances.spread import of_own_form
+from ocmm_core.tolerances.zone_frame import Frames
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
 
@@ -65,13 +68,13 @@ def job_uncertainty(
     reported = reported_points(points, climate.part)
     found = checked_features(plan, reported, options)
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
+    alignment = alignment_of(plan, found)
     parts = contributions(
         reported, sensitivities, rig, body, options.contact, climate.part,
-        _probe_state(options, body),
+        _probe_state(options, body), doubt_of(alignment),
     )  # fmt: skip
     covariance = sum_of(parts, len(reported))
     samples = form_samples(found, covariance)
-    alignment = alignment_of(plan, found)
     budgets: dict[str, Budget] = {}
     missing: dict[str, str] = {}
     plain: list[Characteristic] = []
@@ -97,6 +100,49 @@ def job_uncertainty(
         if group
     )  # fmt: skip
     return JobUncertainty(budgets, missing, tasks)
+
+
+def frame_covariance(
+    plan: Plan,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> Float | None:
+    """Return how well the frame of the nominals is known that a job would hand on, (6, 6).
+
+    Of a small turn, rad, about the axes of the frame through its origin, and a shift, mm, along
+    them: from the errors of the points, and from the form of the features where points show it.
+    None where a frame was taken over whose own uncertainty is not known, or not carried through:
+    control points, and fits that only start at a saved frame.
+
+    Raises
+    ------
+    OcmmError
+        The features do not say where the part is.
+    """
+    climate = options.climate
+    reported = reported_points(points, climate.part)
+    found = checked_features(plan, reported, options)
+    alignment = alignment_of(plan, found)
+    if isinstance(plan.alignment, SavedFrame):
+        return np.array(plan.alignment.covariance) if plan.alignment.covariance else None
+    if saved_frame_in(alignment) is not None or isinstance(plan.alignment, Relocation):
+        return None
+    covariance = joint_covariance(
+        reported, sensitivities, rig, body, options.contact, climate.part
+    )
+    actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
+    slopes = Frames(actual, alignment).of_part(plan.name).by_coordinates
+    tips = np.array([point.tip_world for point in reported])
+    # A turn counts by what it moves at the size of the part, mm, and is held beside a shift.
+    arm = max(float(np.linalg.norm(np.ptp(tips, axis=0))), 1.0)
+    scale = np.array([arm] * 3 + [1.0] * 3)
+    samples = form_samples(found, covariance)
+    moved = widened(scale[:, None] * slopes, covariance, samples).covariance
+    of_frame: Float = moved / np.outer(scale, scale)
+    return 0.5 * (of_frame + of_frame.T)
 
 
 def _measured(name: str, found: Mapping[str, ActualFeature | FitError]) -> ActualFeature:

@@ -21,7 +21,7 @@ import numpy as np
 from ocmm_core.calibration.probe_design import ProbeDesign
 from ocmm_core.calibration.probe_shape import ContactForce, Warmth, body_in_use, sag_shape
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring.contact import contact_movement
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import PartWarmth, scale_movement
@@ -60,6 +60,7 @@ WARMTH = Source("Probe temperature", "B", "normal", "design of the probe and its
 WEIGHT = Source("Probe weight", "B", "uniform", "design of the probe")
 FORCE = Source("Hand force", "B", "uniform", "design of the probe")
 TIP_RADIUS = Source("Tip radius", "B", "normal", "qualification of the tip")
+FRAME = Source("Saved frame", "B", "normal", "document of the frame")
 PART = Source("Part temperature", "B", "normal", "temperature and expansion of the part")
 
 
@@ -123,6 +124,23 @@ class ProbeState:
     warmth: Warmth
 
 
+@dataclass(frozen=True, slots=True)
+class FrameDoubt:
+    """How well the place of a frame is known that this job has not measured.
+
+    Attributes
+    ----------
+    T_frame_from_world
+        The frame as it was saved.
+    covariance
+        (6, 6): of a small turn, rad, about the axes of the frame through its origin, and a shift,
+        mm, along them.
+    """
+
+    T_frame_from_world: RigidTransform
+    covariance: Float
+
+
 def contributions(
     points: Sequence[MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
@@ -131,6 +149,7 @@ def contributions(
     contact: ContactForce | None = None,
     part: PartWarmth | None = None,
     probe: ProbeState | None = None,
+    frame: FrameDoubt | None = None,
 ) -> tuple[Contribution, ...]:
     """Return all parts of the joint covariance of ``points``.
 
@@ -147,6 +166,8 @@ def contributions(
     probe
         Tells warmth and weight of the probe from its calibration; without it they are named
         together. The sum is the same.
+    frame
+        Of a saved frame that results are stated in; None where the job measures its own.
     """
     count = len(points)
     radius = np.zeros((3 * count + 1, 1))
@@ -164,7 +185,24 @@ def contributions(
     if part is not None and part.scale_sigma > 0.0:
         moved = scale_movement(points)[:, None]
         found.append(Contribution(PART, moved, np.array([[part.scale_sigma**2]])))
+    if frame is not None:
+        found.append(Contribution(FRAME, rigid_movement(points, frame), frame.covariance))
     return tuple(found)
+
+
+def rigid_movement(points: Sequence[MeasuredPoint], frame: FrameDoubt) -> Float:
+    """Return how all points move with a turn and a shift of the frame, (3 N + 1, 6).
+
+    A frame that lies a little otherwise and points that all do show the same part in it: so its
+    error is one of the points, of which everything that does not refer to the frame is free.
+    """
+    T = frame.T_frame_from_world
+    back = T.rotation.T
+    by = [
+        np.hstack([back @ -skew(place), back])
+        for place in T.apply(np.array([point.tip_world for point in points]))
+    ]
+    return _with_radius(np.vstack(by))
 
 
 def systematic_contributions(

@@ -10,6 +10,7 @@ Propagated from their own records to all points of a job at once (GUM 5.2.2):
   (`calibration.probe_shape.body_in_use`);
 - the force of the hand, where that design is known (`measuring.contact`);
 - the place of a reference body, where one is used: its LEDs, and the noise left in its first place;
+- the place of a saved frame that the job has not measured itself;
 - the scale of a part that is reported at 20 °C (`measuring.temperature`);
 - the radius of the ball: common to all points, kept as a last, separate quantity because it acts
   on features and not on ball centres.
@@ -29,6 +30,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.contributions import (
     Contribution,
+    FrameDoubt,
     contributions,
     systematic_contributions,
 )
@@ -48,6 +50,7 @@ def joint_covariance(
     body: ProbeBody,
     contact: ContactForce | None = None,
     part: PartWarmth | None = None,
+    frame: FrameDoubt | None = None,
 ) -> Float:
     """Return the covariance of all ball centres and the tip radius.
 
@@ -61,6 +64,8 @@ def joint_covariance(
         What the hand's force does; None where the design of the probe is not known.
     part
         How warm the part is; None where it is not compensated.
+    frame
+        Of a saved frame that results are stated in; None where the job measures its own.
 
     Returns
     -------
@@ -68,7 +73,7 @@ def joint_covariance(
         (3 N + 1, 3 N + 1), mm^2: tip_world of the points in their order (x1 y1 z1 x2 ...), world
         frame, then the tip radius.
     """
-    parts = contributions(points, sensitivities, rig, body, contact, part)
+    parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
     return sum_of(parts, len(points))
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from ocmm_core.alignment.frame_doubt import unknown_frame
 from ocmm_core.alignment.rules import AnyAlignment
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import Rule, make_result, not_measured
-from ocmm_core.tolerances.evaluate import evaluate, involved_features
+from ocmm_core.tolerances.decision import Rule, make_result, not_measured, not_proven
+from ocmm_core.tolerances.evaluate import evaluate, involved_features, needs_part_frame
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.floor import noise_floor
 from ocmm_core.tolerances.result import CharacteristicResult
@@ -76,6 +77,9 @@ def _evaluated(
         result = make_result(characteristic, evaluation, spreads, rule)
     except OcmmError as error:
         return not_measured(characteristic, error.what)
+    unknown = unknown_frame(alignment)
+    if unknown and needs_part_frame(characteristic):
+        result = not_proven(result, unknown)
     return _with_notes(result, characteristic, evaluation, covariance)
 
 
