@@ -55,19 +55,15 @@ class DeskView(QWidget):
         What measures.
     actions
         By key.
-    guarded
-        Whether the plan decides with a guard band.
     """
 
-    def __init__(
-        self, rig: Rig, body: ProbeBody, actions: dict[str, QAction], *, guarded: bool
-    ) -> None:
+    def __init__(self, rig: Rig, body: ProbeBody, actions: dict[str, QAction]) -> None:
         super().__init__()
         self.strip = StatusStrip(len(rig.cameras), body.n_leds)
         self.plan = PlanList()
         self.points = PointView(rig, body)
         self.readout = Readout()
-        self.feature = FeaturePanel(guarded=guarded)
+        self.feature = FeaturePanel()
         self.guidance = Guidance(15)
         self.picture = StepPicture()
         self._nominals: Mapping[str, NominalFeature] = {}

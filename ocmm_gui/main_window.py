@@ -82,12 +82,9 @@ class MainWindow(QMainWindow):
         self._job: JobView | None = None
         self._live: LiveView | None = None
         self.close_seconds = 0.0
-        guarded = bridge.station.plan.rule != "simple"
         self.actions_by_key = make_actions(self, self._calls())
-        self.desk = DeskView(
-            bridge.station.rig, bridge.station.body, self.actions_by_key, guarded=guarded
-        )
-        self.far = FarView(self.actions_by_key, guarded=guarded)
+        self.desk = DeskView(bridge.station.rig, bridge.station.body, self.actions_by_key)
+        self.far = FarView(self.actions_by_key)
         self._use_plan()
         self._echo = Echo(
             sounds, notices,

@@ -46,11 +46,8 @@ class Sheets(QObject):
         folder: Callable[[], Path],
     ) -> None:
         super().__init__()
-        guarded = bridge.station.plan.rule != "simple"
         running = JobSource.of_station(lambda: bridge.station)
-        self.results = ResultsSheet(
-            running, lambda: calibration_words(bridge), guarded=guarded
-        )
+        self.results = ResultsSheet(running, lambda: calibration_words(bridge))
         self.report = ReportSheet(folder)
         self.alignment = AlignmentSheet(bridge)
         self.job = JobSheet(bridge)

@@ -54,11 +54,9 @@ class FarView(QWidget):
     ----------
     actions
         By key; take, undo and finish get a button.
-    guarded
-        Whether the plan decides with a guard band.
     """
 
-    def __init__(self, actions: dict[str, QAction], *, guarded: bool) -> None:
+    def __init__(self, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
         self._job: JobView | None = None
@@ -75,7 +73,7 @@ class FarView(QWidget):
             key: FitText(name, limit=130, align=right, digits=True, reserve=reserve)
             for key, name, reserve in _VALUES
         }
-        self._bar = ToleranceBar(guarded=guarded, digits_share=0.36)
+        self._bar = ToleranceBar(digits_share=0.36)
         self._message = FarMessage()
         self._captions = {
             key: FitText(f"{name}, what it is", limit=_TYPE_PX, reserve="Deviation")

@@ -60,17 +60,12 @@ class FeaturePanel(QFrame):
 
     Numbers are marked as provisional until the feature has all its points. A click on a bar of the
     chart chooses a point.
-
-    Parameters
-    ----------
-    guarded
-        Whether the plan decides with a guard band.
     """
 
     point_chosen = Signal(int)
     """Emits the number of the point that was clicked."""
 
-    def __init__(self, *, guarded: bool) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self._chosen = 0
         self.setProperty("role", "panel")
@@ -87,7 +82,7 @@ class FeaturePanel(QFrame):
         self._outliers = _label("Outliers", text_font(13))
         self._outliers.setWordWrap(True)
         self._outliers.hide()
-        self._bar = ToleranceBar(guarded=guarded)
+        self._bar = ToleranceBar()
         self._bar.setFixedHeight(60)
         self._verdict = FitText("Verdict", limit=30, reserve="NOT MEASURED")
         self._verdict.setFixedHeight(42)

@@ -51,12 +51,13 @@ class BarScale:
         return min(max(share, 0.0), 1.0)
 
 
-def make_scale(result: CharacteristicResult, *, guarded: bool) -> BarScale:
+def make_scale(result: CharacteristicResult) -> BarScale:
     """Return the scale for one characteristic.
 
-    ``guarded`` says that the plan decides with a guard band of one U.
+    It has a guard band of one U where the rule of the result has one.
     """
     width = max(result.upper - result.lower, 1e-6)
+    guarded = result.rule.partition("/")[0] != "simple"
     guard = result.uncertainty if guarded and result.uncertainty is not None else 0.0
     one_sided = result.kind in ZONES and result.lower <= 0.0
     return BarScale(
@@ -74,15 +75,12 @@ class ToleranceBar(Painted):
 
     Parameters
     ----------
-    guarded
-        Whether the plan decides with a guard band.
     digits_share
         Type of the limits over the height of all.
     """
 
-    def __init__(self, *, guarded: bool, digits_share: float = 0.3) -> None:
+    def __init__(self, *, digits_share: float = 0.3) -> None:
         super().__init__("Tolerance bar", (240, 56), (160, 44))
-        self._guarded = guarded
         self._digits_share = digits_share
         self._result: CharacteristicResult | None = None
 
@@ -109,7 +107,7 @@ class ToleranceBar(Painted):
             painter.setPen(QPen(QColor(self._theme.border), 1, Qt.PenStyle.DashLine))
             painter.drawRoundedRect(bar.adjusted(1, 0, -1, 0), 4, 4)
             return
-        scale = make_scale(self._result, guarded=self._guarded)
+        scale = make_scale(self._result)
         self._paint_fields(painter, bar, scale)
         self._paint_limits(painter, bar, scale, digits)
         self._paint_marker(painter, bar, scale, self._result)

@@ -31,17 +31,12 @@ class ResultDetail(QFrame):
 
     Budgets of all results are computed at once in a process of their own, and once for every state
     of the job: the window stays free.
-
-    Parameters
-    ----------
-    guarded
-        Whether the plan decides with a guard band.
     """
 
     failed = Signal(object)
     """An `OcmmError`: why there is no budget or no trial."""
 
-    def __init__(self, *, guarded: bool) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setProperty("role", "panel")
         self.setAccessibleName("The chosen result")
@@ -57,7 +52,7 @@ class ResultDetail(QFrame):
         self._title.setFixedHeight(28)
         self._verdict = FitText("Verdict", limit=28, reserve="NOT MEASURED")
         self._verdict.setFixedHeight(38)
-        self.bar = ToleranceBar(guarded=guarded)
+        self.bar = ToleranceBar()
         self.bar.setFixedHeight(54)
         self._rule = sentence_label("Decision rule", 13)
         self._standing = sentence_label("Calibration", 13)

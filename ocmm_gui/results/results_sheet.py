@@ -38,8 +38,6 @@ class ResultsSheet(Sheet):
         Gives the job that is measured now.
     calibration
         Says how cameras and probe stand now.
-    guarded
-        Whether the plan decides with a guard band.
     """
 
     report_wanted = Signal(object)
@@ -48,7 +46,7 @@ class ResultsSheet(Sheet):
     """Emits the folder whose jobs are to be compared."""
 
     def __init__(
-        self, running: JobSource, calibration: Callable[[], str], *, guarded: bool
+        self, running: JobSource, calibration: Callable[[], str]
     ) -> None:
         super().__init__("Results", _KEYS)
         self._theme = THEMES[DEFAULT_THEME]
@@ -56,7 +54,7 @@ class ResultsSheet(Sheet):
         self._calibration = calibration
         self._job: JobView | None = None
         self.table = ResultTable()
-        self.detail = ResultDetail(guarded=guarded)
+        self.detail = ResultDetail()
         self.file = PathPanel("job", "file", "Open")
         self._summary = FitText("Summary", limit=26)
         self._summary.setFixedHeight(36)

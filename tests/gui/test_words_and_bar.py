@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from ocmm_core.tolerances.decision import rule_id
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_gui.operator.tolerance_bar import make_scale
 from ocmm_gui.words import DASHES, millimetres
@@ -48,7 +51,7 @@ def _result(
 
 
 def test_the_limits_stand_symmetrically_and_the_ends_hold_what_is_beyond() -> None:
-    scale = make_scale(_result(0.0, 0.01), guarded=True)
+    scale = make_scale(_result(0.0, 0.01))
     assert scale.place(0.0) == pytest.approx(0.5)
     assert scale.place(-0.05) == pytest.approx(1.0 - scale.place(0.05))
     assert scale.place(9.0) == 1.0
@@ -56,23 +59,23 @@ def test_the_limits_stand_symmetrically_and_the_ends_hold_what_is_beyond() -> No
 
 
 def test_the_guard_band_is_u_and_only_where_the_plan_has_one() -> None:
-    assert make_scale(_result(0.0, 0.012), guarded=True).guard == pytest.approx(0.012)
-    assert make_scale(_result(0.0, 0.012), guarded=False).guard == 0.0
-    assert make_scale(_result(None, None), guarded=True).guard == 0.0
+    assert make_scale(_result(0.0, 0.012)).guard == pytest.approx(0.012)
+    assert make_scale(replace(_result(0.0, 0.012), rule=rule_id("simple"))).guard == 0.0
+    assert make_scale(_result(None, None)).guard == 0.0
 
 
 def test_a_guard_band_wider_than_the_tolerance_leaves_no_green() -> None:
-    scale = make_scale(_result(0.0, 0.2), guarded=True)
+    scale = make_scale(_result(0.0, 0.2))
     low, high = scale.proven
     assert low >= high
 
 
 def test_a_tolerance_of_zero_width_has_a_scale() -> None:
-    scale = make_scale(_result(0.05, 0.01, lower=0.05), guarded=True)
+    scale = make_scale(_result(0.05, 0.01, lower=0.05))
     assert 0.0 < scale.place(0.05) < 1.0
 
 
 def test_a_form_deviation_has_no_lower_limit() -> None:
-    scale = make_scale(_result(0.01, 0.02, lower=0.0, kind="form"), guarded=True)
+    scale = make_scale(_result(0.01, 0.02, lower=0.0, kind="form"))
     assert scale.place(0.0) == 0.0
     assert scale.proven == pytest.approx((0.0, 0.03))
