@@ -8,6 +8,7 @@ enter as its points happen to lie: only its turn about the normal of the primary
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,15 +30,51 @@ from ocmm_core.features.oriented import Orientation, can_be_oriented, oriented_f
 from ocmm_core.features.shapes import DIRECTION, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 
+SEEN_MM = 0.02
+"""Turn of a datum over its own points, mm at their ends, from which it is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Again:
+    """Features with datums that were associated again.
+
+    Attributes
+    ----------
+    features
+        All of them, by name.
+    turned
+        mm, by name of the datum: how much farther its points, from end to end, turn the part than
+        the datum as it was fitted alone. That of a face out of square depends on where it was
+        touched.
+    """
+
+    features: Mapping[str, ActualFeature]
+    turned: Mapping[str, float]
+
+    @property
+    def geometries(self) -> dict[str, Float]:
+        """Return the geometry vectors (12,) of the features."""
+        return geometries_of(self.features)
+
+    @property
+    def note(self) -> str:
+        """Return what to do about datums that lean; empty where none does to speak of."""
+        said = [
+            f"{name} leans: fitted under the datums before it, it turns by {by:.3f} mm over its "
+            "points more than alone. That rests on where it was touched: spread its points evenly "
+            "over the face."
+            for name, by in self.turned.items()
+            if by > SEEN_MM
+        ]
+        return " ".join(said)
+
 
 def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
     """Return the motion from the world to the part frame; see `datums.frame_of`."""
-    return frame_of(rule, geometries_of(held_again(rule, features)))
+    return frame_of(rule, held_again(rule, features).geometries)
 
 
-def held_again(
-    rule: AnyAlignment, actual: Mapping[str, ActualFeature]
-) -> Mapping[str, ActualFeature]:
+def held_again(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> Again:
     """Return the features as a part frame takes them.
 
     Its datums after the first are associated with their points again, where the rule has datums in
@@ -49,13 +86,14 @@ def held_again(
         A datum is not measured, or hardly says how the part lies.
     """
     if not isinstance(rule, BoundAlignment):
-        return actual
+        return Again(actual, {})
     datums, others = _datums(rule.rule)
     if any(name not in actual for name in datums) or len(datums) < 2:
-        return actual
-    found, _ = in_precedence(datums, actual, rule.shapes, rule.nominals, rule.choice)
+        return Again(actual, {})
+    again, _ = in_precedence(datums, actual, rule.shapes, rule.nominals, rule.choice)
     # A centre that is also brought to its place by itself stays as it was touched.
-    return {**found, **{name: actual[name] for name in others if name in actual}}
+    kept = {name: actual[name] for name in others if name in actual}
+    return Again({**again.features, **kept}, again.turned)
 
 
 def taken_again_by(
@@ -82,7 +120,7 @@ def in_precedence(
     shapes: Mapping[str, Shape],
     nominals: Mapping[str, Float],
     choice: int | None = None,
-) -> tuple[dict[str, ActualFeature], DatumFrame]:
+) -> tuple[Again, DatumFrame]:
     """Return all features, the datums after the first under the orientation of those before.
 
     Also the frame of these datums.
@@ -104,6 +142,7 @@ def in_precedence(
     """
     found = dict(actual)
     taken = may_be_taken_again(datums, actual)
+    turned: dict[str, float] = {}
     frame = datum_frame(datums, geometries_of(found), shapes, nominals, choice)
     for place, name in enumerate(datums):
         if name not in taken:
@@ -111,8 +150,9 @@ def in_precedence(
         orientation = _orientation(datums, place, found, shapes, nominals, frame)
         if orientation is not None:
             found[name] = oriented_feature(actual[name], orientation)
+            turned[name] = _turned(actual[name], orientation, found[name].fit.direction)
             frame = datum_frame(datums, geometries_of(found), shapes, nominals, frame.choice)
-    return found, frame
+    return Again(found, turned), frame
 
 
 def _orientation(
@@ -160,6 +200,16 @@ def _like(frames: Sequence[DatumFrame], T_frame_from_world: RigidTransform) -> D
         return float(np.linalg.norm(held @ turned))
 
     return min(frames, key=off)
+
+
+def _turned(feature: ActualFeature, orientation: Orientation, direction: Float) -> float:
+    """Return how far the ends of a datum's points turn from where it alone would have them, mm."""
+    if orientation.about is None or feature.touches is None:
+        return 0.0
+    angle = abs(angle_about(orientation.about, orientation.direction, direction))
+    tips = feature.touches.tips
+    square = tips - np.outer(tips @ orientation.about, orientation.about)
+    return angle * float(np.linalg.norm(np.ptp(square, axis=0)))
 
 
 def _nearer(direction: Float, measured: Float) -> Float:

@@ -92,9 +92,9 @@ def preview_alignment(
                 raise reason
         bound = settled(bound, geometries)
         held = held_again(bound, measured)
-        T_part_from_world = frame_of(bound, geometries_of(held))
+        T_part_from_world = frame_of(bound, held.geometries)
         T_nominal_from_part = _to_nominals(bound)
-        slopes = frame_slopes(bound, held, T_part_from_world)
+        slopes = frame_slopes(bound, held.features, T_part_from_world)
     except OcmmError as error:
         said = (f"{error.what} {error.remedy}",)
         return AlignmentReport(bound.frame, None, None, (), (), None, None, said)
@@ -112,7 +112,7 @@ def preview_alignment(
         free=free,
         origin_uncertainty=None if spread is None else spread[3:],
         turn_uncertainty=None if spread is None else spread[:3],
-        advice=_advice(bound, measured, residuals, free),
+        advice=(*([held.note] if held.note else []), *_advice(bound, measured, residuals, free)),
     )
 
 

@@ -94,8 +94,11 @@ def evaluate(
             "Leave it out, or align to other features.",
         )
     note = points_note(characteristic, [actual[name] for name in characteristic.features])
-    said = _precedence_note(taken_again(characteristic, actual, alignment), actual)
-    return replace(found, note=" ".join(part for part in (found.note, note, said) if part))
+    datums = taken_again(characteristic, actual, alignment)
+    said = [found.note, note, _precedence_note(datums, actual)]
+    if datums:
+        said.append(frames.note_on(characteristic.datums))
+    return replace(found, note=" ".join(part for part in said if part))
 
 
 def _precedence_note(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.alignment.datum_frame import MOST_DATUMS, datum_frame
 from ocmm_core.alignment.datums import frame_of, nominal_frame
 from ocmm_core.alignment.frame_slopes import frame_slopes
-from ocmm_core.alignment.precedence import geometries_of, held_again, in_precedence
+from ocmm_core.alignment.precedence import held_again, in_precedence
 from ocmm_core.alignment.rules import (
     AnyAlignment,
     BoundAlignment,
@@ -107,10 +107,11 @@ def _shift(twist: Float) -> Float:
 
 @dataclass(frozen=True, slots=True)
 class _HeldFrame:
-    """The frame of datums, and the geometry of all features, these datums as the frame has them."""
+    """The frame of datums, what to know of it, and all geometry, that of datums as it has them."""
 
     frame: ZoneFrame
     geometries: Mapping[str, Float]
+    note: str
 
 
 class Frames:
@@ -138,6 +139,7 @@ class Frames:
         )
         self._held: dict[tuple[str, ...], _HeldFrame] = {}
         self._aligned: ZoneFrame | None = None
+        self._aligned_note = ""
 
     def of_datums(self, datums: Sequence[str], features: Sequence[str]) -> ZoneFrame:
         """Return the frame of up to three datums in their precedence, or of none.
@@ -209,19 +211,27 @@ class Frames:
         if self._aligned is None:
             words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
             held = held_again(rule, self._actual)
-            T_part_from_world = frame_of(rule, geometries_of(held))
-            slopes = frame_slopes(rule, held, T_part_from_world)
+            T_part_from_world = frame_of(rule, held.geometries)
+            slopes = frame_slopes(rule, held.features, T_part_from_world)
             self._aligned = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)
+            self._aligned_note = held.note
         return self._aligned
+
+    def note_on(self, datums: Sequence[str]) -> str:
+        """Return what to know of a frame that was made, of datums or, without any, of the part."""
+        if datums:
+            held = self._held.get(tuple(datums))
+            return "" if held is None else held.note
+        return self._aligned_note
 
     def _of(self, datums: tuple[str, ...]) -> _HeldFrame:
         held, frame = in_precedence(datums, self._actual, self._shapes, self._nominals)
         rule = BoundAlignment(
             DatumReferenceFrame(datums=datums), self._shapes, self._nominals, choice=frame.choice
         )
-        slopes = frame_slopes(rule, held, frame.T_frame_from_world)
+        slopes = frame_slopes(rule, held.features, frame.T_frame_from_world)
         zone = ZoneFrame(frame.T_frame_from_world, slopes, frame.free.motions(), "|".join(datums))
-        return _HeldFrame(zone, geometries_of(held))
+        return _HeldFrame(zone, held.geometries, held.note)
 
     def _started(
         self, datums: Sequence[str], features: Sequence[str], geometries: Mapping[str, Float]

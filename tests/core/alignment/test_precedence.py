@@ -124,7 +124,7 @@ def test_other_criteria_are_kept_under_the_constraint(criterion: str) -> None:
     ]  # fmt: skip
     actual = part.actual(points)
     rule = bound("A" + name, actual)
-    held = in_precedence(("A", name), actual, rule.shapes, rule.nominals)[0][name]
+    held = in_precedence(("A", name), actual, rule.shapes, rule.nominals)[0].features[name]
     up, d0 = actual["A"].fit.direction, held.fit.direction
     assert float(up @ d0) == pytest.approx(0.0, abs=1e-12)
     across = np.cross(up, d0)
@@ -183,11 +183,20 @@ def test_the_chain_through_all_datums_is_that_of_the_whole_way(
 def test_a_square_part_is_aligned_as_before_and_the_report_shows_the_lean() -> None:
     actual = noisy()
     rule = bound("ABC", actual)
-    held = held_again(rule, actual)
+    again = held_again(rule, actual)
+    held = again.features
     assert held["A"] is actual["A"]
     assert abs(float(held["B"].fit.direction @ held["A"].fit.direction)) < 1e-12
     assert abs(float(held["C"].fit.direction @ held["B"].fit.direction)) < 1e-12
+    # Its points lie higher on one side: a turn of 5 mrad over 40 mm.
+    assert 0.1 < again.turned["B"] < 0.5
+    assert again.turned["C"] == 0.0
+    assert again.note.startswith("B leans: fitted under the datums before it, it turns by 0.")
     report = preview_alignment(rule, actual)
+    assert report.advice[0] == again.note
+    position = evaluate(asked("position", "H", "A,B,C"), actual, None)
+    assert "B and C follow the orientation of the datums before (least squares)." in position.note
+    assert position.note.endswith(again.note)
     angles = {item.feature: np.degrees(item.angle) for item in report.residuals}
     assert angles["A"] < 1e-9
     assert angles["B"] > 0.99
@@ -199,7 +208,7 @@ def test_a_square_part_is_aligned_as_before_and_the_report_shows_the_lean() -> N
 def test_datums_without_points_of_their_own_stay_as_they_are() -> None:
     actual = noisy()
     constructed = {**actual, "B": replace(actual["B"], touches=None, raw=None)}
-    held = held_again(bound("ABC", constructed), constructed)
+    held = held_again(bound("ABC", constructed), constructed).features
     assert held["B"] is constructed["B"]
     assert held["C"] is not constructed["C"]
     assert np.abs(held["C"].fit.direction - constructed["C"].fit.direction).max() > 1e-3

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from ocmm_core.alignment.datums import DatumAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature, actual_features
+from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from ocmm_core.measuring.point import MeasuredPoint
@@ -67,8 +68,10 @@ def _part() -> list[MeasuredPoint]:
 POINTS = _part()
 
 
-def _actual(points: Sequence[MeasuredPoint]) -> dict[str, ActualFeature]:
-    found = actual_features(FEATURES, points)
+def _actual(
+    points: Sequence[MeasuredPoint], features: Sequence[NominalFeature] = FEATURES
+) -> dict[str, ActualFeature]:
+    found = actual_features(features, points)
     return {name: item for name, item in found.items() if isinstance(item, ActualFeature)}
 
 
@@ -124,12 +127,20 @@ def differences() -> Float:
     """Return d(value of every known characteristic) / d(all coordinates, tip radius)."""
     step = 1e-4
     columns = []
+    whole = _actual(POINTS)
+    shapes = {name: item.fit.shape for name, item in whole.items()}
     for i in range(3 * len(POINTS) + 1):
         sides = []
+        touched = FEATURES
+        if i < 3 * len(POINTS):
+            # A point moves its own feature, and what is projected onto it.
+            own = POINTS[i // 3].feature
+            moves = [item for item in FEATURES if own in (item.name, item.projection)]
+            names = {item.name for item in moves} | {item.projection for item in moves}
+            touched = [item for item in FEATURES if item.name in names]
         for by in (step, -step):
-            actual = _actual(nudged(POINTS, i, by))
+            actual = whole | _actual(nudged(POINTS, i, by), touched)
             geometries = {name: item.fit.geometry for name, item in actual.items()}
-            shapes = {name: item.fit.shape for name, item in actual.items()}
             sides.append([geometry_value(c, geometries, shapes, RULE) for c, _ in KNOWN])
         columns.append((np.array(sides[0]) - np.array(sides[1])) / (2.0 * step))
     return np.array(columns).T
