@@ -132,11 +132,8 @@ def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
         actions[info.key].setEnabled(info.mode in (None, mode))
 
 
-def make_actions(window: QWidget, calls: Mapping[str, Callable[[], None]]) -> dict[str, QAction]:
-    """Return the actions by key, with their shortcuts active in ``window``.
-
-    ``calls`` has one entry for every key of `ACTIONS`; a missing one is a KeyError.
-    """
+def make_actions(window: QWidget) -> dict[str, QAction]:
+    """Return the actions by key, with their shortcuts active in ``window``; they do nothing yet."""
     actions: dict[str, QAction] = {}
     for info in ACTIONS:
         action = QAction(info.text, window)
@@ -146,13 +143,23 @@ def make_actions(window: QWidget, calls: Mapping[str, Callable[[], None]]) -> di
         action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         # A held pedal must not flood the job with points.
         action.setAutoRepeat(False)
-        call = calls[info.key]
-        command = Debounced(call) if info.is_trigger else call
-        # QAction sends its checked state, which no command wants.
-        action.triggered.connect(lambda _checked, command=command: command())
         window.addAction(action)
         actions[info.key] = action
     return actions
+
+
+def bind_actions(
+    actions: Mapping[str, QAction], calls: Mapping[str, Callable[[], None]]
+) -> None:
+    """Let every action do what it is there for.
+
+    ``calls`` has one entry for every key of `ACTIONS`; a missing one is a KeyError.
+    """
+    for info in ACTIONS:
+        call = calls[info.key]
+        command = Debounced(call) if info.is_trigger else call
+        # QAction sends its checked state, which no command wants.
+        actions[info.key].triggered.connect(lambda _checked, command=command: command())
 
 
 def make_button(action: QAction, *, primary: bool = False) -> QPushButton:

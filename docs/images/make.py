@@ -69,7 +69,7 @@ def _inspection(app: QApplication, folder: Path) -> None:
         request = _request(out)
         built = build_station(request)
         bridge = StationBridge(built.station)
-        window = MainWindow(bridge, NoticeCentre(), out=out, plan_path=request.plan)
+        window = MainWindow(bridge, NoticeCentre(), out=out)
         window.resize(*SIZE)
         window.show()
         bridge.start()

@@ -53,10 +53,11 @@ def main() -> int:
         window.resize(*SIZE)
         window.show()
         bridge.start()
-        page = window.probe_design
+        page = window.maintenance.probe_design
         window.show_mode(Mode.MAINTAIN)
-        titles = [window.maintain.list.item(i).text() for i in range(window.maintain.list.count())]
-        window.maintain.list.setCurrentRow(titles.index("Probe design"))
+        chapters = window.maintenance.view.list
+        titles = [chapters.item(i).text() for i in range(chapters.count())]
+        chapters.setCurrentRow(titles.index("Probe design"))
         page.toggle()
         until = time.monotonic() + PATIENCE_S
         while not page.number() and time.monotonic() < until:

@@ -87,7 +87,7 @@ def test_a_camera_is_switched_off_and_on(
     bench: WireBench, qtbot: QtBot, record_property: Record
 ) -> None:
     window = bench.window
-    strip, bus = window.desk.strip, window.bus
+    strip, bus = window.desk.strip, window.maintenance.bus
 
     def trusted() -> None:
         assert strip.status() in ("READY", "MEASURING"), bench.bridge.live()

@@ -58,11 +58,11 @@ def test_one_key_there_and_back(qtbot: QtBot, bench: BusBench) -> None:
         window.show_far(far)
         QTest.keyClick(window, Qt.Key.Key_M)
         assert window.mode() is Mode.MAINTAIN
-        assert window.bus.isVisible()
+        assert window.maintenance.bus.isVisible()
         QTest.keyClick(window, Qt.Key.Key_M)
         assert window.mode() is Mode.INSPECT
         assert window.is_far() is far
-        assert not window.bus.isVisible()
+        assert not window.maintenance.bus.isVisible()
 
 
 def test_no_key_measures_in_maintain(bench: BusBench) -> None:
@@ -83,7 +83,7 @@ def test_everything_is_reached_without_a_mouse(qtbot: QtBot, bench: BusBench) ->
     window = bench.window
     publish(bench.bus.ring, MISSING)
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: window.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.maintenance.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
     reached = []
     for _ in range(12):
         widget = window.focusWidget()
@@ -94,10 +94,10 @@ def test_everything_is_reached_without_a_mouse(qtbot: QtBot, bench: BusBench) ->
     assert {
         "Inspect", "Cameras on the bus", "Events, newest first", "Bus report", "Theme", "Save log",
     } < set(reached)  # fmt: skip
-    window.bus.events.setFocus()
+    window.maintenance.bus.events.setFocus()
     for _ in range(2):
-        QTest.keyClick(window.bus.events, Qt.Key.Key_Down)
-    assert window.bus.events.currentRow() == 2
+        QTest.keyClick(window.maintenance.bus.events, Qt.Key.Key_Down)
+    assert window.maintenance.bus.events.currentRow() == 2
 
 
 def test_space_presses_the_button_that_has_the_focus(qtbot: QtBot, bench: BusBench) -> None:
@@ -105,7 +105,7 @@ def test_space_presses_the_button_that_has_the_focus(qtbot: QtBot, bench: BusBen
     QTest.keyClick(window, Qt.Key.Key_M)
     refused: list[object] = []
     bench.bridge.point_refused.connect(refused.append)
-    back = window.maintain.findChild(QPushButton, "back")
+    back = window.maintenance.view.findChild(QPushButton, "back")
     assert back is not None
     back.setFocus()
     QTest.keyClick(back, Qt.Key.Key_Space)
@@ -119,11 +119,11 @@ def test_the_report_is_written_where_the_panel_says(
     window = bench.window
     publish(bench.bus.ring, IN_ORDER)
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: window.bus.phase() == "IN OPERATION", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.maintenance.bus.phase() == "IN OPERATION", timeout=PATIENCE_MS)
     QTest.keyClick(window, Qt.Key.Key_B)
-    field = window.bus_panel.findChild(QLineEdit, "path")
+    field = window.output.bus_panel.findChild(QLineEdit, "path")
     assert field is not None
-    assert window.bus_panel.isVisible()
+    assert window.output.bus_panel.isVisible()
     assert field.hasFocus()
     assert field.text().endswith(".txt")
     # Letters that are keys of the window belong to the field while it is open.
@@ -133,7 +133,7 @@ def test_the_report_is_written_where_the_panel_says(
     assert field.text() == str(path)
     with qtbot.waitSignal(bench.bridge.bus_text_saved, timeout=PATIENCE_MS):
         QTest.keyClick(field, Qt.Key.Key_Return)
-    assert not window.bus_panel.isVisible()
+    assert not window.output.bus_panel.isVisible()
     text = path.read_text(encoding="utf-8")
     assert text.startswith("OCMM bus report")
     assert "Rig            recommended" in text
@@ -146,10 +146,10 @@ def test_esc_puts_the_panel_away(bench: BusBench) -> None:
     publish(bench.bus.ring, IN_ORDER)
     QTest.keyClick(window, Qt.Key.Key_M)
     QTest.keyClick(window, Qt.Key.Key_B)
-    field = window.bus_panel.findChild(QLineEdit, "path")
+    field = window.output.bus_panel.findChild(QLineEdit, "path")
     assert field is not None
     QTest.keyClick(field, Qt.Key.Key_Escape)
-    assert not window.bus_panel.isVisible()
+    assert not window.output.bus_panel.isVisible()
     assert window.mode() is Mode.MAINTAIN
 
 
@@ -172,7 +172,7 @@ def test_a_folder_that_is_given_is_not_asked_for(
 def test_without_a_bus_the_page_and_the_key_say_why(qtbot: QtBot, open_window: OpenWindow) -> None:
     window = open_window(out=Path("nowhere")).window
     QTest.keyClick(window, Qt.Key.Key_M)
-    assert "do not come over the bus" in window.bus.trouble()
+    assert "do not come over the bus" in window.maintenance.bus.trouble()
     QTest.keyClick(window, Qt.Key.Key_B)
     qtbot.waitUntil(lambda: "do not come over the bus" in window.banner.text(), timeout=PATIENCE_MS)
 
@@ -181,14 +181,14 @@ def test_every_text_fits_in_every_size(qtbot: QtBot, bench: BusBench) -> None:
     window = bench.window
     publish(bench.bus.ring, MISSING)
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: window.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.maintenance.bus.phase() == "RECOVERING", timeout=PATIENCE_MS)
     for size in ((1280, 720), (1920, 1080)):
         window.resize(*size)
         qtbot.wait(50)
         assert (window.width(), window.height()) == size, "the page asks for more room"
-        cameras = window.bus.cameras
+        cameras = window.maintenance.bus.cameras
         assert not cameras.horizontalScrollBar().isVisible()
         assert not cameras.verticalScrollBar().isVisible()
-        assert not window.bus.events.horizontalScrollBar().isVisible()
-        for label in (*window.bus.facts.values(),):
+        assert not window.maintenance.bus.events.horizontalScrollBar().isVisible()
+        for label in (*window.maintenance.bus.facts.values(),):
             assert label.width() >= label.sizeHint().width()

@@ -85,8 +85,8 @@ class Bench:
     def open_page(self) -> None:
         """Go to the page the way a technician does."""
         QTest.keyClick(self.window, Qt.Key.Key_M)
-        QTest.keyClick(self.window.maintain.list, Qt.Key.Key_Down)
-        assert self.window.calibration.isVisible()
+        QTest.keyClick(self.window.maintenance.view.list, Qt.Key.Key_Down)
+        assert self.window.maintenance.calibration.isVisible()
 
     def close(self) -> None:
         """Close the window and everything behind it."""
@@ -114,7 +114,7 @@ def test_a_valid_calibration_with_its_facts_and_history(
     store = fill(tmp_path)
     bench = open_bench()
     bench.open_page()
-    page = bench.window.calibration
+    page = bench.window.maintenance.calibration
     assert page.word() == "VALID"
     assert page.sentence() == "Calibrated, verified, and in date. Points may be taken."
     facts = {name: label.text() for name, label in page.facts.items()}
@@ -146,16 +146,16 @@ def test_a_doubt_appears_while_it_is_looked_at(
     window = bench.window
     now = datetime.now(UTC)
     store.suspect("monitor", "Camera 'left' has turned.", now - timedelta(hours=1), now)
-    qtbot.waitUntil(lambda: window.calibration.word() == "SUSPECT", timeout=PATIENCE_MS)
-    assert window.calibration.sentence().startswith(
+    qtbot.waitUntil(lambda: window.maintenance.calibration.word() == "SUSPECT", timeout=PATIENCE_MS)
+    assert window.maintenance.calibration.sentence().startswith(
         "No points are taken. Camera 'left' has turned. Verify the calibration"
     )
     since = f"{(now - timedelta(hours=1)).astimezone():%Y-%m-%d %H:%M}"
-    assert window.calibration.notes() == f"Points since {since} are in doubt."
-    assert window.calibration.history.words(0)[1:5] == (
+    assert window.maintenance.calibration.notes() == f"Points since {since} are in doubt."
+    assert window.maintenance.calibration.history.words(0)[1:5] == (
         "Put in doubt", "monitor", "Camera 'left' has turned.", since,
     )  # fmt: skip
-    qtbot.waitUntil(lambda: window.maintain.status() == "NOT READY", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.maintenance.view.status() == "NOT READY", timeout=PATIENCE_MS)
     assert window.trust.text().startswith("NO POINTS: Camera 'left' has turned.")
     # In Inspect the screen itself says it.
     QTest.keyClick(window, Qt.Key.Key_M)
@@ -178,9 +178,9 @@ def test_uncalibrated_is_said_on_every_screen(
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: window.trust.text() == desk, timeout=PATIENCE_MS)
     assert window.trust.isVisible()
-    QTest.keyClick(window.maintain.list, Qt.Key.Key_Down)
-    assert window.calibration.word() == "UNCALIBRATED"
-    assert "every verdict is NOT PROVEN" in window.calibration.sentence()
+    QTest.keyClick(window.maintenance.view.list, Qt.Key.Key_Down)
+    assert window.maintenance.calibration.word() == "UNCALIBRATED"
+    assert "every verdict is NOT PROVEN" in window.maintenance.calibration.sentence()
 
 
 def test_a_damaged_record_is_said_and_the_rest_is_shown(
@@ -191,7 +191,7 @@ def test_a_damaged_record_is_said_and_the_rest_is_shown(
     oldest.write_bytes(oldest.read_bytes().replace(b"LB-7", b"LB-8"))
     bench = open_bench()
     bench.open_page()
-    page = bench.window.calibration
+    page = bench.window.maintenance.calibration
     # The one in force is sound.
     assert page.word() == "VALID"
     assert page.history.rowCount() == 6
@@ -218,7 +218,7 @@ def test_every_text_fits_in_every_size_and_theme(
     fill(tmp_path)
     bench = open_bench()
     bench.open_page()
-    window, page = bench.window, bench.window.calibration
+    window, page = bench.window, bench.window.maintenance.calibration
     for theme in THEMES:
         window.use_theme(theme)
         for size in ((1280, 720), (1920, 1080)):

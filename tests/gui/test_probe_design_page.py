@@ -80,12 +80,13 @@ def test_the_window_goes_although_something_is_examined(
 ) -> None:
     bench = open_window(speed=1.0, stay=True)
     QTest.keyClick(bench.window, Qt.Key.Key_M)
-    titles = [bench.window.maintain.list.item(i) for i in range(bench.window.maintain.list.count())]
+    chapters = bench.window.maintenance.view.list
+    titles = [chapters.item(i) for i in range(chapters.count())]
     row = next(i for i, item in enumerate(titles) if item.text() == "Probe design")
-    bench.window.maintain.list.setCurrentRow(row)
-    assert bench.window.probe_design.isVisible()
-    bench.window.probe_design.toggle()
+    chapters.setCurrentRow(row)
+    assert bench.window.maintenance.probe_design.isVisible()
+    bench.window.maintenance.probe_design.toggle()
     # A letter in a field is a letter, and no command of the window.
-    QTest.keyClick(bench.window.probe_design.fields["probe"], Qt.Key.Key_M)
+    QTest.keyClick(bench.window.maintenance.probe_design.fields["probe"], Qt.Key.Key_M)
     bench.window.close()
     assert multiprocessing.active_children() == []

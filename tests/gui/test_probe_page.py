@@ -70,8 +70,8 @@ class Bench:
     def open_page(self) -> None:
         """Go to the page the way a technician does."""
         QTest.keyClick(self.window, Qt.Key.Key_M)
-        while not self.window.probe.isVisible():
-            QTest.keyClick(self.window.maintain.list, Qt.Key.Key_Down)
+        while not self.window.maintenance.probe.isVisible():
+            QTest.keyClick(self.window.maintenance.view.list, Qt.Key.Key_Down)
 
     def press(self, key: Qt.Key) -> None:
         widget = QApplication.focusWidget()
@@ -104,7 +104,7 @@ def test_standing_tips_trends_and_history(
     store = fill(tmp_path)
     bench = open_bench()
     bench.open_page()
-    page = bench.window.probe
+    page = bench.window.maintenance.probe
     assert page.word() == "VALID"
     assert page.sentence() == "Calibrated, qualified, and in date. Points may be taken."
     assert page.facts["Tip"].text() == "A"
@@ -134,7 +134,7 @@ def test_a_tip_is_mounted_with_one_key_pressed_twice_and_must_then_be_checked(
     fill(tmp_path)
     bench = open_bench()
     bench.open_page()
-    page = bench.window.probe
+    page = bench.window.maintenance.probe
     bench.press(Qt.Key.Key_N)
     qtbot.waitUntil(lambda: "Press N" in bench.window.banner.text(), timeout=PATIENCE_MS)
     assert page.word() == "VALID"
@@ -159,13 +159,13 @@ def test_wizards_are_opened_with_one_key(
     bench = open_bench()
     bench.open_page()
     bench.press(key)
-    wizard = bench.window.wizard
+    wizard = bench.window.maintenance.wizard
     qtbot.waitUntil(wizard.isVisible, timeout=PATIENCE_MS)
     assert wizard.start.trouble.text() == ""
     assert "tip" in wizard.start.fields
     bench.press(Qt.Key.Key_Return if kind is not Kind.PIVOT else Qt.Key.Key_Escape)
     if kind is Kind.PIVOT:
-        qtbot.waitUntil(bench.window.probe.isVisible, timeout=PATIENCE_MS)
+        qtbot.waitUntil(bench.window.maintenance.probe.isVisible, timeout=PATIENCE_MS)
 
 
 def test_a_damaged_record_is_named(open_bench: Callable[[], Bench], tmp_path: Path) -> None:
@@ -175,9 +175,9 @@ def test_a_damaged_record_is_named(open_bench: Callable[[], Bench], tmp_path: Pa
     path.write_bytes(path.read_bytes().replace(b"technician", b"Technician", 1))
     bench = open_bench()
     bench.open_page()
-    assert bench.window.probe.word() == "UNUSABLE"
-    assert str(digest)[:12] in bench.window.probe.fault()
-    assert bench.window.probe.tips.isHidden()
+    assert bench.window.maintenance.probe.word() == "UNUSABLE"
+    assert str(digest)[:12] in bench.window.maintenance.probe.fault()
+    assert bench.window.maintenance.probe.tips.isHidden()
 
 
 @pytest.fixture

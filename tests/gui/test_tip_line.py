@@ -88,8 +88,9 @@ def test_mounting_a_tip_is_said_on_every_screen(
     QTest.keyClick(window, Qt.Key.Key_V)
     qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: VALID")
     QTest.keyClick(window, Qt.Key.Key_M)
-    window.maintain.list.setCurrentRow(2)
-    qtbot.waitUntil(lambda: window.probe.isVisible() and window.probe.tips.rowCount() == 1)
+    window.maintenance.view.list.setCurrentRow(2)
+    page = window.maintenance.probe
+    qtbot.waitUntil(lambda: page.isVisible() and page.tips.rowCount() == 1)
     QTest.keyClick(window, Qt.Key.Key_N)
     assert "SUSPECT" not in line.text()
     QTest.keyClick(window, Qt.Key.Key_N)

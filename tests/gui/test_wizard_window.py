@@ -91,12 +91,12 @@ def test_a_key_opens_a_wizard_and_esc_leaves_it(
 ) -> None:
     _press(Qt.Key.Key_M)
     _press(_KEYS[kind])
-    qtbot.waitUntil(window.wizard.isVisible, timeout=PATIENCE_MS)
+    qtbot.waitUntil(window.maintenance.wizard.isVisible, timeout=PATIENCE_MS)
     assert window.mode() is Mode.MAINTAIN
     enabled = {info.key for info in ACTIONS if window.actions_by_key[info.key].isEnabled()}
     assert enabled == {"theme", "log"}
     _press(Qt.Key.Key_Escape)
-    qtbot.waitUntil(window.maintain.isVisible, timeout=PATIENCE_MS)
+    qtbot.waitUntil(window.maintenance.view.isVisible, timeout=PATIENCE_MS)
     assert window.actions_by_key["mode"].isEnabled()
 
 
@@ -106,8 +106,8 @@ def test_frames_of_the_station_reach_the_procedure_and_measure_nothing(
     _press(Qt.Key.Key_M)
     _press(Qt.Key.Key_R)
     _press(Qt.Key.Key_Return)
-    runner = window.wizard.runner
-    assert runner is not None, window.wizard.start.trouble.text()
+    runner = window.maintenance.wizard.runner
+    assert runner is not None, window.maintenance.wizard.start.trouble.text()
     qtbot.waitUntil(lambda: runner.actions_by_key["next"].isEnabled(), timeout=PATIENCE_MS)
     _press(Qt.Key.Key_Return)
     page = runner.pages["wave"]
@@ -118,7 +118,7 @@ def test_frames_of_the_station_reach_the_procedure_and_measure_nothing(
     assert [camera.accessibleDescription() for camera in page.live.cameras] == ["6 spots"] * 2
     # The window may be closed in the middle: everything ends, and the session is kept.
     window.close()
-    assert window.wizard.runner is None
+    assert window.maintenance.wizard.runner is None
 
 
 def test_no_point_is_taken_while_a_procedure_watches(
@@ -147,10 +147,10 @@ def test_without_a_store_it_says_why_nothing_can_be_calibrated(
 ) -> None:
     window = open_window(speed=0.1).window
     window.show_mode(Mode.MAINTAIN)
-    window.open_wizard(Kind.RELOCATION)
-    assert "--calibrations" in window.wizard.start.trouble.text()
-    window.wizard.start.begin_button.click()
-    assert window.wizard.runner is None
+    window.maintenance.open_wizard(Kind.RELOCATION)
+    assert "--calibrations" in window.maintenance.wizard.start.trouble.text()
+    window.maintenance.wizard.start.begin_button.click()
+    assert window.maintenance.wizard.runner is None
 
 
 def test_no_two_actions_of_a_wizard_share_a_key_with_each_other_or_the_window() -> None:
