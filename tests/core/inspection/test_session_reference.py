@@ -15,6 +15,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.trigger import Touch, TouchCollector
@@ -22,7 +23,8 @@ from ocmm_core.simulation.artefacts import load_part
 from ocmm_core.simulation.rig import TrueTouch, VirtualRig
 from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
+from ocmm_core.storage.rows import JobReference, make_head
+from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tracking.body import load_probe
 from ocmm_core.tracking.pipeline import TrackingPipeline
 from ocmm_core.tracking.reference import relative_sensitivity
@@ -105,6 +107,33 @@ def points_of(outcomes: list[MeasuredPoint | Refusal]) -> list[MeasuredPoint]:
 
 def errors_of(points: list[MeasuredPoint], script: Script) -> Float:
     return np.array([point.tip_world - script.true_touch(point).tip_world for point in points])
+
+
+def test_a_job_is_computed_anew_relative_to_its_own_first_place(
+    nudged: Script, new_job: Callable[[], JobFile], tmp_path: Path
+) -> None:
+    with new_job() as job:
+        session = session_of(job)
+        points_of(take_all(session, nudged))
+        view = session.view
+    again = reopen_job(job.path)
+    assert again.doubts == ()
+    assert again.view.characteristics == view.characteristics
+    assert again.options.reference is not None
+    assert again.options.reference.identity == load_reference(REFERENCE).identity
+    # With another first place the same spots put every point elsewhere.
+    assert nudged.home is not None
+    forged = tmp_path / "forged.ocmm"
+    with JobFile.create(forged, again.head) as other:
+        shifted = nudged.home.spots + 2.0
+        other.store_reference(JobReference(REFERENCE.read_text("utf-8"), shifted, 100))
+        for point in again.points:
+            other.append_point(point)
+    told = reopen_job(forged)
+    assert len(told.differences) == len(again.points)
+    assert {result.verdict for result in told.view.characteristics} <= {
+        Verdict.NOT_PROVEN, Verdict.NOT_MEASURED,
+    }  # fmt: skip
 
 
 def test_points_before_and_after_a_nudge_belong_together(
