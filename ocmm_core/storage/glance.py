@@ -14,10 +14,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.storage.audit import AUDITED
 from ocmm_core.storage.faults import no_job, storage_error
 from ocmm_core.storage.migrations import APPLICATION_ID, require_known
-from ocmm_core.storage.rows import JobEvent, JobHead, head_from_row
+from ocmm_core.storage.rows import JobEvent, JobHead
+from ocmm_core.storage.tables import stored_head
 
 _SETTLED_NS = 1_000_000_000
 """A file that was written more recently may be written again before its time of change differs."""
@@ -81,14 +81,11 @@ def _read(path: Path) -> JobGlance:
             if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
                 raise no_job(path)
             require_known(db, path)
-            statement = f"SELECT {','.join(AUDITED['head'])} FROM head"  # noqa: S608 - constants
-            row = db.execute(statement).fetchone()
-            if row is None:
-                raise no_job(path)
+            head = stored_head(db, path)
             events = db.execute("SELECT time_utc, kind, text FROM event ORDER BY id").fetchall()
             (n_points,) = db.execute(
                 "SELECT (SELECT count(*) FROM observation) - (SELECT count(*) FROM annulment)"
             ).fetchone()
     except sqlite3.Error as error:
         raise storage_error(path, error) from error
-    return JobGlance(head_from_row(row), tuple(JobEvent(*one) for one in events), n_points)
+    return JobGlance(head, tuple(JobEvent(*one) for one in events), n_points)
