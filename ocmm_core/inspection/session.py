@@ -13,11 +13,9 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.acceptance import Meant, judge_touch
 from ocmm_core.inspection.any_order import SEARCH_MM, Contact, touched_feature
-from ocmm_core.inspection.deeds import Deed
 from ocmm_core.inspection.evaluation import checked_features, frame_of
 from ocmm_core.inspection.guidance import aligned_nominals
 from ocmm_core.inspection.header import header_of
-from ocmm_core.inspection.job_points import Change
 from ocmm_core.inspection.job_view import JobState, view_of
 from ocmm_core.inspection.limits import EVENT as LIMITS
 from ocmm_core.inspection.limits import FOR_COMPARISON, limits_text, methods_used
@@ -310,11 +308,8 @@ class InspectionSession(JobSteps):
         after = before if follows else progress
         if self._points.count(name) + 1 >= self._plan.feature(name).points:
             after = after.finished(name)
-        deed = Deed(
-            f"point {point.number} of {name}", Change((point.number,), ()), before, after
-        )
-        self._points.add(point, judged.sensitivity, self._events_of(deed))
-        self._remember(deed)
+        self._log.take(point, judged.sensitivity, before, after)
+        self._changed()
         return point
 
     def _meant(
@@ -359,7 +354,7 @@ class InspectionSession(JobSteps):
         return aligned_nominals(self._plan, checked_features(self._plan, points, self._options))
 
     def _evaluate(self) -> JobView:
-        deed, undone = self._deeds.last or self._last_point(), self._deeds.last_undone
+        deed, undone = self._log.last, self._log.last_undone
         return view_of(
             self._plan,
             self._rig,

@@ -1,8 +1,4 @@
-"""What an inspector decides while a job is measured: every step durable, and to be taken back.
-
-A step changes which points count and where the job stands. Both go into the job file together, so
-that whatever happens between, a reopened job is as it was before the step or after it.
-"""
+"""What an inspector decides while a job is measured: every step durable, and to be taken back."""
 
 from __future__ import annotations
 
@@ -15,18 +11,15 @@ import msgspec
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.shapes import MINIMUM_POINTS
-from ocmm_core.inspection.deed_events import Way, deed_event, deeds_from
-from ocmm_core.inspection.deeds import Deed
-from ocmm_core.inspection.job_points import FLIPPED, Change, JobPoints
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.progress import EVENT, PAUSED, RESUMED, Progress, progress_of
+from ocmm_core.inspection.progress import PAUSED, RESUMED, Progress
 from ocmm_core.inspection.step_checks import step_fault
+from ocmm_core.inspection.step_log import StepLog
 from ocmm_core.inspection.view import JobView, Probing
 from ocmm_core.measuring.compensation import METHODS
 from ocmm_core.measuring.point import Refusal
 from ocmm_core.storage.job_file import JobFile
 
-_UNDONE = "undone by the operator"
 _LONGEST_REASON = 200
 
 
@@ -45,53 +38,27 @@ class JobSteps:
         self._plan = plan
         self._job = job
         self._lock = threading.RLock()
+        self._log = StepLog(plan, job)
+        self._points = self._log.points
         events = job.events()
-        self._points = JobPoints(job)
-        self._progress = progress_of(plan, self._points.counts(), events)
         pauses = [event.kind for event in events if event.kind in (PAUSED, RESUMED)]
         self._paused = pauses[-1:] == [PAUSED]
-        self._deeds = deeds_from(
-            events,
-            self._progress.names,
-            {point.number for point in self._points.counting},
-            self._points.next_number(),
-        )
         self._selected = ""
         """Feature that the inspector chose and that is still active."""
         self._refusal: Refusal | None = None
         self._view: JobView | None = None
 
     def undo(self) -> None:
-        """Take back the last step: a point, a deletion, a skip; nothing leaves the job file.
-
-        Raises
-        ------
-        MeasuringError
-            There is nothing to take back.
-        """
+        """Take back the last step, also one of an earlier run; errors as `StepLog.undo`."""
         with self._lock:
-            deed = self._deeds.last or self._last_point()
-            if deed is None:
-                raise MeasuringError(
-                    "session.no_point", "No point was taken yet.", "Take one first."
-                )
-            self._deeds.undid(self._reverse(deed, "undone", "undid"))
+            self._log.undo()
+            self._changed()
 
     def redo(self) -> None:
-        """Do again what was undone last.
-
-        Raises
-        ------
-        MeasuringError
-            Nothing was undone since the last step.
-        """
+        """Do again what was undone last; errors as `StepLog.redo`."""
         with self._lock:
-            deed = self._deeds.last_undone
-            if deed is None:
-                raise MeasuringError(
-                    "session.no_redo", "Nothing was undone.", "Undo something first."
-                )
-            self._deeds.redid(self._reverse(deed, "done again", "redid"))
+            self._log.redo()
+            self._changed()
 
     def flip(self, number: int | None = None) -> None:
         """Turn the compensation of a point, or of the last one, to the other side.
@@ -113,14 +80,8 @@ class JobSteps:
                 direction=-old.direction,
                 approach="flipped",
             )
-            deed = Deed(
-                f"flip of point {old.number}",
-                Change((new.number,), (old.number,)),
-                self._progress,
-                self._progress,
-            )
-            self._points.replace(old, new, FLIPPED, self._events_of(deed))
-            self._remember(deed)
+            self._log.flip(old, new)
+            self._changed()
 
     def delete_point(self, number: int, reason: str) -> None:
         """Take a point out, and say why; its observation stays in the job file.
@@ -234,8 +195,19 @@ class JobSteps:
             self._stand(replace(self._progress, probing=probing))
 
     def _stand(self, after: Progress) -> None:
-        self._points.change({}, (), self._standing_events(after))
-        self._progress, self._view = after, None
+        self._log.stand(after)
+        self._view = None
+
+    def _did(
+        self,
+        words: str,
+        after: Progress,
+        annul: Mapping[int, str] = MappingProxyType({}),
+        restore: Sequence[int] = (),
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        self._log.do(words, after, annul, restore, events)
+        self._changed()
 
     def pause(self) -> None:
         """Take no points until `resume`, whatever is touched; also when the job is opened anew."""
@@ -321,58 +293,15 @@ class JobSteps:
                 names = [n for n in progress.names if n not in progress.done | progress.skipped]
             return any(self.compensation_of(name) == "pulled" for name in names)
 
-    def _did(
-        self,
-        words: str,
-        after: Progress,
-        annul: Mapping[int, str] = MappingProxyType({}),
-        restore: Sequence[int] = (),
-        events: Sequence[tuple[str, str]] = (),
-    ) -> None:
-        """Make a step of the inspector durable, all or nothing, and remember it."""
-        deed = Deed(words, self._points.planned(annul, restore), self._progress, after)
-        self._points.change(annul, restore, [*events, *self._events_of(deed)])
-        self._remember(deed)
+    @property
+    def _progress(self) -> Progress:
+        return self._log.progress
 
-    def _remember(self, deed: Deed) -> None:
-        self._deeds.did(deed)
-        self._progress, self._refusal, self._view = deed.after, None, None
-        if self._selected != deed.after.active:
+    def _changed(self) -> None:
+        """Note that a step was carried out: whatever was said before it is of the past."""
+        self._refusal = self._view = None
+        if self._selected != self._progress.active:
             self._selected = ""
-
-    def _events_of(self, deed: Deed, way: Way = "did") -> list[tuple[str, str]]:
-        """Return what is written with a step: itself, and where the job stands then."""
-        return [
-            deed_event(way, deed, self._points.next_number()),
-            *self._standing_events(deed.after),
-        ]
-
-    def _standing_events(self, after: Progress) -> list[tuple[str, str]]:
-        return [(EVENT, after.text)] if after != self._progress else []
-
-    def _reverse(self, deed: Deed, word: str, way: Way) -> Deed:
-        """Take a step back, and return the one that this was."""
-        # A point in the place of another has the same observation: it is not to come back twice.
-        reason = FLIPPED if deed.change.added and deed.change.removed else _UNDONE
-        annul = {self._points.latest(number): reason for number in deed.change.added}
-        restore = [self._points.latest(number) for number in deed.change.removed]
-        reverse = deed.undone_by(self._points.planned(annul, restore))
-        events = [(word, deed.words), *self._events_of(reverse, way)]
-        self._points.change(annul, restore, events)
-        self._progress, self._refusal, self._view = reverse.after, None, None
-        return reverse
-
-    def _last_point(self) -> Deed | None:
-        """Return the taking of the last point as a step, of a job whose steps are not known."""
-        if not self._points.counting:
-            return None
-        last = self._points.counting[-1]
-        return Deed(
-            f"point {last.number} of {last.feature}",
-            Change((last.number,), ()),
-            self._progress.opened(last.feature),
-            self._progress,
-        )
 
     def _settled(self, name: str, more: int) -> Progress:
         """Return the progress after ``more`` points of a feature."""
