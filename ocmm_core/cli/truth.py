@@ -14,7 +14,7 @@ from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.simulation.artefacts import Part, TrueFeature
 from ocmm_core.simulation.touches import sample
 from ocmm_core.tolerances.characteristic import FORMS, ZONES
-from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.evaluate import evaluate, taken_again
 from ocmm_core.tolerances.measure import geometry_value
 
 TOUCHES = 40
@@ -27,8 +27,8 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
     """Return the true value of every characteristic, mm or deg, by name.
 
     Surfaces of the virtual part have no form error, so the true form is zero. What is within a
-    zone is evaluated as a job would be, from touches without any error. Characteristics that the
-    part does not determine are missing.
+    zone, or in the frame of datums in precedence, is evaluated as a job would be, from touches
+    without any error. Characteristics that the part does not determine are missing.
     """
     features = part.features_part()
     geometries = {feature.name: _geometry(features[feature.name]) for feature in plan.features}
@@ -40,7 +40,8 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
     for item in plan.characteristics:
         if item.kind in FORMS:
             found[item.name] = 0.0
-        elif item.kind in ZONES:
+        elif item.kind in ZONES or taken_again(item, actual, plan.bound_alignment):
+            # A datum out of square turns the frame as its surface says, not as its normal does.
             try:
                 found[item.name] = evaluate(item, actual, plan.bound_alignment).value
             except FitError:
