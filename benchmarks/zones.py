@@ -48,7 +48,7 @@ def peer(start: Fit, points: Points3) -> float:
     ones = np.ones((n, 1))
     width = np.inf
     for _ in range(30):
-        found, slopes = distances(task.surface, placed.local(task.points), placed.size)
+        found, slopes = distances(task.surface, placed.local(task.points), placed.sizes)
         if width - np.ptp(found) < 1e-13:
             break
         width = float(np.ptp(found))

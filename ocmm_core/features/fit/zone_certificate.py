@@ -16,6 +16,8 @@ from scipy.linalg import null_space
 from scipy.optimize import nnls
 
 from ocmm_core.features.fit.zone_elements import BOUNDED, Task, task_of, zone_surface
+from ocmm_core.features.fit.zone_forces import least_held
+from ocmm_core.features.fit.zone_rescue import slid
 from ocmm_core.features.fit.zone_solver import Zone, by_bounds, natural_steps, zone_at
 from ocmm_core.features.fit.zone_surfaces import (
     Placed,
@@ -31,7 +33,7 @@ ACTIVE = 1e-4
 """Gap to the bound, against the width of the zone, below which a point may touch."""
 LARGEST_GAP = 1e-9
 """The same against the size of the points."""
-NO_FORCE = 1e-12
+NO_FORCE = 1e-15
 SHARING = 1e6
 """Weight of balance against short vectors of forces."""
 FLAT_CURVATURE = 1e-7
@@ -54,7 +56,9 @@ class Balance:
         Sum of forces that remains.
     least_curvature
         Least second derivative along which contacts leave the element free, against the
-        greatest; infinite where they leave none.
+        greatest; infinite where they leave none, zero where it is negative and nothing is gained.
+    way
+        (k,): the step of what the family frees along which that is.
     """
 
     contacts: Int
@@ -62,6 +66,7 @@ class Balance:
     forces: Float
     unbalanced: float
     least_curvature: float
+    way: Float
 
     @property
     def holds(self) -> bool:
@@ -181,32 +186,68 @@ def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
     right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
     forces, remainder = nnls(touch, right)
     unbalanced = float(remainder)
-    least = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
-    if least < FLAT_CURVATURE and np.count_nonzero(forces) < len(rows) and unbalanced < IN_BALANCE:
+    bend, way = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
+    if bend < FLAT_CURVATURE and np.count_nonzero(forces) < len(rows) and unbalanced < IN_BALANCE:
         # More points touch than are needed. The shortest vector of forces uses them all.
         heavy = np.concatenate([SHARING * touch, np.eye(len(rows))])
         forces, _ = nnls(heavy, np.concatenate([SHARING * right, np.zeros(len(rows))]))
         unbalanced = float(np.linalg.norm(touch @ forces - right))
-        least = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
+        bend, way = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
+    if bend < -FLAT_CURVATURE and unbalanced < IN_BALANCE:
+        bend = max(bend, _held_by_others(task, placed, local[rows], signs, forces, touch, steps))
+    if bend < -FLAT_CURVATURE and unbalanced < IN_BALANCE and not surface.outline:
+        # It curves the wrong way, but other points may touch before anything is gained.
+        zone = zone_at(surface, task.points, placed)
+        if slid(surface, task.points, zone, way, noise) is None:
+            bend = 0.0
     holding = forces > NO_FORCE
     rows = rows[holding].astype(np.int64)
-    return Balance(rows, signs[holding], forces[holding], unbalanced, least)
+    return Balance(rows, signs[holding], forces[holding], unbalanced, bend, way)
 
 
 def _least_curvature(
     task: Task, placed: Placed, local: Float, weights: Float, touch: Float, steps: Float
-) -> float:
-    """Return the least curvature along which points with a force stay at their bounds."""
+) -> tuple[float, Float]:
+    """Return the least curvature that leaves points with a force at their bounds, and its way."""
     free = list(task.surface.free)
     holding = np.abs(weights) > NO_FORCE
     curvature, _, _ = second_derivatives(
         task.surface, local[holding], placed.sizes, weights[holding]
     )
     hessian = steps.T @ curvature[np.ix_(free, free)] @ steps
-    loose = null_space(touch[:, holding].T, rcond=1e-10)[: len(steps)]
-    directions, strength, _ = np.linalg.svd(loose, full_matrices=False)
-    directions = directions[:, strength > 1e-9]
+    directions = _loose(touch[:, holding], len(steps))
     if not directions.shape[1]:
-        return np.inf
+        return np.inf, np.zeros(len(steps))
     scale = max(float(np.abs(hessian).max()), 1e-300)
-    return float(np.linalg.eigvalsh(directions.T @ hessian @ directions)[0] / scale)
+    bends, ways = np.linalg.eigh(directions.T @ hessian @ directions)
+    return float(bends[0] / scale), steps @ directions @ ways[:, 0]
+
+
+def _loose(touch: Float, k: int) -> Float:
+    """Return the directions (k, m) along which contacts (columns) stay at their bounds."""
+    directions, strength, _ = np.linalg.svd(
+        null_space(touch.T, rcond=1e-10)[:k], full_matrices=False
+    )
+    loose: Float = directions[:, strength > 1e-9]
+    return loose
+
+
+def _held_by_others(
+    task: Task, placed: Placed, local: Float, signs: Float, forces: Float, touch: Float,
+    steps: Float,
+) -> float:  # fmt: skip
+    """Return the least curvature where each way may have forces of its own, else minus infinity."""
+    free, holding = list(task.surface.free), forces > NO_FORCE
+    directions = steps @ _loose(touch[:, holding], len(steps))
+    scale = 1e-300
+    hessians = []
+    for point, sign, force in zip(local, signs, forces, strict=True):
+        bent, _, _ = second_derivatives(
+            task.surface, point[None], placed.sizes, np.array([sign])
+        )
+        bent = bent[np.ix_(free, free)]
+        hessians.append(directions.T @ bent @ directions)
+        scale = max(scale, float(np.abs(force * (steps.T @ bent @ steps)).max()))
+    right = touch @ forces
+    least = least_held(np.array(hessians), touch, right)
+    return -np.inf if least is None else least / scale

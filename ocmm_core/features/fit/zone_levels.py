@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 
-from ocmm_core.features.fit.zone_certificate import FLAT_CURVATURE, NO_FORCE, Balance
+from ocmm_core.features.fit.zone_certificate import FLAT_CURVATURE, Balance
 from ocmm_core.features.fit.zone_elements import Task
 from ocmm_core.features.fit.zone_kernel import narrowest_zone
 from ocmm_core.features.fit.zone_solver import SETTLED, after, natural_steps
@@ -27,6 +27,8 @@ from ocmm_core.geometry import Float, Int
 
 MAX_STEPS = 60
 POLISHES = 4
+NO_SHARE = 1e-10
+"""Share of a point in holding a zone that is none."""
 RANK = 1e-9
 """Effect on the distances, against the greatest, that is none."""
 
@@ -65,7 +67,9 @@ def levels_of(task: Task, placed: Placed, balance: Balance) -> tuple[Placed, lis
     """
     found, _ = distances(task.surface, placed.local(task.points), placed.sizes)
     half = float(np.abs(found).max())
-    levels = [Level(balance.contacts, balance.signs, balance.signs * balance.forces, half)]
+    holding = balance.forces > NO_SHARE
+    signs = balance.signs[holding]
+    levels = [Level(balance.contacts[holding], signs, signs * balance.forces[holding], half)]
     steps = natural_steps(task.surface, task.points, placed)
     while True:
         moved, level = _next_level(task, placed, steps, levels)
@@ -161,7 +165,7 @@ def _next_level(
             radius = 0.25 * min(radius, float(np.abs(solution[: m - 1]).max()))
             if radius < 1e-16:
                 break
-    holding = (basis < 2 * len(rest)) & (multipliers > NO_FORCE)
+    holding = (basis < 2 * len(rest)) & (multipliers > NO_SHARE)
     if not holding.any():
         return placed, None
     codes = basis[holding]

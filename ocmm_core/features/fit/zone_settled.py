@@ -9,10 +9,20 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.fit.ball import LARGEST_RADIUS
 from ocmm_core.features.fit.common import degenerate, oriented
-from ocmm_core.features.fit.zone_certificate import Balance, balance_of, formless
+from ocmm_core.features.fit.zone_certificate import IN_BALANCE, Balance, balance_of, formless
 from ocmm_core.features.fit.zone_elements import Task, geometry_derivatives, unscaled
 from ocmm_core.features.fit.zone_levels import levels_of, response
-from ocmm_core.features.fit.zone_solver import Zone, best_zone, by_bounds, polished, zone_at
+from ocmm_core.features.fit.zone_rescue import descended
+from ocmm_core.features.fit.zone_solver import (
+    Zone,
+    after,
+    best_zone,
+    by_bounds,
+    natural_steps,
+    polished,
+    settle,
+    zone_at,
+)
 from ocmm_core.features.fit.zone_surfaces import (
     CONE,
     TORUS,
@@ -41,6 +51,12 @@ BROAD = 0.03
 """Width of the zone against the size of the points from which local minima lie far apart."""
 FEW_POINTS = 12
 POLISHES = 4
+RESCUES = 5
+"""Times that what did not settle is taken further."""
+SADDLES = 4
+"""Times that a zone is left along the way in which its contacts let it narrow."""
+SHRUNK = 30
+"""Lengths of such a step that are tried, each half of the one before."""
 WELL_BALANCED = 1e-12
 
 
@@ -56,7 +72,50 @@ def search(task: Task) -> Zone:
         starts = STARTS if few or np.ptp(found) > BROAD_STRAIGHT else STARTS_STRAIGHT
     else:
         starts = STARTS_BROAD if few or np.ptp(found) > BROAD else STARTS
-    return balanced(task, best_zone(task.surface, task.points, task.start, starts))
+    zone = balanced(task, best_zone(task.surface, task.points, task.start, starts))
+    for _ in range(SADDLES):
+        lower = _beside_saddle(task, zone)
+        if lower is None:
+            break
+        zone = balanced(task, lower)
+    return zone if task.surface.outline else rescued(task, zone)
+
+
+def rescued(task: Task, zone: Zone) -> Zone:
+    """Return the zone, or a narrower one where it did not settle."""
+    for _ in range(RESCUES):
+        found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.sizes)
+        if balance_of(task, zone.placed, _noise(task, found)).unbalanced < IN_BALANCE:
+            break
+        lower = balanced(task, descended(task.surface, task.points, zone))
+        if not lower.width < zone.width:
+            break
+        zone = lower
+    return zone
+
+
+def _beside_saddle(task: Task, zone: Zone) -> Zone | None:
+    """Return a narrower zone where forces balance but a move along the contacts is better.
+
+    Points in exact symmetry lead to such places: a cylinder whose contacts all lie in one section
+    can lean either way. None where there is no such move.
+    """
+    surface, points = task.surface, task.points
+    found, _ = distances(surface, zone.placed.local(points), zone.placed.sizes)
+    balance = balance_of(task, zone.placed, _noise(task, found))
+    if balance.holds or balance.unbalanced >= IN_BALANCE:
+        return None
+    steps = natural_steps(surface, points, zone.placed)
+    tried = [
+        (zone_at(surface, points, after(surface, zone.placed, way * size * balance.way)), size)
+        for size in zone.width * 0.5 ** np.arange(SHRUNK)
+        for way in (1.0, -1.0)
+    ]
+    lower, size = min(tried, key=lambda item: item[0].width)
+    if not lower.width < zone.width:
+        return None
+    there = settle(surface, points, lower.placed, steps, float(size))
+    return there if there.width < zone.width else lower
 
 
 def balanced(task: Task, zone: Zone) -> Zone:

@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.features.fit.zone_kernel import narrowest_zone
-from ocmm_core.features.fit.zone_outlines import FIRST_SIZE, STEP_SIZE, TURN
+from ocmm_core.features.fit.zone_outlines import FIRST_SIZE, TURN
 from ocmm_core.features.fit.zone_surfaces import (
     ANGLES,
     Kind,
     Placed,
     Surface,
     distances,
+    full_step,
     possible,
     second_derivatives,
 )
@@ -214,15 +215,9 @@ def _linear_step(
     return step, basis, multipliers, float(gain)
 
 
-def _full(surface: Surface, free_step: Float) -> Float:
-    step = np.zeros(STEP_SIZE)
-    step[list(surface.free)] = free_step
-    return step
-
-
 def after(surface: Surface, placed: Placed, free_step: Float) -> Placed:
     """Return the element after a step (k,) of what its family frees."""
-    return placed.moved(_full(surface, free_step))
+    return placed.moved(full_step(surface, free_step))
 
 
 def _newton_step(
@@ -263,7 +258,7 @@ def _newton_step(
             return None
         if not np.abs(step).max() < limit:
             return None
-        there, _ = distances(surface, local[rows], sizes, _full(surface, steps @ step))
+        there, _ = distances(surface, local[rows], sizes, full_step(surface, steps @ step))
         right[unknowns:] = -(there - middle - by_step[rows] @ step)
     return step
 
@@ -330,8 +325,9 @@ def best_zone(
 
 
 def polished(
-    surface: Surface, points: Float, zone: Zone, contacts: Int, multipliers: Float
-) -> Zone:
+    surface: Surface, points: Float, zone: Zone, contacts: Int, multipliers: Float,
+    longest: float = CLOSE,
+) -> Zone:  # fmt: skip
     """Return the zone after one Newton step on given contacts, or the same if that is wider.
 
     Parameters
@@ -344,6 +340,8 @@ def polished(
         (c,): coded as in `zone_kernel`.
     multipliers
         (c,): their forces.
+    longest
+        Of a step that is taken.
     """
     placed = zone.placed
     steps = natural_steps(surface, points, placed)
@@ -352,7 +350,7 @@ def polished(
     middle = middle_of(surface, zone)
     step = _newton_step(
         surface, local, placed.sizes, middle, found - middle, slopes[:, surface.free] @ steps,
-        steps, contacts, multipliers, CLOSE,
+        steps, contacts, multipliers, longest,
     )  # fmt: skip
     if step is None:
         return zone

@@ -165,6 +165,13 @@ def possible(surface: Surface, placed: Placed) -> bool:
     return bool(min(long, short) > 0.0) or not surface.outline
 
 
+def full_step(surface: Surface, free_step: Float) -> Float:
+    """Return the step (8,) of which a family frees ``free_step`` (k,)."""
+    step = np.zeros(STEP_SIZE)
+    step[list(surface.free)] = free_step
+    return step
+
+
 def distances(
     surface: Surface, local: Values, sizes: Values, step: Values | None = None
 ) -> tuple[Values, Values]:
