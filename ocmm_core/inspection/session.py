@@ -12,37 +12,27 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.acceptance import Meant, judge_touch
-from ocmm_core.inspection.any_order import SEARCH_MM, Contact, touched_feature
+from ocmm_core.inspection.any_order import Contact
+from ocmm_core.inspection.conditions import Conditions
 from ocmm_core.inspection.evaluation import checked_features, frame_of
 from ocmm_core.inspection.guidance import aligned_nominals
 from ocmm_core.inspection.header import header_of
 from ocmm_core.inspection.job_view import JobState, view_of
-from ocmm_core.inspection.limits import EVENT as LIMITS
-from ocmm_core.inspection.limits import FOR_COMPARISON, limits_text, methods_used
+from ocmm_core.inspection.meaning import meant_for
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.quarantine import Ward
 from ocmm_core.inspection.reference_use import ReferenceUse
 from ocmm_core.inspection.steps import JobSteps
-from ocmm_core.inspection.surfaces import nearness
 from ocmm_core.inspection.teach import taught_plan
 from ocmm_core.inspection.view import JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import StablePoint
-from ocmm_core.measuring.temperature import EVENT as TEMPERATURE
-from ocmm_core.measuring.temperature import (
-    Climate,
-    climate_of_text,
-    record_text,
-    reported_points,
-)
+from ocmm_core.measuring.temperature import reported_points
 from ocmm_core.measuring.trigger import Touch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.result import ReferenceHome
-
-_CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
-"""Kinds of events of the job file."""
 
 
 class InspectionSession(JobSteps):
@@ -89,15 +79,8 @@ class InspectionSession(JobSteps):
                 "Begin a new job.",
             )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
-        events = job.events()
-        notes = [event.text for event in events if event.kind == _UNCALIBRATED]
-        self._unproven = notes[-1] if notes else ""
-        self._compared = "thesis" in (*methods_used(events), options.method)
-        self._limits = [event.text for event in events if event.kind == LIMITS][-1:]
-        self._recorded = [event.text for event in events if event.kind == TEMPERATURE]
-        if begun:
-            self._require_same_climate()
-        self._header = header_of(job.head, events)
+        self._conditions = Conditions(job, options, begun=begun)
+        self._header = header_of(job.head, job.events())
 
     @property
     def view(self) -> JobView:
@@ -148,11 +131,7 @@ class InspectionSession(JobSteps):
             It could not be made durable.
         """
         with self._lock:
-            self._job.append_event(_CALIBRATION, calibration)
-            self._job.append_event(_PROBE, probe)
-            if unproven:
-                self._job.append_event(_UNCALIBRATED, unproven)
-                self._unproven = unproven
+            self._conditions.note_calibration(calibration, probe, unproven)
             self._view = None
 
     def note_climate(self) -> None:
@@ -164,10 +143,7 @@ class InspectionSession(JobSteps):
             It could not be made durable.
         """
         with self._lock:
-            text = record_text(self._options.climate.record())
-            if self._recorded[-1:] != [text]:
-                self._job.append_event(TEMPERATURE, text)
-                self._recorded.append(text)
+            self._conditions.note_climate()
 
     def note_limits(self) -> None:
         """Store by which limits points are taken and judged from now on.
@@ -178,10 +154,7 @@ class InspectionSession(JobSteps):
             It could not be made durable.
         """
         with self._lock:
-            text = limits_text(self._options)
-            if self._limits != [text]:
-                self._job.append_event(LIMITS, text)
-                self._limits = [text]
+            self._conditions.note_limits()
 
     def hold_back(self, since_s: float | None, reason: str) -> list[int]:
         """Hold back the points that were taken since a moment of this run, and return them.
@@ -315,38 +288,15 @@ class InspectionSession(JobSteps):
     def _meant(
         self, stable: StablePoint, ways: tuple[Float, ...], wanted: str | None
     ) -> Meant | Refusal:
-        """Return what a touch is meant for: by where it is, by the script, or the active one."""
-        name = wanted if wanted is not None else self._progress.active
-        place = None
-        if self._progress.probing == "any":
-            place = self._aligned()
-            if place is not None:
-                contact = Contact(stable.tip_world, ways, self._body.tip_radius, stable.time_s)
-                chosen = self._selected if self._selected == name else ""
-                found = touched_feature(self._plan, place, contact, self._progress, chosen)
-                if isinstance(found, Refusal):
-                    return found
-                if found in self._progress.done and found != self._progress.active:
-                    return Refusal(
-                        RefusalCode.NO_FEATURE,
-                        f"{found} has all its points.",
-                        "Touch another feature; or repeat this one, or select it to add points.",
-                        stable.time_s,
-                    )
-                name = found
-        if not name:
-            return Meant("", "approach")
-        method, normal = self.compensation_of(name), None
-        if method == "nominal":
-            place = place or self._aligned()
-            normal = None if place is None else self._normal(name, place, stable.tip_world)
-        return Meant(name, method, normal)
-
-    def _normal(self, name: str, place: RigidTransform, tip_world: Float) -> Float | None:
-        """Return the normal of the nominal surface at a ball, world; None far from it."""
-        ball = place.apply(tip_world)
-        near = nearness(self._plan.feature(name), ball, self._body.tip_radius)
-        return place.rotation.T @ near.normal if near.gap <= SEARCH_MM else None
+        progress = self._progress
+        return meant_for(
+            self._plan,
+            progress,
+            Contact(stable.tip_world, ways, self._body.tip_radius, stable.time_s),
+            self._aligned,
+            wanted=wanted,
+            selected=self._selected if self._selected == progress.active else "",
+        )
 
     def _aligned(self) -> RigidTransform | None:
         """Return the motion to the frame of the nominals; None while datums are not measured."""
@@ -369,19 +319,8 @@ class InspectionSession(JobSteps):
                 sensitivities=tuple(self._points.sensitivities(self._reference)),
                 refusal=self._refusal,
                 paused=self._paused,
-                unproven=self._unproven or (FOR_COMPARISON if self._compared else ""),
+                unproven=self._conditions.unproven,
                 undo=deed.words if deed is not None else "",
                 redo=undone.words if undone is not None else "",
             ),
         )
-
-    def _require_same_climate(self) -> None:
-        """Raise MeasuringError where points of this job were taken with other temperatures."""
-        before = climate_of_text(self._recorded[-1]) if self._recorded else Climate()
-        if before.record() != self._options.climate.record():
-            raise MeasuringError(
-                "session.temperature",
-                f"{self._job.path}: its points were taken with other temperatures or switches. "
-                f"{before.words}",
-                "Go on with the same, or begin a new job.",
-            )

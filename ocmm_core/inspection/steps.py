@@ -7,16 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-import msgspec
-
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.progress import PAUSED, RESUMED, Progress
-from ocmm_core.inspection.step_checks import step_fault
+from ocmm_core.inspection.side_choice import awaits_pull, chosen_methods, method_of
 from ocmm_core.inspection.step_log import StepLog
 from ocmm_core.inspection.view import JobView, Probing
-from ocmm_core.measuring.compensation import METHODS
 from ocmm_core.measuring.point import Refusal
 from ocmm_core.storage.job_file import JobFile
 
@@ -255,43 +252,19 @@ class JobSteps:
             There is no such feature or way, or the way says nothing about its shape.
         """
         with self._lock:
-            if method not in METHODS:
-                raise MeasuringError(
-                    "session.method",
-                    f"{method!r} is no way to find the side of the material.",
-                    f"Choose one of: {', '.join(METHODS)}.",
-                )
-            chosen = dict(self._progress.methods)
-            for feature in self._plan.features:
-                if name and feature.name != self._known(name):
-                    continue
-                changed = msgspec.structs.replace(feature, compensation=method)
-                fault = step_fault(changed, method)
-                if fault is None:
-                    chosen[feature.name] = method
-                elif name:
-                    raise MeasuringError(
-                        "session.method",
-                        f"The compensation of {name} {fault[1]}.",
-                        "Choose another way for it.",
-                    )
+            known = self._known(name) if name else ""
+            chosen = chosen_methods(self._plan, self._progress, method, known)
             self._stand(replace(self._progress, methods=chosen))
 
     def compensation_of(self, name: str) -> str:
         """Return how the side of a feature is found now; MeasuringError if there is none."""
-        feature = self._plan.feature(self._known(name))
-        chosen = self._progress.methods.get(name)
-        return chosen or feature.compensation or self._plan.compensation
+        return method_of(self._plan, self._progress, self._known(name))
 
     @property
     def awaits_pull(self) -> bool:
         """Return whether the ball is followed while it is pulled away after a touch."""
         with self._lock:
-            progress = self._progress
-            names: Sequence[str] = [progress.active] if progress.active else []
-            if progress.probing == "any":
-                names = [n for n in progress.names if n not in progress.done | progress.skipped]
-            return any(self.compensation_of(name) == "pulled" for name in names)
+            return awaits_pull(self._plan, self._progress)
 
     @property
     def _progress(self) -> Progress:
