@@ -116,6 +116,7 @@ ACTIONS = (
     ActionInfo(
         "define", "Define", "Write the document of a new probe", ("D",), mode=Mode.MAINTAIN,
     ),
+    ActionInfo("keys", "Keys", "All keys of the window and what they do", ("F1",)),
     ActionInfo(
         "theme", "Theme", "Change between dark, light and high contrast", ("T",), mode=None
     ),

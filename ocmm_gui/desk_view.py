@@ -37,7 +37,7 @@ from ocmm_gui.views.camera_view import CameraViews
 from ocmm_gui.views.point_view import PointView
 from ocmm_gui.words import header_words
 
-_PAGES = ("job", "plan", "alignment", "results")
+_PAGES = ("job", "plan", "alignment", "results", "keys")
 _TOOLS = ("cameras", "fit", "closeup", "theme", "export", "view", "mode")
 _STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"))
 _PICTURE_PX = (96, 190)

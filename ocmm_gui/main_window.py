@@ -217,6 +217,7 @@ class MainWindow(QMainWindow):
             "job": sheets.open_job,
             "plan": sheets.open_plan,
             "alignment": sheets.open_alignment,
+            "keys": sheets.open_keys,
             "view": lambda: self.show_far(not self.is_far()),
             "cameras": self.desk.toggle_cameras,
             "fit": self.desk.points.fit,

@@ -172,7 +172,7 @@ class Banner(QFrame):
         self._text.setWordWrap(True)
         self._text.setAccessibleName("Notice text")
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._dismiss = QPushButton("Dismiss")
+        self._dismiss = QPushButton("Dismiss  [Esc]")
         self._dismiss.setAccessibleName("Dismiss the notice")
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._dismiss.clicked.connect(self.hide)

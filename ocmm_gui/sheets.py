@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from ocmm_core.inspection.view import JobView
 from ocmm_gui.bridge import StationBridge
+from ocmm_gui.keys_sheet import KeysSheet
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.job_sheet import JobSheet
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
@@ -52,6 +53,7 @@ class Sheets(QObject):
         self.alignment = AlignmentSheet(bridge)
         self.job = JobSheet(bridge)
         self.batch = CompareSheet()
+        self.keys = KeysSheet()
         station = bridge.station
         self.plan = PlanSheet(station.plan, station.plan_file, lambda: station.job_path)
         self.plan.saved.connect(self._on_plan_saved)
@@ -75,7 +77,9 @@ class Sheets(QObject):
 
     def all(self) -> tuple[Sheet, ...]:
         """Return every sheet, for the stack of the window."""
-        return (self.results, self.report, self.batch, self.job, self.plan, self.alignment)
+        return (
+            self.results, self.report, self.batch, self.job, self.plan, self.alignment, self.keys,
+        )  # fmt: skip
 
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
@@ -100,6 +104,11 @@ class Sheets(QObject):
         """Show how the part lies."""
         self.wanted.emit(self.alignment)
         self.alignment.open()
+
+    def open_keys(self) -> None:
+        """Show all keys of the window."""
+        self.wanted.emit(self.keys)
+        self.keys.open()
 
     def job_changed(self, job: JobView) -> None:
         """Let the sheets show what was measured since."""

@@ -63,6 +63,11 @@ def scale_step(hertz: float) -> int:
     return round(_STEPS_PER_OCTAVE * math.log2(max(hertz, 1.0) / _CONCERT_HZ))
 
 
+def step_wav(step: int) -> bytes:
+    """Return the short tone of a step of that scale as a WAV file."""
+    return tone_wav(((_CONCERT_HZ * 2.0 ** (step / _STEPS_PER_OCTAVE), _PITCH_S),))
+
+
 class SoundPlayer(QObject):
     """Play `Sound` without ever waiting, raising or leaving a process behind.
 
@@ -107,9 +112,8 @@ class SoundPlayer(QObject):
             path = self._pitches.get(step, "")
             if not path:
                 path = folder.filePath(f"pitch{step}.wav")
-                pitch = _CONCERT_HZ * 2.0 ** (step / _STEPS_PER_OCTAVE)
                 try:
-                    Path(path).write_bytes(tone_wav(((pitch, _PITCH_S),)))
+                    Path(path).write_bytes(step_wav(step))
                 except OSError:
                     return
                 self._pitches[step] = path

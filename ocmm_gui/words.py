@@ -239,7 +239,7 @@ def next_step(job: JobView) -> str:
             return f"All but {named} is measured. Choose one to measure it, or press E."
         return "All features are measured. Press E to write the report."
     if job.probing == "any" and not feature.points:
-        return "Touch any feature: it is found by where you touch."
+        return "Touch any feature. It is found by where you touch."
     missing = feature.needed - len(feature.points)
     if missing <= 0:
         return f"{feature.name} has all its points. Press Return to finish it."

@@ -138,8 +138,10 @@ class FarView(QWidget):
         # Why the machine has no number stands in the readout, in place of the digits.
         feature = shown_feature(job)
         far_off = "" if feature is None else outlier_count(feature)
-        words = f"{far_off} {step_text(job)}".strip()
-        self._message.tell(next_step(job), words, " ".join(trouble(None, job)))
+        # From afar the first sentence is enough.
+        step, point, rest = next_step(job).partition(". ")
+        words = " ".join(part for part in (rest, far_off, step_text(job)) if part)
+        self._message.tell(f"{step}{point}".strip(), words, " ".join(trouble(None, job)))
         self._show_status()
         self._show_ring()
         if feature is None:

@@ -75,8 +75,8 @@ class FeaturePanel(QFrame):
         self._title = FitText("Feature name", limit=26)
         self._title.setFixedHeight(36)
         self._dots = PointDots()
-        self._coverage = CoverageView()
-        self._coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
+        self.coverage = CoverageView()
+        self.coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
         self._subject = _label("Characteristic", text_font(13), muted=True)
         self._basis = _label("Association and frame", text_font(12), muted=True)
         self._outliers = _label("Outliers", text_font(13))
@@ -104,7 +104,7 @@ class FeaturePanel(QFrame):
             self._values[name] = value
             self._captions[name] = caption
         self._others = CharacteristicList()
-        self._residuals = ResidualChart()
+        self.residuals = ResidualChart()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 8, 14, 8)
         layout.setSpacing(6)
@@ -114,14 +114,14 @@ class FeaturePanel(QFrame):
             named.addWidget(widget)
         head = QHBoxLayout()
         head.addLayout(named, 1)
-        head.addWidget(self._coverage)
+        head.addWidget(self.coverage)
         layout.addLayout(head)
         layout.addLayout(grid)
         for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
             layout.addWidget(below)
-        layout.addWidget(self._residuals, 1)
-        self._residuals.point_chosen.connect(self.point_chosen)
-        self._coverage.point_chosen.connect(self.point_chosen)
+        layout.addWidget(self.residuals, 1)
+        self.residuals.point_chosen.connect(self.point_chosen)
+        self.coverage.point_chosen.connect(self.point_chosen)
         self._fit()
 
     def show_job(self, job: JobView) -> None:
@@ -143,7 +143,7 @@ class FeaturePanel(QFrame):
         else:
             colour = verdict_colour(self._theme, result.verdict)
             self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
-        self._coverage.show_feature(feature, self._chosen)
+        self.coverage.show_feature(feature, self._chosen)
         flagged = bool(feature.outliers)
         self._outliers.setText(outlier_words(feature, self._chosen))
         self._outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
@@ -155,7 +155,7 @@ class FeaturePanel(QFrame):
         self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
         others = [item for item in characteristics_of(job, feature.name) if item is not result]
         self._others.show_results(tuple(others[:_MAX_OTHERS]))
-        self._residuals.show_feature(feature, self._chosen)
+        self.residuals.show_feature(feature, self._chosen)
         self._fit()
 
     def choose(self, number: int) -> None:
@@ -208,7 +208,7 @@ class FeaturePanel(QFrame):
         ):  # fmt: skip
             widget.setFixedHeight(least if tight else usual)
         side = _SMALL_PX if tight else _PICTURE_PX
-        self._coverage.setFixedSize(side, side)
+        self.coverage.setFixedSize(side, side)
         self._column.setSpacing(2 if tight else 6)
         self._named.setSpacing(1 if tight else 4)
         # What is least missed goes first: all of it stands on the sheet of results as well.

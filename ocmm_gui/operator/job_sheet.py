@@ -31,7 +31,7 @@ _FIELDS = (
     ("operator", "Operator", "Who measures"),
     ("serial", "Serial number", "Of the part; - where it has none"),
     ("order", "Order", "Number of the order; may be empty"),
-    ("batch", "Batch", "Parts that are compared with each other; may be empty"),
+    ("batch", "Batch", "Parts to be compared; may be empty"),
 )
 _PATH = Qt.ItemDataRole.UserRole
 _ROW_PX = 44
@@ -246,8 +246,9 @@ class JobSheet(Sheet):
             item.setSizeHint(QSize(200, _ROW_PX))
         if self.jobs.count():
             self.jobs.setCurrentRow(0)
-        of = f"batch {batch}" if batch else "no batch"
-        self._heading.setText(f"Other jobs of {of} in {running.parent}: {self.jobs.count()}")
+        of = f"of batch {batch}" if batch else "without a batch"
+        count = self.jobs.count() or "none"
+        self._heading.setText(f"Other jobs {of}, in {running.parent}: {count}")
 
 
 def _after(header: JobHeader) -> JobHeader:

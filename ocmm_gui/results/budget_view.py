@@ -36,6 +36,8 @@ class BudgetTable(NumberTable):
         """Show the sources of one result; None hides the table."""
         rows = shown_rows(budget)
         self.setVisible(bool(rows))
+        # What is not needed for rows is left to the bars.
+        self.setMaximumHeight(round((len(rows) + 1.6) * _LINE_PX))
         self.show_rows(
             [
                 (row.name, f"{row.kind}, {row.distribution}", f"{1e3 * row.standard:.2f}",

@@ -25,7 +25,7 @@ from ocmm_gui.sheet import Sheet, caption, form_field
 from ocmm_gui.theme import digit_font, text_font
 
 _KEYS = (
-    ActionInfo("mark", "In / out", "Write this format, or do not", ("F6", "Space")),
+    ActionInfo("mark", "Mark", "Mark this format to be written, or do not", ("F6", "Space")),
     ActionInfo("write", "Write", "Write the marked formats into the folder", ("F8", "E")),
 )
 _NAME = Qt.ItemDataRole.UserRole

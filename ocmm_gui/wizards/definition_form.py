@@ -24,10 +24,13 @@ _FIELDS = (
     ("tip_sigma", "Tip ±, mm", "Standard uncertainties of its place: x y z"),
     ("led_sigma", "LEDs ±, mm", "Standard uncertainty of each coordinate of an LED"),
     ("emission_half_angle_deg", "Light, °", "An LED is seen up to so far from its direction"),
-    ("rules", "Promises", "What the hand keeps: axis of the probe > direction; x y z > x y z; …"),
+    (
+        "rules", "Promises",
+        "What the hand keeps: axis of the probe > direction; x y z > x y z; …; empty: none",
+    ),
     ("strobe", "Strobe", "Period in frames: frame in which each LED is dark; empty: always bright"),
     ("file", "File", "A new one; a document that was used is never changed"),
-)
+)  # fmt: skip
 _COLUMNS = (
     ("LED", "its number"),
     ("X", "mm, frame of the probe"),
@@ -112,7 +115,7 @@ class DefinitionForm(QWidget):
             field.setAccessibleName(label)
             field.setAccessibleDescription(tip)
             field.setToolTip(tip)
-            field.setPlaceholderText(tip)
+            field.setPlaceholderText(tip.partition("empty: ")[2])
             field.setFont(text_font(16))
             field.setMinimumHeight(34)
             field.textEdited.connect(lambda _text: self.changed.emit())

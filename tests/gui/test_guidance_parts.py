@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import wave
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +16,12 @@ from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
+from ocmm_core.inspection.guidance import cue
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.view import Target
 from ocmm_gui.operator.step_picture import StepPicture, nominal_items
 from ocmm_gui.operator.target_ring import TargetRing
-from ocmm_gui.sound import Approach, SoundPlayer
+from ocmm_gui.sound import Approach, SoundPlayer, scale_step, step_wav
 
 PLACE = np.array([10.0, 20.0, 30.0])
 UP = np.array([0.0, 0.0, 1.0])
@@ -55,6 +58,27 @@ def test_the_tone_rises_on_the_way_and_a_probe_at_rest_is_silent(qtbot: QtBot) -
     approach.feed(TARGET, _at(50.0))
     approach.feed(None, _at(20.0))
     assert len(heard.pitches) == count
+
+
+@pytest.mark.parametrize("distance", [100.0, 40.0, 12.0, 5.0, 1.0])
+def test_what_is_heard_is_higher_the_nearer_the_point_is(distance: float) -> None:
+    assert _heard_hz(0.5 * distance) >= _heard_hz(distance)
+    # The scale has six steps in an octave: what is heard is within half a step of the cue.
+    assert abs(np.log2(_heard_hz(distance) / cue(distance).tone_hz)) <= 1.0 / 12.0 + 1e-3
+    assert _heard_hz(1.0) == pytest.approx(8.0 * _heard_hz(100.0), rel=1e-3)
+
+
+def _heard_hz(distance: float) -> float:
+    """Return the strongest frequency in the samples that are played."""
+    with wave.open(io.BytesIO(step_wav(scale_step(cue(distance).tone_hz)))) as file:
+        rate, frames = file.getframerate(), file.readframes(file.getnframes())
+    samples = np.frombuffer(frames, "<i2").astype(float)
+    # Neither clipped nor with the click of a tone that is cut off.
+    assert 10_000 < np.abs(samples).max() < 32_000
+    assert max(abs(samples[0]), abs(samples[-1])) < 500
+    length = 1 << 17
+    spectrum = np.abs(np.fft.rfft(samples * np.hanning(len(samples)), length))
+    return float(spectrum.argmax() * rate / length)
 
 
 def test_the_ring_says_how_far_the_next_point_is(qtbot: QtBot) -> None:

@@ -91,19 +91,31 @@ def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: Open
     assert states[before.name] is FeatureState.DONE
 
 
-def test_space_takes_a_point_and_a_refusal_is_explained(
+def test_a_job_that_is_done_lets_choose_points_pause_and_hear_why_there_is_no_point(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=20.0, stay=True)
     qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    desk, choice = bench.window.desk, bench.window.choice
+    number = _last_touched(bench.bridge.job()).points[0].number
+    for picture in (desk.feature.coverage, desk.feature.residuals):
+        choice.choose(0)
+        place = picture.place_of(number).toPoint()
+        QTest.mouseClick(picture, Qt.MouseButton.LeftButton, pos=place)
+        assert choice.chosen == number
+    QTest.keyClick(bench.window, Qt.Key.Key_Z)
+    qtbot.waitUntil(lambda: desk.strip.status() == "PAUSED", timeout=PATIENCE_MS)
+    QTest.keyClick(bench.window, Qt.Key.Key_Z)
+    qtbot.waitUntil(lambda: not bench.bridge.job().paused, timeout=PATIENCE_MS)
+    assert desk.strip.status() in {word.value for word in StatusWord}
     # All is measured and the probe goes home or rests there: a point now can only be refused.
     assert bench.bridge.job().refusal is None
     QTest.keyClick(bench.window, Qt.Key.Key_Space)
     qtbot.waitUntil(lambda: bench.bridge.job().refusal is not None, timeout=PATIENCE_MS)
     refusal = bench.built.station.job().refusal
     assert refusal is not None
-    assert refusal.what in bench.window.desk.guidance.trouble()
-    assert refusal.remedy in bench.window.desk.guidance.trouble()
+    assert refusal.what in desk.guidance.trouble()
+    assert refusal.remedy in desk.guidance.trouble()
 
 
 def test_a_lost_probe_shows_dashes_and_the_reason(qtbot: QtBot, open_window: OpenWindow) -> None:
