@@ -16,7 +16,7 @@ from ocmm_core.cli.headless import make_console
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.fit import fit_shape
 from ocmm_core.features.outliers import outliers
-from ocmm_core.features.points_file import read_points
+from ocmm_core.features.points_file import read_points_file
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -115,12 +115,19 @@ def fit_command(
         raise InputError(
             "fit.free", "--free goes with least-squares and minimum-zone only.", "Leave one out."
         )
-    points = read_points(file)
+    held = read_points_file(file)
+    points = held.points
     try:
         fit = fit_shape(wanted, points, criterion=Criterion[criterion.name], free=free)
     except FitError as error:
         raise FitError(error.code, f"{file}: {error.what}", error.remedy) from error
     console = make_console()
+    if held.unit != "mm":
+        console.print(
+            f"[yellow]The file names the unit {held.unit}: all numbers are in mm, "
+            f"{held.factor:g} times those of the file.[/]",
+            highlight=False,
+        )
     _print_fit(console, fit, len(points), criterion, free=free)
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
@@ -168,25 +175,25 @@ def _rows(fit: Fit, expanded: Float | None) -> list[tuple[str, str, float | None
     def own(place: int, factor: float = 1.0) -> float | None:
         return None if expanded is None else factor * float(expanded[place])
 
-    rows = [(_POINTS.get(fit.shape, "Centre"), _vector(fit.point, 6), length(POINT), "mm")]
+    rows = [(_POINTS.get(fit.shape, "Centre"), _vector(fit.point, 9), length(POINT), "mm")]
     if fit.direction.any():
         word = "Axis" if fit.shape in (Shape.CYLINDER, Shape.CONE, Shape.TORUS) else "Normal"
         word = "Direction" if fit.shape is Shape.LINE else word
-        rows.append((word, _vector(fit.direction, 9), length(DIRECTION), "rad"))
+        rows.append((word, _vector(fit.direction, 12), length(DIRECTION), "rad"))
     if fit.across.any():
-        rows.append(("Direction of its length", _vector(fit.across, 9), length(ACROSS), "rad"))
+        rows.append(("Direction of its length", _vector(fit.across, 12), length(ACROSS), "rad"))
     first, second = _RADII.get(fit.shape, ("", ""))
     if first:
-        rows.append((first, f"{2.0 * fit.radius:.6f}", own(RADIUS, 2.0), "mm"))
+        rows.append((first, f"{2.0 * fit.radius:.9f}", own(RADIUS, 2.0), "mm"))
     if second:
-        rows.append((second, f"{2.0 * fit.second:.6f}", own(SECOND, 2.0), "mm"))
+        rows.append((second, f"{2.0 * fit.second:.9f}", own(SECOND, 2.0), "mm"))
     if fit.shape is Shape.CONE:
         angle = 2.0 * np.degrees(fit.half_angle)
-        rows.append(("Full angle", f"{angle:.6f}", own(HALF_ANGLE, float(np.degrees(2.0))), "deg"))
+        rows.append(("Full angle", f"{angle:.9f}", own(HALF_ANGLE, float(np.degrees(2.0))), "deg"))
     tube = fit.free and fit.criterion is Criterion.MINIMUM_ZONE
     word = "diameter of the tube about it" if tube else "peak to valley"
-    rows.append((f"Form ({word})", f"{fit.form:.6f}", None, ""))
-    rows.append(("RMS of the residuals", f"{fit.rms:.6f}", None, ""))
+    rows.append((f"Form ({word})", f"{fit.form:.9f}", None, ""))
+    rows.append(("RMS of the residuals", f"{fit.rms:.9f}", None, ""))
     return rows
 
 

@@ -9,13 +9,16 @@ import typer
 from rich import box
 from rich.table import Table
 
+from ocmm_core.cli.fit import CriterionWord
 from ocmm_core.cli.headless import make_console
+from ocmm_core.features.shapes import Criterion
 from ocmm_core.features.verify import (
     APEX_LIMIT,
     DIRECTION_LIMIT,
     POSITION_LIMIT,
     SIZE_LIMIT,
     Convention,
+    PairResult,
     SetReport,
     verify_folder,
 )
@@ -25,6 +28,7 @@ _FIELDS = (
     ("size", f"Size mm\n(limit {SIZE_LIMIT:.0e})"),
     ("direction", f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})"),
     ("apex", f"Apex deg\n(limit {APEX_LIMIT:.0e})"),
+    ("form", f"Form mm\n(limit {SIZE_LIMIT:.0e})"),
 )
 
 
@@ -38,27 +42,35 @@ def verify_fits_command(
             "--convention",
             help="What the certified numbers mean: nist has diameters and circles in the plane of "
             "their points; ptb has radii, circles as one problem, and cones' axes towards the "
-            "smaller radius.",
+            "smaller radius; any takes whichever agrees and says so.",
         ),
-    ] = Convention.NIST,
+    ] = Convention.ANY,
+    criterion: Annotated[
+        CriterionWord, typer.Option("--criterion", help="How the certified ones are associated.")
+    ] = CriterionWord.LEAST_SQUARES,
 ) -> None:
     """Fit reference points and print the worst difference from the certified results.
 
-    Every fit starts cold. Exit code 1 where one is beyond a limit or there is no fit.
+    Every fit starts cold. Behind the certified numbers of a pair its form may stand.
+    Exit code 1 where one is beyond a limit or there is no fit.
     """
-    reports = verify_folder(folder, convention)
+    reports = verify_folder(folder, convention, Criterion[criterion.name])
+    shown = [
+        item for item in _FIELDS
+        if item[0] != "form" or any(report.worst("form") is not None for report in reports)
+    ]  # fmt: skip
     console = make_console()
     table = Table(title="Worst error of each set", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("Set", no_wrap=True)
     table.add_column("Pairs", justify="right")
-    for _, title in _FIELDS:
+    for _, title in shown:
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("Result", no_wrap=True)
     for report in reports:
         table.add_row(
             report.name,
             str(len(report.results)),
-            *(_number(report.worst(field)) for field, _ in _FIELDS),
+            *(_number(report.worst(field)) for field, _ in shown),
             "[green]PASS[/]" if report.passed else "[bold red]FAIL[/]",
         )
     console.print(table)
@@ -78,13 +90,21 @@ def _lines(report: SetReport) -> list[str]:
         if result.failure:
             lines.append(f"{report.name}/{result.name}: no fit. {result.failure}")
         elif not result.passed:
-            lines.append(f"{report.name}/{result.name}: beyond a limit.")
+            lines.append(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)}).")
         elif result.residual is not None:
             lines.append(
                 f"{report.name}/{result.name}: several cones pass through its {result.points} "
                 f"points; only residuals are compared, rms {result.residual:.1e} mm."
             )
+        elif result.reading:
+            lines.append(f"{report.name}/{result.name}: agrees where read as {result.reading}.")
     return lines
+
+
+def _beyond(result: PairResult) -> str:
+    """Return every difference of a pair that did not pass."""
+    known = [(field, getattr(result, field)) for field, _ in _FIELDS]
+    return ", ".join(f"{field} {value:.1e}" for field, value in known if value is not None)
 
 
 def _number(value: float | None) -> str:

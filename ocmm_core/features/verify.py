@@ -7,42 +7,28 @@ on an axis may lie anywhere on it.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.errors import FitError, InputError
+from ocmm_core.errors import FitError
 from ocmm_core.features.fit import fit_shape
-from ocmm_core.features.points_file import read_points
-from ocmm_core.features.shapes import MINIMUM_POINTS, Fit, Shape
+from ocmm_core.features.points_file import read_points_file
+from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Fit, Shape
+from ocmm_core.features.verify_files import (
+    certified_of,
+    lengths_of,
+    pairs_below,
+    result_beside,
+    shape_of,
+)
 from ocmm_core.geometry import Float, Points3
 
 POSITION_LIMIT, SIZE_LIMIT = 1e-6, 1e-6
 DIRECTION_LIMIT, APEX_LIMIT = 1e-8, 1e-6
 """mm, mm, rad, deg: what the product promises."""
-
-_WORDS = (
-    ("cir", Shape.CIRCLE),
-    ("con", Shape.CONE),
-    ("cyl", Shape.CYLINDER),
-    ("lin", Shape.LINE),
-    ("pla", Shape.PLANE),
-    ("pln", Shape.PLANE),
-    ("sph", Shape.SPHERE),
-)
-_NUMBERS = {
-    Shape.LINE: 6,
-    Shape.PLANE: 6,
-    Shape.CIRCLE: 7,
-    Shape.SPHERE: 4,
-    Shape.CYLINDER: 7,
-    Shape.CONE: 8,
-}
-
 
 class Convention(Enum):
     """What the certified numbers mean.
@@ -51,10 +37,12 @@ class Convention(Enum):
     points to where the radius grows, its size is the distance of the point of the axis from the
     surface. ``PTB``: radii; the circle is one problem in space; a cone's axis points to where the
     radius falls, its size is the radius square to the axis. Both: full apex angle in degrees.
+    ``ANY``: each number is read in the way that agrees, and the result says which one that was.
     """
 
     NIST = "nist"
     PTB = "ptb"
+    ANY = "any"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +64,10 @@ class PairResult:
         mm: rms of the residuals where only they are compared, else None.
     failure
         Why there is no fit, or empty.
+    form
+        mm: difference of the width of the zone, where the certified result has one.
+    reading
+        How the certified numbers were read where that is not the convention of NIST, or empty.
     """
 
     name: str
@@ -87,6 +79,8 @@ class PairResult:
     apex: float | None = None
     residual: float | None = None
     failure: str = ""
+    form: float | None = None
+    reading: str = ""
 
     @property
     def passed(self) -> bool:
@@ -97,6 +91,7 @@ class PairResult:
             (self.direction, DIRECTION_LIMIT),
             (self.apex, APEX_LIMIT),
             (self.residual, POSITION_LIMIT),
+            (self.form, SIZE_LIMIT),
         )
         return not self.failure and all(
             value is None or value <= limit for value, limit in compared
@@ -131,7 +126,9 @@ class SetReport:
 
 
 def verify_folder(
-    folder: Path | str, convention: Convention = Convention.NIST
+    folder: Path | str,
+    convention: Convention = Convention.NIST,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
 ) -> tuple[SetReport, ...]:
     """Return how the fits of the product compare with all pairs below ``folder``, cold started.
 
@@ -141,49 +138,100 @@ def verify_folder(
         There are no pairs, or one cannot be read; the sentence names the file.
     """
     root = Path(folder)
-    if not root.is_dir():
-        raise InputError("verify.no_folder", f"{root}: is not a folder.", "Give an existing one.")
-    files = sorted(root.rglob("*.ds"), key=_by_number)
-    if not files:
-        raise InputError(
-            "verify.no_pairs",
-            f"{root}: holds no reference pairs (NAME.ds with NAME.fit).",
-            "Give a folder with such pairs, itself or in its folders.",
-        )
     sets: dict[str, list[PairResult]] = {}
-    for file in files:
+    for file in pairs_below(root):
         parent = file.parent
         name = parent.name if parent == root else parent.relative_to(root).as_posix()
-        sets.setdefault(name, []).append(verify_pair(file, convention))
+        sets.setdefault(name, []).append(verify_pair(file, convention, criterion))
     return tuple(SetReport(name, tuple(results)) for name, results in sorted(sets.items()))
 
 
-def verify_pair(file: Path, convention: Convention = Convention.NIST) -> PairResult:
+def verify_pair(
+    file: Path,
+    convention: Convention = Convention.NIST,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
+) -> PairResult:
     """Return how the fit of the points in ``file`` compares with the certified result beside it.
+
+    The certified result is in the unit of the points. Behind its numbers may stand the form: the
+    width of the zone, or the diameter for a line in space.
 
     Raises
     ------
     InputError
         One of the two files cannot be read, or what shape it is cannot be told.
     """
-    shape = _shape_of(file)
-    points = read_points(file)
-    certified = _certified(file.with_suffix(".fit"), shape)
-    try:
-        fit = fit_shape(shape, points, free=_free(shape, convention))
-    except FitError as error:
-        return PairResult(file.stem, shape, len(points), failure=error.what)
-    if shape is Shape.CONE and len(points) == MINIMUM_POINTS[shape]:
-        return PairResult(file.stem, shape, len(points), residual=fit.rms)
-    return _compared(file.stem, fit, points, certified, convention)
+    shape = shape_of(file)
+    held = read_points_file(file)
+    points = held.points
+    certified, form = certified_of(result_beside(file), shape)
+    certified[lengths_of(shape)] *= held.factor
+    results = []
+    for reading in _readings(shape, convention, criterion):
+        try:
+            fit = fit_shape(shape, points, criterion=criterion, free=reading.free)
+        except FitError as error:
+            results.append(PairResult(file.stem, shape, len(points), failure=error.what))
+            continue
+        if shape is Shape.CONE and len(points) == MINIMUM_POINTS[shape]:
+            return PairResult(file.stem, shape, len(points), residual=fit.rms)
+        found = _compared(file.stem, fit, points, certified, reading)
+        if form is not None:
+            found = replace(found, form=abs(fit.form - held.factor * form))
+        if found.passed:
+            return found
+        results.append(found)
+    return results[0]
 
 
-def _free(shape: Shape, convention: Convention) -> bool:
-    return shape is Shape.CIRCLE and convention is Convention.PTB
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """How certified numbers are read: circles, sizes, and angle and axis of a cone."""
+
+    free: bool = False
+    radius: bool = False
+    square: bool = False
+    falling: bool = False
+    angle: float = 2.0
+    radians: bool = False
+
+    @property
+    def words(self) -> str:
+        """Return what differs from the convention of NIST."""
+        words = (
+            (self.free, "circle as one problem in space"),
+            (self.radius, "radius"),
+            (self.square, "radius square to the axis"),
+            (self.falling, "axis towards the falling radius"),
+            (self.angle == 1.0, "half angle"),
+            (self.radians, "angle in rad"),
+        )
+        return ", ".join(word for said, word in words if said)
+
+
+def _readings(shape: Shape, convention: Convention, criterion: Criterion) -> list[_Reading]:
+    if convention is Convention.NIST:
+        return [_Reading()]
+    circle = shape is Shape.CIRCLE and criterion is Criterion.LEAST_SQUARES
+    if convention is Convention.PTB:
+        return [_Reading(free=circle, radius=True, square=True, falling=True)]
+    if shape is Shape.CONE:
+        # The point on the axis tells to which side it opens; only its sense is read either way.
+        return [
+            _Reading(False, False, square, falling, angle, radians)
+            for radians in (False, True)
+            for angle in (2.0, 1.0)
+            for falling in (False, True)
+            for square in (False, True)
+        ]
+    return [
+        _Reading(free, radius) for free in ((False, True) if circle else (False,))
+        for radius in (False, True)
+    ]  # fmt: skip
 
 
 def _compared(
-    name: str, fit: Fit, points: Points3, certified: Float, convention: Convention
+    name: str, fit: Fit, points: Points3, certified: Float, reading: _Reading
 ) -> PairResult:
     arm = certified[:3] - fit.point
     position, along = float(np.linalg.norm(arm)), 0.0
@@ -191,7 +239,7 @@ def _compared(
     if fit.shape is not Shape.SPHERE:
         true = certified[3:6] / np.linalg.norm(certified[3:6])
         along = float(arm @ fit.direction)
-        if fit.shape is Shape.CONE and convention is Convention.PTB:
+        if reading.falling:
             true = -true
         # Only a cone's axis has a sense.
         sense = 1.0 if fit.shape is Shape.CONE or true @ fit.direction > 0.0 else -1.0
@@ -207,58 +255,13 @@ def _compared(
             position = float(np.linalg.norm(arm - along * fit.direction))
     size = apex = None
     if fit.shape is Shape.CONE:
-        cosine = np.cos(fit.half_angle)
         there = fit.radius + along * np.tan(fit.half_angle)
-        own = there if convention is Convention.PTB else there * cosine
+        own = there if reading.square else there * np.cos(fit.half_angle)
         size = abs(float(own - certified[6]))
-        apex = abs(float(2.0 * np.degrees(fit.half_angle) - certified[7]))
+        angle = np.degrees(certified[7]) if reading.radians else certified[7]
+        apex = abs(float(np.degrees(2.0 * fit.half_angle) - 2.0 / reading.angle * angle))
     elif fit.shape not in (Shape.LINE, Shape.PLANE):
-        factor = 1.0 if convention is Convention.PTB else 2.0
-        size = abs(factor * fit.radius - float(certified[-1]))
-    return PairResult(name, fit.shape, len(points), position, size, direction, apex)
-
-
-def _by_number(file: Path) -> tuple[str, list[tuple[int, str]]]:
-    """Return a key that sorts cir9 before cir11."""
-    parts = re.findall(r"\d+|\D+", file.stem)
-    return file.parent.as_posix(), [
-        (int(part) if part.isdigit() else -1, part) for part in parts
-    ]
-
-
-def _shape_of(file: Path) -> Shape:
-    names: Sequence[str] = (file.stem.lower(), file.parent.name.lower())
-    for name in names:
-        for word, shape in _WORDS:
-            if name.startswith(word):
-                return shape
-    raise InputError(
-        "verify.shape",
-        f"{file}: neither its name nor that of its folder begins with the name of a shape.",
-        "Name it line, plane, circle, sphere, cylinder or cone (or by their first three letters).",
+        size = abs((1.0 if reading.radius else 2.0) * fit.radius - float(certified[-1]))
+    return PairResult(
+        name, fit.shape, len(points), position, size, direction, apex, reading=reading.words
     )
-
-
-def _certified(file: Path, shape: Shape) -> Float:
-    try:
-        words = file.read_text(encoding="utf-8").split()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            "verify.no_result",
-            f"{file}: the certified result cannot be read.",
-            "Put it beside the file with the points.",
-        ) from error
-    try:
-        numbers = np.array([float(word) for word in words])
-    except ValueError as error:
-        raise InputError(
-            "verify.number", f"{file}: holds what is not a number.", "Give one number a line."
-        ) from error
-    if len(numbers) != _NUMBERS[shape] or not np.isfinite(numbers).all():
-        raise InputError(
-            "verify.numbers",
-            f"{file}: has {len(numbers)} numbers; a {shape.value.lower()} needs "
-            f"{_NUMBERS[shape]} finite ones.",
-            "Check whether the file is whole.",
-        )
-    return numbers

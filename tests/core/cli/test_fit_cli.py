@@ -57,4 +57,4 @@ def test_verify_fits_prints_a_table_and_fails_beyond_a_limit(ocmm: Ocmm, tmp_pat
         done = ocmm("verify-fits", tmp_path / "pairs")
         assert (done.returncode, done.stderr) == (code, "")
         assert re.search(rf"Plane +1 .* {word}", done.stdout)
-    assert "Plane/pln1: beyond a limit." in done.stdout
+    assert "Plane/pln1: beyond a limit (position 0.0e+00, direction 2.0e-08)." in done.stdout
