@@ -33,6 +33,25 @@ class FormNoise:
 
 
 @dataclass(frozen=True, slots=True)
+class Ranked:
+    """The sizes among which a value is the greatest or the smallest.
+
+    Attributes
+    ----------
+    sizes
+        (m,), mm: the foremost of all, the value first.
+    gradients
+        (m, 3 N + 1): how they answer to all ball centres and the ball.
+    greatest
+        The value is the greatest of them; else the smallest.
+    """
+
+    sizes: Float
+    gradients: Float
+    greatest: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Evaluation:
     """Value of a characteristic and how it answers to every point.
 
@@ -58,6 +77,8 @@ class Evaluation:
     noise
         Where the value is the range of the deviations of many points, which is never below what
         noise alone shows (`tolerances.floor.noise_floor`); else None.
+    ranked
+        Where the value is a size by its rank among others, which noise moves to one side.
     note
         What to know about the value; may be empty.
     """
@@ -71,4 +92,5 @@ class Evaluation:
     bonus: float = 0.0
     bonus_gradient: Float | None = None
     noise: FormNoise | None = None
+    ranked: Ranked | None = None
     note: str = ""

@@ -56,18 +56,29 @@ def noise_floor(noise: FormNoise, covariance: Float, seed: int = SEED) -> float:
 def least_greatest(deviations: Float, free: Float) -> Float:
     """Return the smallest greatest amount (b,) of each row of deviations less what is free.
 
+    It is good to a percent or two, enough for a mean over noise; see `bounds_of_least`.
+    """
+    lower, upper = bounds_of_least(deviations, free, _STEPS)
+    middle: Float = 0.5 * (upper + np.minimum(lower, upper))
+    return middle
+
+
+def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, Float]:
+    """Return what the smallest greatest amount of each row is not below and not above, (b,) each.
+
     Parameters
     ----------
     deviations
         (b, n).
     free
-        (n, k): any combination of the columns may be taken off.
+        (n, k): any combination of the columns may be taken off each row.
+    steps
+        The more, the nearer the bounds.
 
     Notes
     -----
     Lawson's weights (C. Lawson, thesis, UCLA 1961): weighted least squares whose weights grow with
-    the residuals. The weighted mean square is a lower bound, the greatest residual an upper one;
-    after `_STEPS` steps their middle is good to a percent or two, enough for a mean over noise.
+    the residuals. The weighted mean square is a lower bound, the greatest residual an upper one.
     """
     u, strengths, _ = np.linalg.svd(free, full_matrices=False)
     basis = u[:, strengths > _NOTHING * max(float(strengths[0]), 1e-300)]
@@ -75,7 +86,7 @@ def least_greatest(deviations: Float, free: Float) -> Float:
     upper = np.full(len(deviations), np.inf)
     lower = np.zeros(len(deviations))
     ridge = 1e-12 * np.eye(basis.shape[1])
-    for _ in range(_STEPS):
+    for _ in range(steps):
         weighted = weights[:, :, None] * basis
         normal = basis.T @ weighted + ridge * np.max(weights, axis=1)[:, None, None]
         right = np.einsum("bnk,bn->bk", weighted, deviations)
@@ -85,5 +96,4 @@ def least_greatest(deviations: Float, free: Float) -> Float:
         lower = np.maximum(lower, np.sqrt(np.sum(weights * left**2, axis=1)))
         weights = weights * left
         weights /= np.maximum(weights.sum(axis=1), 1e-300)[:, None]
-    middle: Float = 0.5 * (upper + np.minimum(lower, upper))
-    return middle
+    return lower, upper

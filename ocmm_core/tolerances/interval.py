@@ -1,4 +1,4 @@
-"""What can be said of a true value from a measured one: normal, a length, or a range.
+"""What can be said of a true value from a measured one: normal, or a length.
 
 A diameter is measured as often too large as too small. A position (twice a distance) or a form (a
 range) is not: neither can be negative, and noise lets both look greater than they are. For them the
@@ -8,13 +8,15 @@ statements here come from how the measured value would scatter about a supposed 
   the limit, counted so that noise never helps;
 - it does not where a value as great would be improbable for a part at the limit, the noise that
   makes it look greater included.
+
+Ranges and ranks of many deviations are in `tolerances.extent`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Protocol
 
@@ -183,76 +185,6 @@ class Length:
             else:
                 high = middle
         return low
-
-
-@dataclass(frozen=True, slots=True)
-class Extent:
-    """A range of deviations with normal errors: form, run-out, profile.
-
-    Attributes
-    ----------
-    value
-        The range.
-    sigma
-        Standard uncertainty of the difference of the deviations that make it.
-    deviations
-        (n,) as measured; their range is the value.
-    covariance
-        (n, n) of their errors.
-    seed
-        Of the noise that a supposed part is given.
-    """
-
-    value: float
-    sigma: float
-    deviations: Float
-    covariance: Float
-    seed: int = 1
-    _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
-
-    @property
-    def one_sided(self) -> bool:
-        """Return True: a range has an upper limit only."""
-        return True
-
-    def inside(self, low: float, high: float) -> float:
-        """Return the probability that the true range is below the limit, noise not helping.
-
-        The measured range is at least the true one plus the errors of the two truly extreme
-        deviations, so it is not further below it than those.
-        """
-        return normal_probability((high - self.value) / self.sigma)
-
-    def beyond(self, low: float, high: float) -> float:
-        """Return the share of parts at the limit that would be measured with a smaller range.
-
-        The supposed part is the measured one with everything beyond the limit cut off on both
-        sides: no part at the limit that looks like the measured one has more places from which
-        noise can make the range greater.
-        """
-        middle = 0.5 * float(self.deviations.max() + self.deviations.min())
-        supposed = np.clip(self.deviations, middle - 0.5 * high, middle + 0.5 * high)
-        ranges = np.ptp(supposed + self._errors(), axis=1)
-        return float(np.mean(ranges <= self.value))
-
-    def least(self, probability: float) -> float:
-        """Return what the true value is not below, with this probability."""
-        return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
-
-    def most(self, probability: float) -> float:
-        """Return what the true value is not above, with this probability."""
-        return self.value + self.sigma * normal_quantile(probability)
-
-    def _errors(self) -> Float:
-        """Return draws of the errors, (m, n): fewer where there are more deviations."""
-        if not self._noise:
-            n = len(self.deviations)
-            values, vectors = np.linalg.eigh(self.covariance)
-            factor = vectors * np.sqrt(np.maximum(values, 0.0))
-            draws = int(np.clip(100_000 // n, 500, 3000))
-            rng = np.random.default_rng(self.seed)
-            self._noise.append(rng.standard_normal((draws, n)) @ factor.T)
-        return self._noise[0]
 
 
 def within(radius: float, mean: Float, covariance: Float) -> float:

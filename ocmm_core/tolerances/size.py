@@ -10,7 +10,7 @@ from ocmm_core.features.shapes import RADIUS, Criterion
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.associated import associated
 from ocmm_core.tolerances.characteristic import Association, Characteristic
-from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.evaluation import Evaluation, Ranked
 from ocmm_core.tolerances.surface import least_squares, own_fit
 from ocmm_core.tolerances.two_point import across_slot, around, between_faces
 
@@ -55,13 +55,12 @@ def associated_size(characteristic: Characteristic, feature: ActualFeature) -> E
     association = characteristic.association
     if characteristic.kind in ("length", "width"):
         lengthwise = characteristic.kind == "length"
-        size, gradient = across_slot(feature, association, lengthwise=lengthwise)
-        return Evaluation(size, gradient, association=size_words(association))
+        return _of_rank(*across_slot(feature, association, lengthwise=lengthwise), association)
     factor = 2.0 if characteristic.kind == "diameter" else 1.0
-    if association in CRITERIA:
-        radius, gradient = _radius(feature, CRITERIA[association])
-    else:
-        radius, gradient = around(feature, association)
+    if association not in CRITERIA:
+        halves, gradients = around(feature, association)
+        return _of_rank(factor * halves, factor * gradients, association)
+    radius, gradient = _radius(feature, CRITERIA[association])
     return Evaluation(factor * radius, factor * gradient, association=size_words(association))
 
 
@@ -76,8 +75,16 @@ def distance_of_faces(
         As `two_point.between_faces`.
     """
     association = characteristic.association
-    size, gradient = between_faces(first, second, association)
-    return Evaluation(size, gradient, association=size_words(association))
+    return _of_rank(*between_faces(first, second, association), association)
+
+
+def _of_rank(sizes: Float, gradients: Float, association: Association) -> Evaluation:
+    """Return the size that a rank takes of two-point sizes, the foremost of which is the first."""
+    words = size_words(association)
+    if association == "two-point mean":
+        return Evaluation(float(sizes.mean()), gradients.mean(axis=0), association=words)
+    ranked = Ranked(sizes, gradients, association == "two-point maximum")
+    return Evaluation(float(sizes[0]), gradients[0], ranked=ranked, association=words)
 
 
 def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Float]:

@@ -12,8 +12,12 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import FORMS, PROFILES, RUNOUTS, ZONES, Characteristic
 from ocmm_core.tolerances.evaluation import Evaluation
-from ocmm_core.tolerances.interval import Extent, Length, Normal, Spread
+from ocmm_core.tolerances.extent import Extent, Rank
+from ocmm_core.tolerances.interval import Length, Normal, Spread
 from ocmm_core.tolerances.sampling import FormSample, widened
+
+_FEW = 200
+"""Beyond so many deviations the smallest zone of noise is hardly below that of least squares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +71,14 @@ def that_count(
 
 
 def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
-    """Return whether the form of the feature is what is measured: a zone of its surface points."""
+    """Return whether the form of the feature is what is measured.
+
+    So it is of a zone of its surface points, and of local sizes: a two-point size (ISO 14405-1) is
+    the distance of two points of the real surface, and their form is part of it.
+    """
     if characteristic.kind in FORMS | PROFILES | RUNOUTS:
+        return True
+    if characteristic.association.startswith("two-point"):
         return True
     if characteristic.kind not in ZONES:
         return False
@@ -122,5 +132,10 @@ def _spread(
     if evaluation.noise is not None and np.isfinite(sigma):
         noise = evaluation.noise
         errors = noise.by_coordinates @ covariance @ noise.by_coordinates.T
-        return Extent(value, sigma, noise.deviations, errors)
+        free = noise.free if noise.free.shape[1] > 0 and len(noise.free) <= _FEW else None
+        return Extent(value, sigma, noise.deviations, errors, free)
+    ranked = evaluation.ranked
+    if ranked is not None and np.isfinite(sigma):
+        errors = ranked.gradients @ covariance @ ranked.gradients.T
+        return Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
     return Normal(value, sigma, one_sided=characteristic.one_sided)

@@ -34,12 +34,16 @@ _FLANK = 0.999
 """Cosine between the normal at a point and the direction across, from which it lies on a side."""
 _FACING = -0.9
 """Cosine between the normals of two faces above which they have no size between them."""
+_CONTENDERS = 50
+"""Sizes that noise may bring to the front; those behind them are nowhere near."""
 _STEP = 1e-5
 """mm, and of directions a fraction of one: step of the differences."""
 
 
-def around(feature: ActualFeature, association: Association) -> tuple[float, Float]:
-    """Return half of a two-point size of circle, sphere or cylinder, and its gradient.
+def around(feature: ActualFeature, association: Association) -> tuple[Float, Float]:
+    """Return halves of the two-point sizes of circle, sphere or cylinder, and their gradients.
+
+    They are those that count for a rank, the foremost first (`_contenders`).
 
     Raises
     ------
@@ -58,17 +62,16 @@ def around(feature: ActualFeature, association: Association) -> tuple[float, Flo
     level = np.abs(heights[:, None] - heights) < _LEVEL_MM
     first, second = _pairs(np.triu(opposite & level), [feature], "at one height")
     sums = raw.residuals[first] + raw.residuals[second]
-    chosen = _ranked(sums, association)
+    chosen = _contenders(sums, association)
     by_residual = feature.residual_jacobian
-    gradient = feature.jacobian[RADIUS].copy()
-    gradient += 0.5 * (by_residual[first[chosen]] + by_residual[second[chosen]]).mean(axis=0)
-    return feature.fit.radius + 0.5 * float(sums[chosen].mean()), gradient
+    by_pair = 0.5 * (by_residual[first[chosen]] + by_residual[second[chosen]])
+    return feature.fit.radius + 0.5 * sums[chosen], feature.jacobian[RADIUS] + by_pair
 
 
 def across_slot(
     feature: ActualFeature, association: Association, *, lengthwise: bool
-) -> tuple[float, Float]:
-    """Return a two-point size across the sides of a slot or rectangle, and its gradient.
+) -> tuple[Float, Float]:
+    """Return the two-point sizes across the sides of a slot or rectangle, and their gradients.
 
     Parameters
     ----------
@@ -94,19 +97,19 @@ def across_slot(
         near &= np.abs(places[:, None] - places) < _LEVEL_MM
     first, second = _pairs(np.outer(plus, minus) & near, [feature], "face to face")
     sums = raw.residuals[first] + raw.residuals[second]
-    chosen = _ranked(sums, association)
+    chosen = _contenders(sums, association)
     by_residual = feature.residual_jacobian
-    gradient = 2.0 * feature.jacobian[place]
-    gradient += (by_residual[first[chosen]] + by_residual[second[chosen]]).mean(axis=0)
-    return 2.0 * float(feature.fit.geometry[place]) + float(sums[chosen].mean()), gradient
+    by_pair = by_residual[first[chosen]] + by_residual[second[chosen]]
+    whole = 2.0 * float(feature.fit.geometry[place])
+    return whole + sums[chosen], 2.0 * feature.jacobian[place] + by_pair
 
 
 def between_faces(
     one: ActualFeature, other: ActualFeature, association: Association
-) -> tuple[float, Float]:
-    """Return a two-point size between two opposite faces, and its gradient.
+) -> tuple[Float, Float]:
+    """Return the two-point sizes between two opposite faces, and their gradients.
 
-    It is taken square to the middle plane of the two faces.
+    They are taken square to the middle plane of the two faces.
 
     Raises
     ------
@@ -132,21 +135,22 @@ def between_faces(
     gaps = _gaps(one.fit.geometry, other.fit.geometry, middles)
     gaps = gaps + residuals[0][first] / lean[0] - residuals[1][second] / lean[1]
     sign = 1.0 if float(gaps.mean()) > 0.0 else -1.0
-    chosen = _ranked(sign * gaps, association)
+    chosen = _contenders(sign * gaps, association)
 
     geometries = {"one": one.fit.geometry, "other": other.fit.geometry}
-    gradient = np.zeros(one.jacobian.shape[1])
+    gradients = np.zeros((len(chosen), one.jacobian.shape[1]))
     for key, face in (("one", one), ("other", other)):
         for k in range(GEOMETRY_SIZE):
             if np.any(face.jacobian[k]):
                 ends = []
                 for step in (_STEP, -_STEP):
                     moved = moved_geometry(geometries, key, k, step)
-                    ends.append(_gaps(moved["one"], moved["other"], middles[chosen]).mean())
-                gradient += (ends[0] - ends[1]) / (2.0 * _STEP) * face.jacobian[k]
-    gradient += one.residual_jacobian[first[chosen]].mean(axis=0) / lean[0]
-    gradient -= other.residual_jacobian[second[chosen]].mean(axis=0) / lean[1]
-    return sign * float(gaps[chosen].mean()), sign * gradient
+                    ends.append(_gaps(moved["one"], moved["other"], middles[chosen]))
+                slopes = (ends[0] - ends[1]) / (2.0 * _STEP)
+                gradients += np.outer(slopes, face.jacobian[k])
+    gradients += one.residual_jacobian[first[chosen]] / lean[0]
+    gradients -= other.residual_jacobian[second[chosen]] / lean[1]
+    return sign * gaps[chosen], sign * gradients
 
 
 def _across(one: Float, other: Float) -> Float:
@@ -178,9 +182,10 @@ def _pairs(
     return first, second
 
 
-def _ranked(sums: Float, association: Association) -> Int:
-    """Return the rows that a rank takes: one, or all where it is the mean."""
+def _contenders(sums: Float, association: Association) -> Int:
+    """Return the rows that count for a rank, the foremost first; all where it is the mean."""
     if association == "two-point mean":
         return np.arange(len(sums))
-    rank = np.argmax(sums) if association == "two-point maximum" else np.argmin(sums)
-    return np.array([int(rank)])
+    ahead = -sums if association == "two-point maximum" else sums
+    order: Int = np.argsort(ahead, kind="stable")[:_CONTENDERS]
+    return order

@@ -11,9 +11,16 @@ from scipy.stats import multivariate_normal, ncx2
 
 from benchmarks.decision_parts import GROUPS
 from benchmarks.decisions import run
+from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.characteristic import Association
 from ocmm_core.tolerances.decision import PROBABILITY
-from ocmm_core.tolerances.interval import Extent, Length, Normal, expanded, within
+from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.extent import Extent, Rank
+from ocmm_core.tolerances.interval import Length, Normal, expanded, within
+from ocmm_core.tolerances.sampling import form_samples
+from ocmm_core.tolerances.spread import spreads_of
+from tests.core.tolerances.known_part import PLACES, KnownPart, asked, motion, ring
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])
@@ -97,6 +104,64 @@ def test_forms_of_all_sorts(kind: str) -> None:
     assert covered / draws > 0.94 - 0.065
     assert accepted / draws < 0.025 + 0.047
     assert rejected / draws < 0.025 + 0.047
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize(
+    ("kind", "greatest"), [("none", True), ("none", False), ("rough", True), ("spike", False)]
+)
+def test_the_greatest_and_the_smallest_of_many_sizes(kind: str, greatest: bool) -> None:
+    rng = np.random.default_rng(3)
+    n, draws = 8, 50
+    covered = accepted = rejected = plain = 0
+    for _ in range(draws):
+        true = _form(kind, n, rng) * (1.0 if greatest else -1.0)
+        sizes = true + rng.normal(size=n)
+        real, value = (
+            (true.max(), sizes.max()) if greatest else (true.min(), sizes.min())
+        )
+        spread = Rank(float(value), 1.0, sizes, np.eye(n), greatest)
+        covered += abs(value - real) <= expanded(spread, spread.value)
+        plain += abs(value - real) <= 2.0
+        far = -1e3 if greatest else 1e3
+        # The limit beyond the true value on one side, then on the other.
+        for low, high in (sorted((far, real)), sorted((-far, real))):
+            accepted += spread.inside(low, high) >= PROBABILITY
+            rejected += spread.beyond(low, high) >= PROBABILITY
+    # Three standard errors of 50: 9 % at 95 %, and at the 5 % of both limits together.
+    assert covered / draws > 0.94 - 0.09
+    assert accepted / draws < 2.0 * 0.025 + 0.09
+    assert rejected / draws < 2.0 * 0.025 + 0.09
+    if kind == "none":
+        # Eight sizes that are all the same: one of them is off by 2 u far too often.
+        assert plain / draws < 0.9
+
+
+def test_a_two_point_size_is_not_uncertain_by_the_form_that_belongs_to_it() -> None:
+    part = KnownPart(PLACES[0])
+    out = ring(motion(50, -90, 3), 15.0, bulge=lambda t: 0.02 * np.cos(2 * t), inner=True)
+    part.add("oval", Shape.CIRCLE, out, point=(50, -90, 3), diameter=30.0, side="inner")
+    oval = part.actual()
+    coordinates = oval["oval"].jacobian.shape[1]
+    covariance = 0.002**2 * np.eye(coordinates)
+    covariance[-1, -1] = 0.0
+    samples = form_samples(oval, covariance)
+    # Out of round by 0.02 mm, with points good to 0.002 mm.
+    assert samples[0].variance > 0.01**2
+
+    def sigma(association: Association) -> float:
+        item = asked("diameter", "oval", association=association)
+        found = evaluate(item, oval, None)
+        spread = spreads_of(item, found, oval, covariance, samples).of_value
+        assert isinstance(spread, Rank) == association.endswith("mum")
+        return spread.sigma
+
+    # Two points, each good to 0.002 mm.
+    assert sigma("two-point maximum") == pytest.approx(0.002 * np.sqrt(2.0), rel=0.02)
+    assert sigma("two-point minimum") == pytest.approx(0.002 * np.sqrt(2.0), rel=0.02)
+    assert sigma("two-point mean") < 0.002
+    # The fitted diameter does depend on where the form was touched.
+    assert sigma("least squares") > 0.004
 
 
 def test_only_what_cannot_be_negative_has_a_wider_interval() -> None:
