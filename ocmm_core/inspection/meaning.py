@@ -37,6 +37,13 @@ def meant_for(
     selected
         Feature that the inspector selected for this touch; empty where none was.
     """
+    if wanted is not None and wanted not in progress.names:
+        return Refusal(
+            RefusalCode.NO_FEATURE,
+            f"The touch was meant for {wanted}, which the plan does not have.",
+            "Touch a feature of the plan.",
+            contact.time_s,
+        )
     name = progress.active if wanted is None else wanted
     place = None
     if progress.probing == "any":

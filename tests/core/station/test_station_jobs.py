@@ -83,10 +83,11 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     first = station.job_path
     other = tmp_path / "plans" / "two.toml"
     other.parent.mkdir()
-    # Of another part, with a feature that this one has and one that nobody can touch on it.
+    # With a feature that is touched last, and one that nobody can touch on this part: what is
+    # touched for the plan before gives no point.
     plan = load_plan(resource("plans", "demo.toml"))
-    bore = msgspec.structs.replace(plan.features[-1], points=6)
-    features = [bore, msgspec.structs.replace(bore, name="NOT_THERE")]
+    ball = msgspec.structs.replace(plan.feature("SPHERE"), points=4)
+    features = [ball, msgspec.structs.replace(ball, name="NOT_THERE")]
     plan = msgspec.structs.replace(
         plan, name="TWO", part="OTHER", features=features, characteristics=[], alignment=None
     )
@@ -98,10 +99,10 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     assert "still to be measured" in words
     assert (station.plan, station.plan_file) == (plan, other)
     assert station.job().header.part == "OTHER"
-    assert [feature.name for feature in station.job().features] == [bore.name, "NOT_THERE"]
+    assert [feature.name for feature in station.job().features] == ["SPHERE", "NOT_THERE"]
     kept = len(reopen_job(first).points)
     assert kept >= 2
-    _until(lambda: station.missing() == [("NOT_THERE", bore.points)])
+    _until(lambda: station.missing() == [("NOT_THERE", 4)])
 
     # The same plan again is the next part of it, and nothing has to be paused.
     assert station.change_plan(other, _header("B-2")) == ""

@@ -1,0 +1,28 @@
+"""A touch that a script means for a feature of the plan before is none of the plan that follows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.documents import resource
+from ocmm_core.inspection.acceptance import Meant
+from ocmm_core.inspection.any_order import Contact
+from ocmm_core.inspection.meaning import meant_for
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.progress import Progress
+from ocmm_core.measuring.point import Refusal, RefusalCode
+
+
+def _meant(wanted: str) -> Meant | Refusal:
+    plan = load_plan(resource("plans", "quick.toml"))
+    progress = Progress(tuple(feature.name for feature in plan.features), active="BED")
+    contact = Contact(np.zeros(3), (), 3.0, 1.5)
+    return meant_for(plan, progress, contact, lambda: None, wanted=wanted, selected="")
+
+
+def test_a_touch_for_a_feature_that_the_plan_does_not_have_is_refused() -> None:
+    refused = _meant("BORE_A")
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.NO_FEATURE
+    assert "BORE_A" in refused.what
+    assert _meant("SPHERE") == Meant("SPHERE", "approach", None)
