@@ -36,7 +36,11 @@ _FLATTEST_DEG = 0.01
 _VECTOR_DEG = 0.5
 """Angles below this, which should be none, are the length of a vector."""
 
-NO_SIDE = "Nothing says on which side of a right angle it is."
+_NO_SIDE = "Nothing says on which side of a right angle it is."
+_ONE_WAY = (
+    "Noise moves an angle so near to its end one way only, which its U does not hold: parallelism "
+    "or perpendicularity says it better."
+)
 
 _MAPS = {2: ((180.0, -1.0), (0.0, 1.0)), 0: ((0.0, 1.0), (180.0, -1.0)),
          1: ((90.0, -1.0), (-90.0, 1.0), (90.0, 1.0), (270.0, -1.0))}  # fmt: skip
@@ -67,6 +71,13 @@ class AngleRule:
         """Return the angle of two geometry vectors (12,), deg."""
         one, other = self.senses[0] * first[DIRECTION], self.senses[1] * second[DIRECTION]
         return self.offset + self.factor * _between(one, other)
+
+    def note(self, first: Float, second: Float) -> str:
+        """Return what to know of the angle of two geometry vectors (12,); may be empty."""
+        between = _between(first[DIRECTION], second[DIRECTION])
+        if min(between, 180.0 - between) < _VECTOR_DEG:
+            return _ONE_WAY
+        return "" if self.surely(self.value(first, second)) else _NO_SIDE
 
     def surely(self, value: float) -> bool:
         """Return whether a value could not as well be one on the other side of a right angle."""

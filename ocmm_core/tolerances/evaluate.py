@@ -13,7 +13,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.angle import NO_SIDE, angle_of_axes, angle_rule, needs_sense
+from ocmm_core.tolerances.angle import angle_of_axes, angle_rule, needs_sense
 from ocmm_core.tolerances.characteristic import (
     COAXIAL,
     FORMS,
@@ -225,8 +225,7 @@ def _from_geometry(
     def value_of(moved: Mapping[str, Float]) -> float:
         if rule is None:
             return geometry_value(characteristic, moved, shapes, None)
-        first, second = characteristic.features
-        return rule.value(moved[first], moved[second])
+        return rule.value(*(moved[name] for name in characteristic.features))
 
     value = value_of(geometries)
     _refuse_folded(characteristic, value)
@@ -242,8 +241,10 @@ def _from_geometry(
                 )
                 slope[k] = (ahead - behind) / (2.0 * _STEP)
         gradient += slope @ feature.jacobian
-    side = "" if rule is None or rule.surely(value) else NO_SIDE
-    return Evaluation(value, gradient, note=side)
+    if rule is None:
+        return Evaluation(value, gradient)
+    first, second = (geometries[name] for name in characteristic.features)
+    return Evaluation(value, gradient, note=rule.note(first, second))
 
 
 def _refuse_folded(characteristic: Characteristic, value: float) -> None:

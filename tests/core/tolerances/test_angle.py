@@ -145,6 +145,9 @@ def test_without_a_frame_only_what_is_alike_on_both_sides_is_said() -> None:
         evaluate(asked("angle", "up,along", nominal=90.0), actual, None)
     with pytest.raises(FitError, match="on which side of a right angle"):
         evaluate(asked("angle", "up,along", nominal=88.0, lower=-2.0, upper=2.0), actual, None)
+    leaning = evaluate(asked("angle", "beside,top", nominal=90.0), actual, bound(DATUMS, actual))
+    assert leaning.value == pytest.approx(89.95, abs=1e-9)
+    assert leaning.note.startswith("Noise moves an angle so near to its end one way only")
     with pytest.raises(FitError, match="has no sense at 90"):
         evaluate(asked("angle", "up,top", nominal=90.0), actual, bound(DATUMS, actual))
 
