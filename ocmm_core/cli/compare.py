@@ -47,7 +47,7 @@ def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> Non
         values, able = trend.values, trend.capability
         numbers = ["–"] * 3
         if len(values):
-            numbers = [f"{x:.4f}" for x in (values.mean(), values.min(), values.max())]
+            numbers = [f"{x:z.4f}" for x in (values.mean(), values.min(), values.max())]
         table.add_row(
             trend.name,
             f"{len(values)} of {count}",

@@ -248,4 +248,4 @@ def _cells(result: CharacteristicResult, true: float | None) -> list[str]:
 
 
 def _number(value: float | None, sign: str = "-") -> str:
-    return "-" if value is None else f"{value:{sign}.4f}"
+    return "-" if value is None else f"{value:{sign}z.4f}"

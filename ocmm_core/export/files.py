@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -50,10 +51,13 @@ def write_together(
                     done.unlink()
                 else:
                     write_atomic(done, before)
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise StorageError(
             "export.not_writable",
             f"{path}: the file cannot be written ({error.strerror}).",
-            "Choose a folder that you may write to, and close programs that use the file.",
+            "Make room on that disk, or choose a folder on another one."
+            if full
+            else "Choose a folder that you may write to, and close programs that use the file.",
         ) from error
     finally:
         for temporary in staged.values():

@@ -37,6 +37,7 @@ from ocmm_core.export.tables import (
     Units,
     features_table,
     head_table,
+    note_of,
     points_table,
     report_table,
 )
@@ -158,7 +159,7 @@ def _feature(feature: ReportedFeature) -> FeaturePart:
         form=None if fit is None else _finite(feature.name, fit.form),
         rms=None if fit is None else _finite(feature.name, fit.rms),
         criterion="" if fit is None else fit.criterion.name.lower().replace("_", " "),
-        note=feature.seen.note,
+        note=note_of(feature.seen),
     )
 
 

@@ -31,21 +31,27 @@ def check_name(kind: str, name: str) -> str:
     Parameters
     ----------
     kind
-        Of what, for the message: ``"job"``, ``"feature"`` ...
+        Of what, for the message: ``"feature"``, ``"plan"`` ...
     """
     if not NAME_PATTERN.fullmatch(name):
         raise StorageError(
             "export.name",
             f"The {kind} name {name!r} cannot go into a report.",
-            "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', beginning with a letter, a "
-            "digit or '_'.",
+            "Use 1 to 60 letters from A to Z, digits, spaces, '_', '.' or '-', beginning with a "
+            "letter, a digit or '_'.",
         )
     return name
 
 
 def check_file_stem(name: str) -> str:
     """Return the name of a job that files can be called after; raise StorageError otherwise."""
-    check_name("job", name)
+    if not NAME_PATTERN.fullmatch(name):
+        raise StorageError(
+            "export.name",
+            f"The name of the job, {name!r}, cannot go into a report.",
+            "Copy the job file to a name of 1 to 60 letters from A to Z, digits, spaces, '_', '.' "
+            "or '-' that begins with a letter, a digit or '_', and report that.",
+        )
     if name.split(".")[0].strip().upper() in _DEVICES or name.rstrip(". ") != name:
         raise StorageError(
             "export.name",

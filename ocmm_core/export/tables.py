@@ -17,6 +17,7 @@ from ocmm_core.export.names import check_name, clean_text
 from ocmm_core.export.report_data import Element, ReportData, ReportedFeature, ReportedResult
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.view import FeatureView
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.result import Verdict
 
@@ -244,8 +245,16 @@ def _row_of(
         units.length(name, element.width),
         *units.vector(name, element.across),
         fit.criterion.name.lower().replace("_", " ") if measured and fit is not None else "",
-        clean_text(feature.seen.note) if component == "Measured" else "",
+        note_of(feature.seen) if component == "Measured" else "",
     )  # fmt: skip
+
+
+def note_of(seen: FeatureView) -> str:
+    """Return what is to be known about a measured feature; empty where there is nothing."""
+    notes = [clean_text(seen.note)] if seen.note else []
+    if seen.provisional and seen.taken < seen.needed:
+        notes.insert(0, f"Provisional: {seen.taken} of {seen.needed} points.")
+    return " ".join(notes)
 
 
 def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Cell, ...]:

@@ -122,7 +122,7 @@ def _paint_deviation(painter: QPainter, box: QRectF, *, item: ReportedResult) ->
     unit = "°" if item.unit == "deg" else " mm"
     paint_text(
         painter, QRectF(plot.right() + 20.0, box.top(), 340.0, box.height()),
-        f"{result.deviation:+.4f}{unit}",
+        f"{result.deviation:+z.4f}{unit}",
         Style(28.0, bold=True, colour=verdict_colour(INK, result.verdict)),
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
     )  # fmt: skip

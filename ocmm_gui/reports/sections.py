@@ -7,7 +7,7 @@ from functools import partial
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from ocmm_core.export.report_data import Element, ReportData, ReportedResult
+from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.reports.canvas import (
@@ -24,6 +24,7 @@ from ocmm_gui.reports.canvas import (
     paint_text,
 )
 from ocmm_gui.reports.symbols import has_symbol, paint_symbol
+from ocmm_gui.reports.words import count_words, element_words, measurand
 from ocmm_gui.theme import verdict_colour
 
 _MARKS = {
@@ -67,13 +68,13 @@ _FEATURE_COLUMNS = (
 )
 
 _BASIS_COLUMNS = (
-    Column("Characteristic", 400.0),
-    Column("Frame", 220.0),
+    Column("Characteristic", 340.0),
+    Column("Frame", 360.0),
     Column("Association", 300.0),
     Column("95 % interval", 340.0, right=True),
-    Column("T / 2U", 140.0, right=True),
-    Column("Form by noise", 180.0, right=True),
-    Column("Bonus", 220.0, right=True),
+    Column("T / 2U", 120.0, right=True),
+    Column("Form by noise", 170.0, right=True),
+    Column("Bonus", 170.0, right=True),
 )
 
 
@@ -149,7 +150,7 @@ def features(canvas: Canvas, data: ReportData) -> None:
                 Field(feature.name, STRONG),
                 Field(feature.shape.value),
                 Field("" if fit is None else fit.criterion.name.lower().replace("_", " ")),
-                Field(str(len(seen.points))),
+                Field(count_words(seen)),
                 Field(f"{fit.form:.4f}" if fit is not None and shows_form else "–"),
                 Field(seen.note if element is None else element_words(element)),
             ]
@@ -163,7 +164,6 @@ def features(canvas: Canvas, data: ReportData) -> None:
 
 def basis(canvas: Canvas, data: ReportData) -> None:
     """Write what the results rest on: frame, association, interval, what noise alone would show."""
-    canvas.heading("What the results rest on", 200.0)
     rows = []
     for item in data.reported:
         result = item.result
@@ -176,14 +176,16 @@ def basis(canvas: Canvas, data: ReportData) -> None:
                 Field(result.association or item.association or "least squares"),
                 Field(
                     "–" if result.interval is None
-                    else f"{result.interval[0]:.4f} … {result.interval[1]:.4f}"
+                    else f"{result.interval[0]:z.4f} … {result.interval[1]:z.4f}"
                 ),
                 Field("–" if result.tur is None else f"{result.tur:.1f}"),
                 Field("–" if result.floor is None else f"{result.floor:.4f}"),
                 Field(f"{result.bonus:.4f}" if result.bonus else "–"),
             ]
         )  # fmt: skip
-    canvas.table(_BASIS_COLUMNS, rows)
+    if rows:
+        canvas.heading("What the results rest on", 200.0)
+        canvas.table(_BASIS_COLUMNS, rows)
 
 
 def records(canvas: Canvas, data: ReportData) -> None:
@@ -205,19 +207,6 @@ def records(canvas: Canvas, data: ReportData) -> None:
             _fact(canvas, name, value, SMALL)
     canvas.skip(90.0)
     canvas.draw(70.0, _paint_signatures)
-
-
-def element_words(element: Element) -> str:
-    """Return an element in up to three lines: where it is, where it points to, how large it is."""
-    # Adding zero to what is rounded takes the sign from -0.0.
-    parts = ["x {:.4f}  y {:.4f}  z {:.4f}".format(*(element.point.round(4) + 0.0))]
-    if element.direction is not None:
-        parts.append("i {:.5f}  j {:.5f}  k {:.5f}".format(*(element.direction.round(5) + 0.0)))
-    named = (("Ø", element.diameter), ("length", element.length), ("width", element.width))
-    sizes = [f"{name} {value:.4f}" for name, value in named if value is not None]
-    if element.angle_deg is not None:
-        sizes.append(f"angle {element.angle_deg:.4f}°")
-    return "\n".join([*parts, *(["   ".join(sizes)] if sizes else [])])
 
 
 def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
@@ -255,8 +244,8 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
     if result.stated is not None:
         measured, deviation, uncertainty = result.stated
         numbers = (
-            f"{measured:.{places}f}{unit}",
-            f"{deviation:+.{places}f}{unit}",
+            f"{measured:z.{places}f}{unit}",
+            f"{deviation:+z.{places}f}{unit}",
             f"{uncertainty:.{places}f}{unit}",
         )
     word = f"{_MARKS[result.verdict]} {result.verdict.value}"
@@ -264,20 +253,15 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
         word += f", leaning {result.leaning}"
     return [
         Field(draw=symbol),
-        Field(f"{result.name}{mark}\n{_measurand(item)}"),
+        Field(f"{result.name}{mark}\n{measurand(item)}"),
         Field(" | ".join(item.datums)),
-        Field("–" if item.one_sided else f"{result.nominal:.{places}f}"),
+        Field("–" if item.one_sided else f"{result.nominal:z.{places}f}"),
         Field(limits),
         Field(numbers[0], STRONG),
         Field(numbers[1]),
         Field(numbers[2]),
         Field(word, Style(28.0, bold=True, colour=colour)),
     ]
-
-
-def _measurand(item: ReportedResult) -> str:
-    axis = f" {item.asked.axis}" if item.asked is not None and item.asked.axis else ""
-    return f"{item.result.kind}{axis} of {', '.join(item.result.features)}"
 
 
 def _paint_symbol(painter: QPainter, box: QRectF, *, kind: str) -> None:

@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSizeF, Qt
 from PySide6.QtGui import QImage, QPainter
@@ -17,8 +18,9 @@ from ocmm_core.cli.app import app
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
-from ocmm_core.export.report_data import ReportData, report_of_job
+from ocmm_core.export.report_data import Element, ReportData, report_of_job
 from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.inspection.view import FeatureState
 from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.reports import pdf
@@ -106,6 +108,20 @@ def test_a_provisional_number_is_on_no_page(data: ReportData) -> None:
     assert "123.4567" not in said
     # Neither its deviation, which stands in the table and beside the plot.
     assert said.count(f"{first.deviation:+.4f}") == 0
+
+
+@pytest.mark.usefixtures("qapp")
+def test_what_rounds_to_zero_has_no_sign_and_what_is_not_done_says_so(data: ReportData) -> None:
+    bed = data.features[0]
+    tilted = Element(np.array([-1e-9, 2.0, -0.00004]), np.array([-1e-9, 0.0, 1.0]))
+    seen = replace(bed.seen, state=FeatureState.ACTIVE, needed=9)
+    near = replace(data.results[0], measured=20.0, deviation=-1e-9, nominal=20.0)
+    view = replace(data.view, characteristics=(near, *data.results[1:]))
+    features = (replace(bed, seen=seen, actual_element=tilted), *data.features[1:])
+    said = texts(pdf.lay_out(replace(data, view=view, features=features)))
+    assert not re.search(r"-0\.0+(?![\d])", said)
+    assert "x 0.0000 y 2.0000 z 0.0000" in " ".join(said.split())
+    assert "4 of 9" in said
 
 
 def test_a_part_without_results_is_not_measured(data: ReportData) -> None:

@@ -11,12 +11,13 @@ import msgspec
 import numpy as np
 
 from ocmm_core.documents import resource
+from ocmm_core.export.json_schema import read_report
 from ocmm_core.export.registry import write_report
 from ocmm_core.export.report_data import Instrument, ReportData, report_data
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.view import FeatureState, FeatureView
 from ocmm_core.measuring.temperature import Climate
-from tests.core.export.sample_report import HEAD, PART_FROM_WORLD, sample_view
+from tests.core.export.sample_report import HEAD, PART_FROM_WORLD, sample_report, sample_view
 
 
 def report_by(plan: Plan) -> ReportData:
@@ -72,3 +73,18 @@ def test_without_an_alignment_nominals_are_as_they_are_written() -> None:
     for feature, nominal in zip(data.features, plan.features, strict=True):
         assert feature.nominal_element is not None
         np.testing.assert_array_equal(feature.nominal_element.point, nominal.point)
+
+
+def test_a_feature_that_is_still_being_probed_says_so_in_every_table(tmp_path: Path) -> None:
+    view = sample_view()
+    bore = replace(view.features[0], state=FeatureState.ACTIVE, needed=6)
+    data = sample_report(replace(view, features=(bore, *view.features[1:])))
+    paths = {path.name: path for path in write_report(data, ("polyworks", "json"), tmp_path)}
+    text = paths["Block_07_features.csv"].read_text("ascii")
+    notes = {
+        (row["Name"], row["Component"]): row["Note"] for row in csv.DictReader(io.StringIO(text))
+    }
+    assert notes.pop(("BORE 1", "Measured")) == "Provisional: 4 of 6 points."
+    assert set(notes.values()) == {""}
+    told = read_report(paths["Block_07.json"].read_bytes()).features[0]
+    assert told.note == "Provisional: 4 of 6 points."
