@@ -80,8 +80,9 @@ class Fit:
     rms
         mm: square root of the mean squared residual.
     form
-        mm: greatest minus smallest signed residual; of a circle in space by its minimum zone the
-        diameter of the tube that holds the points.
+        mm: greatest minus smallest signed residual; of a line in space the diameter of the
+        thinnest cylinder along it about the points, of a circle in space by its minimum zone that
+        of the tube.
     criterion
         How the element was associated with the points.
     contacts

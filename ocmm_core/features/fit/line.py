@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ocmm_core.features.fit.common import (
@@ -12,6 +14,7 @@ from ocmm_core.features.fit.common import (
     principal_axes,
 )
 from ocmm_core.features.fit.point_kernel import line_distances, spread_alike
+from ocmm_core.features.fit.tube_kernel import narrowest_tube
 from ocmm_core.features.shapes import (
     DIRECTION,
     GEOMETRY_SIZE,
@@ -31,8 +34,8 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
     """Return the orthogonal-distance line through ``points`` (n, 3), mm.
 
     A distance from a line in space has no side; residuals take theirs from the direction in
-    which the points scatter most across the line, so that `Fit.form` is the width of the points
-    there.
+    which the points scatter most across the line. `Fit.form` is the diameter of the thinnest
+    cylinder along the line about the points, which no smallest zone exceeds.
 
     Raises
     ------
@@ -59,4 +62,5 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
     constant[POINT].flat[::4] = 1.0 / n
     jacobian = np.empty((GEOMETRY_SIZE, 3 * n))
     spread_alike(turning, along, constant, jacobian)
-    return make_fit(Shape.LINE, element(centroid, axes[0]), jacobian, size * residuals)
+    fit = make_fit(Shape.LINE, element(centroid, axes[0]), jacobian, size * residuals)
+    return replace(fit, form=size * float(narrowest_tube(about, axes)))
