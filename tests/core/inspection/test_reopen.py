@@ -328,15 +328,16 @@ def test_a_document_that_cannot_be_used_is_named_with_its_job(bench: Bench) -> N
     assert isinstance(caught.value, OcmmError)
 
 
-def test_the_command_reports_a_job_in_every_format_of_data(finished: tuple[Path, JobView]) -> None:
+def test_the_command_reports_a_job_in_every_format_of_data(
+    finished: tuple[Path, JobView], monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, view = finished
-    command = [sys.executable, "-m", "ocmm_core.cli", "report", path.name]
+    monkeypatch.chdir(path.parent)
+    command = ["report", path.name]
     for name in EXPORTERS:
         command += ["--format", name]
-    done = subprocess.run(
-        [*command, "--out", "out"], cwd=path.parent, capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stderr) == (0, "")
+    done = CliRunner().invoke(app, [*command, "--out", "out"])
+    assert (done.exit_code, done.stderr) == (0, "")
     written = sorted(file.name for file in (path.parent / "out").iterdir())
     assert [f"Report  out/{name}" for name in written] == sorted(done.stdout.splitlines())
     kinds = {file.rpartition(".")[2] for file in written}
