@@ -195,6 +195,8 @@ def group_of(name: str) -> Group:
                 asked("form of a ball, LS", "form", ["ball"], "least squares"),
                 asked("straightness", "straightness", ["edge"]),
                 asked("cylindricity, LS", "cylindricity", ["pin"], "least squares"),
+                asked("two-point maximum", "diameter", ["free"], "two-point maximum"),
+                asked("two-point mean", "diameter", ["free"], "two-point mean"),
             ],
             0.2,
         )

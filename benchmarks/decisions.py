@@ -5,7 +5,7 @@
 Every part has a form of its own (deviations of 0 or 3 µm from point to point along the normals) and
 is measured with errors that all points share (place, scale, ball) and errors of each point, drawn
 from the covariance that the evaluation is given. It goes the whole way: fits, frame,
-characteristic, uncertainty, decision. A part has seven to nine toleranced values; they are what is
+characteristic, uncertainty, decision. A part has eight or nine toleranced values; they are what is
 counted. 100,000 of sizes and places are measured to first order, and 6,000 of all kinds the whole
 way, unless told otherwise. The limit is put where the true value is (the worst
 case) and at places up to two standard uncertainties beside it.
