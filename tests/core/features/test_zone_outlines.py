@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -13,6 +14,8 @@ from ocmm_core.features.fit import (
     fit_shape,
     fit_zone,
 )
+from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.nominal_checks import shape_fault
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Points3, RigidTransform
 from ocmm_core.tolerances.form import form
@@ -272,6 +275,33 @@ def test_the_feature_of_a_plan_by_its_minimum_zone() -> None:
     fit = part.actual()["it"].fit
     assert fit.criterion is Criterion.MINIMUM_ZONE
     assert [fit.radius, fit.second] == pytest.approx([RADIUS, SECOND], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("shape", "said", "wrong"),
+    [
+        ("Rectangle", {"criterion": "minimum zone"}, None),
+        ("Circle", {"criterion": "minimum zone", "free": True}, None),
+        ("Ellipse", {"criterion": "inscribed"}, "criterion"),
+        ("Circle", {"criterion": "inscribed", "free": True}, "criterion"),
+        ("Point", {"criterion": "minimum zone"}, "criterion"),
+        ("Circle", {"criterion": "minimum zone", "projection": "top"}, "criterion"),
+    ],
+)
+def test_a_plan_asks_only_for_what_there_is(
+    shape: str, said: dict[str, object], wrong: str | None
+) -> None:
+    sizes: dict[str, object] = {"length": 30.0, "width": 10.0}
+    if shape == "Circle":
+        sizes = {"diameter": 30.0}
+    rest = {} if shape == "Point" else sizes
+    feature = msgspec.convert(
+        {"name": "it", "shape": shape, "points": 9, "point": (0, 0, 0), **rest, **said},
+        NominalFeature,
+        strict=False,
+    )
+    fault = shape_fault(feature)
+    assert (fault and fault[0]) == wrong
 
 
 def test_cylinders_in_exact_symmetry_are_held() -> None:
