@@ -139,3 +139,25 @@ def test_what_is_known_from_few_points_is_widened_as_student_says(degrees: int, 
     # Beside something that is known well and far greater it hardly counts.
     beside = widened(gradients, 0.1**2 * np.eye(4), [sample])
     assert beside.covariance[0, 0] == pytest.approx(0.1**2 + 0.01**2, rel=0.01)
+
+
+def test_forms_add_up_before_they_are_held_against_zero() -> None:
+    def sample(name: str, place: int, variance: float) -> FormSample:
+        normals = np.array([[[1.0], [0.0], [0.0]]])
+        return FormSample(name, np.array([place]), normals, 0.01**2, variance, 5)
+
+    gradients = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    covariance = 0.01**2 * np.eye(7)
+    rough, smooth = sample("rough", 0, 5e-5), sample("smooth", 1, -2e-5)
+    alone = widened(gradients, covariance, [rough])
+    both = widened(gradients, covariance, [rough, smooth])
+    # What is less than the noise explains takes from what is more, before the widening.
+    total, doubt = 2e-4 + 5e-5 - 2e-5, 2.0 * 0.01**4 / 5
+    assert both.degrees == pytest.approx(total**2 / doubt)
+    assert alone.degrees == pytest.approx((2e-4 + 5e-5) ** 2 / (doubt / 2.0))
+    assert list(both.of_form) == ["rough"]
+    assert both.covariance[0, 0] == pytest.approx(2e-4 + both.of_form["rough"][0, 0])
+    # Together not beyond the noise: nothing is added, and nothing taken off.
+    less = widened(gradients, covariance, [rough, sample("smooth", 1, -6e-5)])
+    assert less.of_form == {}
+    assert less.covariance[0, 0] == pytest.approx(2e-4)
