@@ -16,6 +16,7 @@ _COLUMNS = (
     ("What it does", "in a sentence"),
 )
 _ROW_PX = 28
+_SIGNS = {".": ". (full stop)", ",": ", (comma)"}
 
 
 class KeysSheet(Sheet):
@@ -43,4 +44,5 @@ class KeysSheet(Sheet):
 
 def _row(info: ActionInfo) -> tuple[str, ...]:
     where = "everywhere" if info.mode is None else info.mode.value
-    return (where, ", ".join(info.shortcuts), info.text, f"{info.tip}.")
+    keys = " or ".join(_SIGNS.get(key, key) for key in info.shortcuts)
+    return (where, keys, info.text, f"{info.tip}.")

@@ -36,7 +36,7 @@ from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.words import active_feature
+from ocmm_gui.words import active_feature, shown_feature
 
 SIZE = (1920, 1080)
 SMALL = (1280, 720)
@@ -117,6 +117,8 @@ def _sheets(app: QApplication, window: MainWindow, folder: Path) -> None:
     _grab_sheet(app, window, folder, "alignment")
     sheets.open_job()
     _grab_sheet(app, window, folder, "job")
+    sheets.open_keys()
+    _grab_sheet(app, window, folder, "keys")
 
 
 def _grab_sheet(app: QApplication, window: MainWindow, folder: Path, name: str) -> None:
@@ -223,7 +225,10 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
 
 
 def _is_finished(live: LiveView, job: JobView) -> bool:
-    return job.feature("BORE_B").state is FeatureState.DONE and live.tip_world is not None
+    # On a busy computer the job may be farther than what is to be shown.
+    shown = shown_feature(job)
+    done = shown is not None and shown.name == "BORE_B" and shown.state is FeatureState.DONE
+    return done and live.tip_world is not None
 
 
 def _is_trusted(live: LiveView, job: JobView) -> bool:

@@ -16,6 +16,7 @@ _ROUND = (
     Shape.CIRCLE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TORUS, Shape.ELLIPSE,
 )  # fmt: skip
 _MARGIN = 0.16
+_FOOT_SHARE = 0.2
 _FINGER_PX = 16.0
 """A click this near to a point means it."""
 
@@ -74,7 +75,10 @@ class CoverageView(Painted):
             painter.setPen(QPen(QColor(self._theme.border), max(1.5, 0.012 * side)))
             painter.setBrush(QColor(self._ground(feature)))
             painter.drawRoundedRect(inner.adjusted(-6, -6, 6, 6), 4, 4)
-            self._paint_share(painter, inner, feature)
+            # Small, at the lower edge: it must not hide the points.
+            foot = QRectF(inner)
+            foot.setTop(inner.bottom() - _FOOT_SHARE * side)
+            self._paint_share(painter, foot, feature)
         self._paint_points(painter, inner, feature)
 
     def _ground(self, feature: FeatureView) -> str:

@@ -154,7 +154,7 @@ class FeaturePanel(QFrame):
         explains = result is not None and result.measured is not None and not feature.note
         self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
         others = [item for item in characteristics_of(job, feature.name) if item is not result]
-        self._others.show_results(tuple(others[:_MAX_OTHERS]))
+        self._others.show_results(tuple(others[:_MAX_OTHERS]), job.provisional)
         self.residuals.show_feature(feature, self._chosen)
         self._fit()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QRect
@@ -30,9 +31,9 @@ def _pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
     yield "results", sheets.open_results
     yield "keys", sheets.open_keys
     for sheet in (sheets.report, sheets.batch, sheets.alignment):
-        yield sheet.accessibleName(), lambda sheet=sheet: sheets.wanted.emit(sheet)
+        yield sheet.accessibleName(), partial(sheets.wanted.emit, sheet)
     for kind in Kind:
-        yield kind.name, lambda kind=kind: maintenance.open_wizard(kind)
+        yield kind.name, partial(maintenance.open_wizard, kind)
     yield "definition", maintenance.open_definition
     window.show_mode(Mode.MAINTAIN)
     for row in range(maintenance.view.list.count()):
