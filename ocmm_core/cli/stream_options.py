@@ -18,8 +18,8 @@ StreamOption = Annotated[
         min=0,
         max=65535,
         metavar="PORT",
-        help="Give points and poses to other programs, as lines of JSON on this TCP port (0: a "
-        "free one). Off without it.",
+        help="Give points, the button and poses to other programs, as lines of JSON on this TCP "
+        "port (0: a free one). Off without it.",
     ),
 ]
 StreamHostOption = Annotated[

@@ -76,6 +76,9 @@ class StreamClient:
             self.moved_s = time.monotonic()
 
     def is_silent(self, now: float) -> bool:
-        """Return whether it did not say in time what it wants, or takes nothing any more."""
-        waited_for = not self.begun and now - self.since_s > REQUEST_TIMEOUT_S
-        return waited_for or now - self.moved_s > STALLED_S
+        """Return whether it did not say in time what it wants."""
+        return not self.begun and now - self.since_s > REQUEST_TIMEOUT_S
+
+    def is_stalled(self, now: float) -> bool:
+        """Return whether it takes nothing any more."""
+        return now - self.moved_s > STALLED_S

@@ -27,7 +27,12 @@ from psygnal import SignalInstance
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
 from ocmm_core.inspection.view import LiveView
 from ocmm_core.station.probe_button import ButtonChange
-from ocmm_core.station.stream_client import LONGEST_REQUEST, MOST_WAITING, StreamClient
+from ocmm_core.station.stream_client import (
+    LONGEST_REQUEST,
+    MOST_WAITING,
+    REQUEST_TIMEOUT_S,
+    StreamClient,
+)
 from ocmm_core.station.stream_log import StreamLog
 from ocmm_core.station.stream_messages import (
     Hello,
@@ -350,6 +355,8 @@ class StreamServer:
                 if client.ending:
                     self._drop(client)
             if client.is_silent(now):
+                self._end(client, f"no request came within {REQUEST_TIMEOUT_S:g} s")
+            if client.is_stalled(now):
                 self._drop(client)
 
     def _say_goodbye(self) -> None:

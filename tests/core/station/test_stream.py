@@ -19,6 +19,7 @@ from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.inspection.view import JobHeader
+from ocmm_core.station import stream_client
 from ocmm_core.station.probe_button import ButtonChange, ButtonWatch
 from ocmm_core.station.station import MeasuringStation
 from ocmm_core.station.stream_client import LONGEST_REQUEST, MOST_WAITING, StreamClient
@@ -53,6 +54,7 @@ class Client:
         self._socket.connect(address)
         self._lines = self._socket.makefile("rb")
         self.numbered: list[dict[str, Any]] = []
+        self.states: list[tuple[str, str]] = []
         self.hello = self.line()
         if request is not None:
             self.say(request)
@@ -63,6 +65,11 @@ class Client:
     def line(self) -> dict[str, Any]:
         found = json.loads(self._lines.readline())
         assert isinstance(found, dict)
+        if found["type"] == "status":
+            self.states.append((found["status"], found["reason"]))
+        elif found["type"] == "pose":
+            # Whatever a pose says about the state was told before.
+            assert (found["status"], found["reason"]) == self.states[-1]
         return found
 
     def until(self, kind: str) -> dict[str, Any]:
@@ -121,29 +128,10 @@ def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringSta
             assert all(0.0 < seconds < 1.0 for seconds in held)
             assert server.close()
             assert "closed" in client.until("bye")["why"]
-
-
-def test_every_change_of_the_state_is_told_once(station: MeasuringStation) -> None:
-    with (
-        StreamServer(station, StreamOptions()) as server,
-        closing(Client(server.address)) as client,
-    ):
-        first = client.until("status")
-        assert (first["status"], first["job"]) == ("NOT READY", JOB)
-        station.start()
-        assert station.wait_finished(TIMEOUT_S)
-        states = [first]
-        while "stopped" not in states[-1]["reason"]:
-            line = client.line()
-            if line["type"] == "status":
-                states.append(line)
-            elif line["type"] == "pose":
-                assert (line["status"], line["reason"]) == (
-                    states[-1]["status"], states[-1]["reason"],
-                )  # fmt: skip
-        told = [(line["status"], line["reason"]) for line in states]
-        assert all(before != after for before, after in pairwise(told))
-        assert any(status in ("READY", "MEASURING") for status, _ in told)
+            # Every change of the state was told once.
+            assert client.states[0][0] == "NOT READY"
+            assert all(before != after for before, after in pairwise(client.states))
+            assert {status for status, _ in client.states} & {"READY", "MEASURING"}
 
 
 def test_what_waits_for_a_stalled_client_is_bounded_and_complete(tmp_path: Path) -> None:
@@ -318,6 +306,17 @@ def test_a_port_in_use_is_told(station: MeasuringStation) -> None:
             second.start()
         assert caught.value.code == "stream.address"
         assert second.close()
+
+
+def test_a_client_that_says_nothing_is_told_why_it_ends(
+    station: MeasuringStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stream_client, "REQUEST_TIMEOUT_S", 0.05)
+    with (
+        StreamServer(station, StreamOptions()) as server,
+        closing(Client(server.address, None)) as mute,
+    ):
+        assert "no request came" in mute.line()["why"]
 
 
 def test_nine_clients_are_one_too_many(station: MeasuringStation) -> None:
