@@ -12,7 +12,7 @@ from ocmm_core.features.fit.common import degenerate, oriented
 from ocmm_core.features.fit.zone_certificate import IN_BALANCE, Balance, balance_of, formless
 from ocmm_core.features.fit.zone_elements import Task, geometry_derivatives, unscaled
 from ocmm_core.features.fit.zone_levels import levels_of, response
-from ocmm_core.features.fit.zone_rescue import descended
+from ocmm_core.features.fit.zone_rescue import descended, slid
 from ocmm_core.features.fit.zone_solver import (
     Zone,
     after,
@@ -82,16 +82,38 @@ def search(task: Task) -> Zone:
 
 
 def rescued(task: Task, zone: Zone) -> Zone:
-    """Return the zone, or a narrower one where it did not settle."""
+    """Return the zone, or a narrower one where it did not settle or its contacts slide."""
     for _ in range(RESCUES):
         found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.sizes)
-        if balance_of(task, zone.placed, _noise(task, found)).unbalanced < IN_BALANCE:
+        noise = _noise(task, found)
+        balance = balance_of(task, zone.placed, noise)
+        if balance.holds:
             break
-        lower = balanced(task, descended(task.surface, task.points, zone))
+        lower: Zone | None = None
+        if balance.unbalanced < IN_BALANCE:
+            lower = slid(task.surface, task.points, zone, balance.way, noise)
+        lower = balanced(task, lower or descended(task.surface, task.points, zone))
         if not lower.width < zone.width:
             break
         zone = lower
     return zone
+
+
+def _opened(task: Task, zone: Zone) -> Zone:
+    """Return the zone of a cone with its axis towards the growing radius, the angle positive.
+
+    On the way the angle may have passed through zero, or through that of a plane.
+    """
+    placed, angle = zone.placed, float(zone.placed.sizes[0])
+    if 0.0 < angle < 0.5 * np.pi:
+        return zone
+    whole = (angle + np.pi) % (2.0 * np.pi) - np.pi
+    beyond = abs(whole) > 0.5 * np.pi
+    # Each of the two changes turns the axis round.
+    turns = [1.0, -1.0, -1.0] if (whole < 0.0) != beyond else [1.0, 1.0, 1.0]
+    sizes = np.array([np.pi - abs(whole) if beyond else abs(whole), *placed.sizes[1:]])
+    turned = Placed(placed.frame * turns, placed.origin, sizes)
+    return replace(zone_at(task.surface, task.points, turned), settled=zone.settled)
 
 
 def _beside_saddle(task: Task, zone: Zone) -> Zone | None:
@@ -142,7 +164,10 @@ def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit
     FitError
         See `zone.fit_zone`.
     """
-    surface, placed = task.surface, zone.placed
+    surface = task.surface
+    if surface == CONE:
+        zone = _opened(task, zone)
+    placed = zone.placed
     found, _ = distances(surface, placed.local(task.points), placed.sizes)
     offset = _offset(task, zone)
     noise = _noise(task, found)

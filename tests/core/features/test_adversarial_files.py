@@ -89,8 +89,7 @@ def test_a_cone_with_half_its_angle_and_the_other_sense(tmp_path: Path) -> None:
 
 
 def test_the_form_of_a_zone_is_compared(tmp_path: Path) -> None:
-    high = [[0, 0, 1], [30, 0, 0], [0, 30, 0], [-30, -30, 0], [5, 5, 0.9], [1, -2, 0.7]]
-    rows = "\n".join(" ".join(map(str, row)) for row in high)
+    rows = "0 0 1\n30 0 0\n0 30 0\n-30 -30 0\n5 5 0.9\n1 -2 0.7\n"
     for form, passed in ((1.0, True), (1.0 + 2e-6, False)):
         file = _pair(tmp_path, "plane.ds", rows, [0.0, 0.0, 0.5, 0.0, 0.0, 1.0, form])
         found = verify_pair(file, Convention.ANY, Criterion.MINIMUM_ZONE)
