@@ -25,10 +25,25 @@ from ocmm_core.features.fit.zone_surfaces import distances
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Points3
 from tests.core.features.exact_zones import in_fifty_digits
-from tests.core.features.shape_samples import somewhere
+from tests.core.features.shape_samples import OUTLINES, ideal_points, somewhere
 from tests.core.features.test_zone import ZONED, sample
 
 MANY_STARTS = 300
+SHAPES = (*ZONED, *OUTLINES)
+
+
+def drawn(shape: Shape, rng: np.random.Generator, n: int, noise: float) -> Points3:
+    """Return noisy points (n, 3), mm, of a shape about the origin along z."""
+    if shape not in OUTLINES:
+        return sample(shape, rng, n, noise)
+    points = ideal_points(shape, rng, n)
+    points[:, :2] += rng.normal(0.0, noise, (n, 2))
+    return points
+
+
+def zone_of_squares(start: Fit) -> float:
+    """Return the width of the zone about a least-squares element."""
+    return 2.0 * float(np.abs(start.residuals).max()) if start.shape in OUTLINES else start.form
 
 
 def _best_time(call: Callable[[], object], runs: int = 7) -> float:
@@ -66,13 +81,13 @@ def peer(start: Fit, points: Points3) -> float:
 
 def times() -> None:
     """Print the time of 1,000 points of every shape, least squares beside it, and the peer's."""
-    for shape in ZONED:
+    for shape in SHAPES:
         rng = np.random.default_rng(1)
-        points = somewhere(rng).apply(sample(shape, rng, 1000, 0.02))
+        points = somewhere(rng).apply(drawn(shape, rng, 1000, 0.02))
         start = fit_shape(shape, points)
         squares = _best_time(partial(fit_shape, shape, points))
         zone = _best_time(partial(fit_zone, start, points))
-        text = f"{shape.value:9} 1000 points: zone {1e3 * zone:6.1f} ms, "
+        text = f"{shape.value:10} 1000 points: zone {1e3 * zone:6.1f} ms, "
         text += f"least squares {1e3 * squares:6.2f} ms, ratio {zone / squares:5.1f}"
         if ZONES[shape].lower:
             theirs = _best_time(partial(peer, start, points), 3)
@@ -84,13 +99,13 @@ def times() -> None:
 
 def certified(sets: int) -> None:
     """Print the share of certified zones and the worst ratio to least squares."""
-    for shape in ZONED:
+    for shape in SHAPES:
         proven, refused, better, gain, ratio = 0, 0, 0, 0.0, 0.0
         for seed in range(sets):
             rng = np.random.default_rng(seed)
             n = int(rng.integers(9, 200))
             noise = float(10.0 ** rng.uniform(-4.0, 0.3))
-            points = somewhere(rng, 10_000.0).apply(sample(shape, rng, n, noise))
+            points = somewhere(rng, 10_000.0).apply(drawn(shape, rng, n, noise))
             try:
                 start = fit_shape(shape, points)
                 zone = fit_zone(start, points)
@@ -99,12 +114,12 @@ def certified(sets: int) -> None:
                 print("   ", shape.value, seed, n, f"{noise:.1e}", error)
                 continue
             proven += certificate(zone, points).certified
-            squares = 2.0 * np.abs(start.residuals).max() if shape is Shape.LINE else start.form
-            ratio = max(ratio, zone.form / squares)
+            ratio = max(ratio, zone.form / zone_of_squares(start))
             if seed % 5 == 0:
                 task = task_of(start, points, ZONES[shape])
                 wide = best_zone(task.surface, task.points, task.start, MANY_STARTS, 2.0)
-                won = zone.form - wide.width * task.size * (2.0 if shape is Shape.LINE else 1.0)
+                halves = 1.0 if ZONES[shape].lower else 2.0
+                won = zone.form - wide.width * task.size * halves
                 better += won > 1e-9
                 gain = max(gain, won)
         print(
