@@ -20,7 +20,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.alignment.frame_document import frame_document, save_frame
 from ocmm_core.alignment.rules import Alignment, DatumAlignment, Relocation, SavedFrame
 from ocmm_core.documents import resource
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.features.construct import Construction, Intersection, Midpoint
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.plan import load_plan
@@ -28,6 +28,7 @@ from ocmm_core.inspection.plan_edit import add_construction, with_alignment
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_gui.plan_editor.form_lines import Kind, closed, form_lines, opened, tag_field
 from ocmm_gui.plan_editor.item_form import ItemForm
+from ocmm_gui.plan_editor.plan_checks import faulty_field
 from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, ItemKey
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
 
@@ -237,7 +238,11 @@ def test_a_construction_that_others_need_stays_and_takes_its_name_along(sheet: P
     sheet.failed.connect(errors.append)
     sheet.remove()
     assert "is needed by MIDDLE" in errors[0].what
-    sheet.items.show_plan(plan, HEAD)
+    sheet.items.show_plan(plan, ItemKey("characteristics", "MIDDLE"))
+    sheet.remove()
+    assert sheet.draft.plan.characteristics == plan.characteristics[:-1]
+    assert sheet.draft.plan.constructions == plan.constructions
+    sheet.undo()
     sheet.items.choose(key)
     _fill(sheet.form(), "name", "CENTRE")
     changed = sheet.draft.plan
@@ -252,6 +257,16 @@ def test_a_construction_that_others_need_stays_and_takes_its_name_along(sheet: P
     sheet.items.choose(ItemKey("constructions", "CENTRE"))
     sheet.add_construction()
     assert [item.name for item in sheet.draft.plan.constructions] == ["CENTRE", "CENTRE2"]
+
+
+def test_a_fault_marks_the_field_of_its_own_item_only(sheet: PlanSheet) -> None:
+    plan = sheet.draft.plan
+    first = ItemKey("features", plan.features[0].name)
+    for place, field in (
+        ("features[0].name", "name"), ("features[1].name", ""), ("characteristics[0].name", ""),
+    ):  # fmt: skip
+        fault = InputError("plan.field", f"the plan: field '{place}' is wrong.", "Correct it.")
+        assert faulty_field(fault, plan, first) == field
 
 
 def _every_field(make: Any, data: dict[str, Any] | None = None) -> int:
