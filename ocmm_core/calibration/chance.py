@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import chi2, norm
+from scipy.special import chdtri, ndtr
 
 from ocmm_core.geometry import Float
 
@@ -25,7 +25,7 @@ def square_limit(covariance: Float, probability: float) -> float:
     if third <= 0.0:
         return 0.0
     freedom = second**3 / third**2
-    deviation = (float(chi2.isf(probability, freedom)) - freedom) / np.sqrt(freedom)
+    deviation = (float(chdtri(freedom, probability)) - freedom) / np.sqrt(freedom)
     return float(first + deviation * np.sqrt(second))
 
 
@@ -50,6 +50,6 @@ def range_limit(covariance: Float, probability: float) -> float:
     sigmas = sigmas[sigmas > 1e-6 * largest] / largest
 
     def excess(limit: float) -> float:
-        return float(np.sum(2.0 * norm.sf(limit / sigmas))) - probability
+        return float(np.sum(2.0 * ndtr(-limit / sigmas))) - probability
 
     return largest * float(brentq(excess, 0.1, 40.0, xtol=1e-6))

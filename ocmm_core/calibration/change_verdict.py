@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from ocmm_core.calibration.change_rows import Belief
 from ocmm_core.calibration.change_score import Change, Scores, score_changes
@@ -189,7 +189,7 @@ def _changes(scores: Scores) -> tuple[Change, ...]:
 
 def _chance(change: Change) -> float:
     """Return the probability of a score as high where nothing has changed."""
-    return float(chi2.sf(change.score, change.dof))
+    return float(chdtrc(change.dof, change.score))
 
 
 def _worth(change: Change) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from ocmm_core.calibration.camera_model_fit import CameraFit, without_wrong_points
 from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
@@ -85,7 +85,7 @@ def judge_lens_terms(fit: CameraFit) -> LensTerms:
         values=full.state.extra,
         sigmas=np.sqrt(variances),
         f_statistic=statistic,
-        p_value=float(f_distribution.sf(statistic, terms, dof)),
+        p_value=float(fdtrc(terms, dof, statistic)),
         effect_rms_px=float(np.sqrt(np.mean(effect**2))),
         effect_max_px=float(np.linalg.norm(effect, axis=1).max()),
     )

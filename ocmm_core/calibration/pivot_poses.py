@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtri
 
 from ocmm_core.calibration.camera_model_fit import OUTLIER_PROBABILITY
 from ocmm_core.errors import CalibrationError
@@ -134,7 +134,7 @@ def _scale(distances: Float) -> float:
 
 def _good(distances: Float) -> NDArray[np.bool_]:
     """Return what chance explains: three coordinates, shared among all poses (Bonferroni)."""
-    limit = chi2_distribution.isf(OUTLIER_PROBABILITY / len(distances), 3)
+    limit = chdtri(3, OUTLIER_PROBABILITY / len(distances))
     good: NDArray[np.bool_] = distances <= _scale(distances) * np.sqrt(limit)
     return good
 

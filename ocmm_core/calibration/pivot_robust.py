@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtri
 
 from ocmm_core.calibration.camera_model_fit import OUTLIER_PROBABILITY
 from ocmm_core.calibration.pivot_bundle import PivotMinimum, PivotState, adjust_pivot
@@ -57,7 +57,7 @@ class FreePoses:
             return 1.0
         ratio = self.chi2[self.solved] / self.dof[self.solved]
         middle = float(np.median(self.dof[self.solved]))
-        usual = chi2_distribution.ppf(0.5, middle) / middle
+        usual = chdtri(middle, 0.5) / middle
         return max(float(np.sqrt(np.median(ratio) / usual)), 1.0)
 
 
@@ -142,7 +142,7 @@ def _judge(
     probability = OUTLIER_PROBABILITY / max(n, 1)
     scale = free.spot_scale
     with np.errstate(invalid="ignore"):
-        fits = free.chi2 <= scale**2 * chi2_distribution.isf(probability, np.maximum(free.dof, 1.0))
+        fits = free.chi2 <= scale**2 * chdtri(np.maximum(free.dof, 1.0), probability)
     off = free.tips - centre
     distances = np.full(n, np.nan)
     solved = free.solved
@@ -152,7 +152,7 @@ def _judge(
     )
     both = solved & fits
     middle = float(np.median(distances[both])) / _MEDIAN_OF_CHI2_3 if both.any() else 1.0
-    limit = max(middle, 1.0) * float(chi2_distribution.isf(probability, 3))
+    limit = max(middle, 1.0) * float(chdtri(3, probability))
     good = both & (np.nan_to_num(distances, nan=np.inf) <= limit)
     left_out = []
     for frame in np.flatnonzero(~good):

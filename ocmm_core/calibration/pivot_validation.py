@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtri
 
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.pivot_data import PivotCalibration, PivotSweep
@@ -103,7 +103,7 @@ def validate_pivot(
                 forcible=True,
             )
         )
-    if chi2 > chi2_distribution.isf(CONTRADICTION, 3):
+    if chi2 > chdtri(3, CONTRADICTION):
         findings.append(
             Finding(
                 "pivot.contradiction",

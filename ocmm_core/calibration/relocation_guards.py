@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtrc
 
 from ocmm_core.calibration.bundle_state import BundleState, Prior
 from ocmm_core.calibration.dlt import cloud_of
@@ -301,4 +301,4 @@ def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
     if not known:
         return False
     square = float(off[columns] @ information @ off[columns])
-    return bool(chi2_distribution.sf(square, known) < CONTRADICTION)
+    return bool(chdtrc(known, square) < CONTRADICTION)

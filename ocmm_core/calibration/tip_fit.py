@@ -14,8 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
-from scipy.stats import norm
+from scipy.special import chdtri, ndtri
 
 from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.chance import range_limit
@@ -141,7 +140,7 @@ def fit_ball_on(
     chi2 = float(residuals @ weight @ residuals)
     certified, _ = sphere.artefact.at(sphere.diameter, temperature_c)
     # In units of what is known of the points: how much larger residuals are than they should be.
-    ratio, limit = np.sqrt(np.array([chi2, chi2_distribution.isf(FORM_CHANCE, dof)]) / dof)
+    ratio, limit = np.sqrt(np.array([chi2, chdtri(dof, FORM_CHANCE)]) / dof)
     sigmas = np.sqrt(np.diag(of_points))
     typical = float(np.sqrt(np.mean(sigmas**2)))
     errors = errors_of(touches, normals, 2.0 * gain[3])
@@ -196,7 +195,7 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
         known = own > 1e-9 * np.diag(weight)
         size = np.where(known, reduced @ residuals[left] / np.sqrt(np.where(known, own, 1.0)), 0.0)
         worst = int(np.argmax(np.abs(size)))
-        if abs(size[worst]) < float(norm.isf(0.5 * DOUBT / len(left))):
+        if abs(size[worst]) < -float(ndtri(0.5 * DOUBT / len(left))):
             break
         found.append(int(left[worst]))
         left = np.delete(left, worst)

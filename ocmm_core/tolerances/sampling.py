@@ -20,7 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature, Touches
@@ -204,7 +204,7 @@ def widened(gradients: Float, covariance: Float, samples: Sequence[FormSample]) 
     form = sum(of_form.values(), np.zeros_like(plain))
     total = plain + form
     degrees = float(np.trace(total)) ** 2 / doubt
-    factor = (float(student.ppf(0.5 + 0.5 * TWO_SIDED, degrees)) / _COVERAGE) ** 2
+    factor = (float(stdtrit(degrees, 0.5 + 0.5 * TWO_SIDED)) / _COVERAGE) ** 2
     # The widening belongs to what is known badly: the budget then adds up.
     share = float(np.trace(form))
     extra = (factor - 1.0) * float(np.trace(total)) / share
