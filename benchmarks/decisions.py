@@ -229,10 +229,12 @@ def faults(counts: Counts) -> list[str]:
         what = f"{name}, {'with' if with_form else 'without'} form"
         done = max(count.parts - count.failed, 1)
         covered = count.covered / done
-        slack = 3.0 * np.sqrt(covered * (1.0 - covered) / done)
-        if covered < LEAST_COVERED - slack:
+        low, high = (
+            3.0 * np.sqrt(limit * (1.0 - limit) / done) for limit in (LEAST_COVERED, MOST_COVERED)
+        )
+        if covered < LEAST_COVERED - low:
             found.append(f"{what}: U holds only {100.0 * covered:.1f} %")
-        if covered > MOST_COVERED + slack and not _is_zone(name):
+        if covered > MOST_COVERED + high and not _is_zone(name):
             found.append(f"{what}: U is too wide, {100.0 * covered:.1f} %")
         allowed = MOST_WRONG + 3.0 * np.sqrt(MOST_WRONG * (1.0 - MOST_WRONG) / done)
         for words, counted in (("accept", count.accepted), ("reject", count.rejected)):
