@@ -16,7 +16,7 @@ from scipy.linalg import null_space
 from ocmm_core.features.fit.zone_certificate import FLAT_CURVATURE, Balance
 from ocmm_core.features.fit.zone_elements import Task
 from ocmm_core.features.fit.zone_kernel import narrowest_zone
-from ocmm_core.features.fit.zone_solver import SETTLED, after, natural_steps
+from ocmm_core.features.fit.zone_solver import SETTLED, after, natural_steps, zone_at
 from ocmm_core.features.fit.zone_surfaces import (
     Placed,
     distances,
@@ -27,6 +27,8 @@ from ocmm_core.geometry import Float, Int
 
 MAX_STEPS = 60
 POLISHES = 4
+WIDER = 1.0 + 1e-9
+"""Width of a zone, against the smallest one, that is no wider."""
 NO_SHARE = 1e-10
 """Share of a point in holding a zone that is none."""
 RANK = 1e-9
@@ -71,12 +73,18 @@ def levels_of(task: Task, placed: Placed, balance: Balance) -> tuple[Placed, lis
     signs = balance.signs[holding]
     levels = [Level(balance.contacts[holding], signs, signs * balance.forces[holding], half)]
     steps = natural_steps(task.surface, task.points, placed)
+    settled = placed
     while True:
-        moved, level = _next_level(task, placed, steps, levels)
+        moved, level = _next_level(task, settled, steps, levels)
         if level is None:
-            return _polished(task, placed, steps, levels), levels
-        placed = moved
+            break
+        settled = moved
         levels.append(level)
+    settled = _polished(task, settled, steps, levels)
+    if zone_at(task.surface, task.points, settled).width > half * WIDER:
+        # Where a point changes sides on the way, what is free stays as it was found.
+        return placed, levels[:1]
+    return settled, levels
 
 
 def response(task: Task, placed: Placed, levels: list[Level]) -> tuple[Int, Float]:
@@ -157,8 +165,10 @@ def _next_level(
         )
         won = -np.inf
         if moved is not None:
-            there, _ = distances(surface, moved.local(task.points[rest]), moved.sizes)
-            won = half - float(np.abs(there).max())
+            there, _ = distances(surface, moved.local(task.points), moved.sizes)
+            # Points that did not move at all may, once another side is nearer to them.
+            if float(np.abs(there).max()) <= levels[0].half * WIDER:
+                won = half - float(np.abs(there[rest]).max())
         if moved is not None and won > 0.25 * gain:
             placed, radius = moved, 2.0 * radius
         else:
