@@ -32,6 +32,10 @@ class FarMessage(Painted):
         """Return what is read first."""
         return self._trouble or self._step
 
+    def is_trouble(self) -> bool:
+        """Return whether it says what is in the way."""
+        return bool(self._trouble)
+
     def type_pixels(self) -> int:
         """Return the pixel size of what is read first."""
         first = self._first()

@@ -122,7 +122,7 @@ class FarView(QWidget):
             self._buttons.append(button)
             row.addWidget(button, 1)
         grid.addLayout(row, 5, 0, 1, 2)
-        for line, stretch in enumerate((103, 103, 428, 88, 147, 0)):
+        for line, stretch in enumerate((107, 107, 434, 83, 138, 0)):
             grid.setRowStretch(line, stretch)
 
     def show_live(self, live: LiveView) -> None:
@@ -182,6 +182,9 @@ class FarView(QWidget):
         """Return the pixel size of the type of everything that is read from afar."""
         texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
         pixels = {text.accessibleName(): text.type_pixels() for text in texts}
+        if self._message.is_trouble():
+            # A reason takes as many words as it needs: it is as large as they allow.
+            return pixels
         return pixels | {self._message.text(): self._message.type_pixels()}
 
     def set_theme(self, theme: Theme) -> None:
