@@ -73,8 +73,10 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
     elif inside:
         zone = _largest_held(task)
     else:
-        steps = natural_steps(surface, task.points, task.start)
-        zone = balanced(task, settle(surface, task.points, task.start, steps, 1.0))
+        # Convex, so that any start does; of a small patch the least-squares centre is far away.
+        middle = Placed(task.start.frame, np.zeros(3))
+        steps = natural_steps(surface, task.points, middle)
+        zone = balanced(task, settle(surface, task.points, middle, steps, 1.0))
     if inside and not _surround(task, zone.placed):
         raise _not_around(start.shape)
     return settled_fit(task, start, criterion, zone)
