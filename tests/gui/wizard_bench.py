@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -161,7 +162,10 @@ class WizardBench:
                 widget.set_theme(THEMES[theme])
 
     def close(self) -> None:
-        """Close everything."""
+        """Close everything, and wait for the prediction that the wizard does not wait for."""
         self.wizard.close_runner()
         self.wizard.close()
         self.wizard.deleteLater()
+        for thread in threading.enumerate():
+            if thread.name == "ocmm-prediction":
+                thread.join(PATIENCE_MS / 1000.0)

@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.timing, pytest.mark.slow, pytest.mark.timeout(400)]
 
 _ROOT = Path(__file__).resolve().parents[2]
 _PROGRAM = _ROOT / "benchmarks" / "fault_scenarios.py"
-STARTS = 40
+STARTS = 15
 """The benchmark makes a thousand."""
 _BUFFER_MS = 90
 """Cameras hold 128 ms of frames; a computer that stood still for longer loses some."""

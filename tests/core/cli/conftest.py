@@ -1,11 +1,15 @@
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from ocmm_core.cli import main
+from ocmm_core.documents import resource
 
 Ocmm = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -26,3 +30,36 @@ def ocmm(tmp_path: Path) -> Ocmm:
         )
 
     return run
+
+
+@pytest.fixture
+def ocmm_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Ocmm:
+    """Return the same in this process: two seconds less each for what needs no process."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+
+    def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+        command = ["ocmm", *map(str, arguments)]
+        monkeypatch.setattr(sys, "argv", command)
+        capfd.readouterr()
+        code: str | int | None = 0
+        try:
+            main()
+        except SystemExit as end:
+            code = end.code
+        out, err = capfd.readouterr()
+        return subprocess.CompletedProcess(command, int(code or 0), out, err)
+
+    return run
+
+
+@pytest.fixture
+def slow_rig(tmp_path: Path) -> Path:
+    """Return the recommended rig with an eighth of the frames, where speed does not matter."""
+    text = resource("rigs", "recommended.toml").read_text("utf-8")
+    assert "frame_rate_hz = 8000" in text
+    file = tmp_path / "slow_rig.toml"
+    file.write_text(text.replace("frame_rate_hz = 8000", "frame_rate_hz = 1000"), "utf-8")
+    return file

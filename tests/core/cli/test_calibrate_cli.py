@@ -76,7 +76,7 @@ def _rings(pid: int) -> set[Path]:
 
 
 def test_known_points_survive_a_kill_and_become_valid(
-    ocmm: Ocmm, tmp_path: Path, store: Path
+    ocmm_here: Ocmm, tmp_path: Path, store: Path
 ) -> None:
     command = ["calibrate", "cameras", "--points", "points.csv", "--calibrations", "cal"]
     folder = store / "recommended" / "sessions"
@@ -84,35 +84,35 @@ def test_known_points_survive_a_kill_and_become_valid(
     assert lines < 120
     other = Bench.at(tmp_path).points(119)
     (tmp_path / "other.csv").write_bytes(write_reference_points(other))
-    refused = ocmm("calibrate", "cameras", "--points", "other.csv", "--calibrations", "cal")
+    refused = ocmm_here("calibrate", "cameras", "--points", "other.csv", "--calibrations", "cal")
     assert refused.returncode == 2
     assert "begun with another list" in refused.stderr
-    waiting = ocmm(*command)
+    waiting = ocmm_here(*command)
     assert waiting.returncode == 1, waiting.stderr
     assert "Continue" in waiting.stdout
     assert "waits for --accept or --keep" in waiting.stdout
     assert len(sessions(folder, Kind.KNOWN_POINTS)) == 1
-    done = ocmm(*command, "--accept")
+    done = ocmm_here(*command, "--accept")
     assert done.returncode == 0, done.stderr
     assert "State    SUSPECT" in done.stdout
-    status = ocmm("calibrate", "status", "--calibrations", "cal")
+    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
     assert status.returncode == 1
-    verified = ocmm("calibrate", "verify", "--calibrations", "cal", "--accept")
+    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "State    VALID" in verified.stdout
-    status = ocmm("calibrate", "status", "--calibrations", "cal")
+    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
     assert (status.returncode, status.stdout.split()[1]) == (0, "VALID")
-    history = ocmm("calibrate", "history", "--calibrations", "cal").stdout
+    history = ocmm_here("calibrate", "history", "--calibrations", "cal").stdout
     assert history.index("accepted") < history.index("verification passed")
 
 
 def test_a_relocation_survives_a_kill_and_becomes_valid(
-    ocmm: Ocmm, tmp_path: Path, store: Path
+    ocmm_here: Ocmm, tmp_path: Path, store: Path
 ) -> None:
     bench = Bench.at(tmp_path)
     points = bench.points(120)
     (tmp_path / "spots.csv").write_bytes(write_spots(bench.spots(points), points.names))
-    first = ocmm(
+    first = ocmm_here(
         "calibrate", "cameras", "--points", "points.csv", "--spots", "spots.csv",
         "--calibrations", "cal", "--accept",
     )  # fmt: skip
@@ -123,7 +123,7 @@ def test_a_relocation_survives_a_kill_and_becomes_valid(
     ]  # fmt: skip
     folder = store / "recommended" / "sessions"
     killed(command, tmp_path, folder, Kind.RELOCATION, 40)
-    done = ocmm(*command, "--accept")
+    done = ocmm_here(*command, "--accept")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Continue" in done.stdout
     assert "the frame moved by" in done.stdout
@@ -131,29 +131,29 @@ def test_a_relocation_survives_a_kill_and_becomes_valid(
         ["calibrate", "verify", "--calibrations", "cal", "--move", "7"],
         tmp_path, folder, Kind.VERIFICATION, 15,
     )  # fmt: skip
-    verified = ocmm("calibrate", "verify", "--calibrations", "cal", "--move", "7", "--accept")
+    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--move", "7", "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "Continue" in verified.stdout
     assert "State    VALID" in verified.stdout
 
 
 def test_a_relocation_from_recorded_shots_and_one_that_lacks_some(
-    ocmm: Ocmm, tmp_path: Path, store: Path
+    ocmm_here: Ocmm, tmp_path: Path, store: Path
 ) -> None:
     bench = Bench.at(tmp_path)
     shots = recorded(bench, poses=260, bars=10)
     (tmp_path / "shots.csv").write_bytes(write_shots(shots, bench.rig))
     (tmp_path / "few.csv").write_bytes(write_shots(shots[:50], bench.rig))
     command = ["calibrate", "relocate", "--calibrations", "cal", "--poses", "200", "--accept"]
-    few = ocmm(*command, "--shots", "few.csv")
+    few = ocmm_here(*command, "--shots", "few.csv")
     assert few.returncode == 2
     assert "not shown enough" in few.stderr
-    done = ocmm(*command, "--shots", "shots.csv")
+    done = ocmm_here(*command, "--shots", "shots.csv")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "State    SUSPECT" in done.stdout
     strange = [Shot("nest", "", shots[0].uv, 0.01)]
     (tmp_path / "nests.csv").write_bytes(write_shots(strange, bench.rig))
-    wrong = ocmm(*command, "--shots", "nests.csv")
+    wrong = ocmm_here(*command, "--shots", "nests.csv")
     assert wrong.returncode == 2
     assert "kind 'nest'" in wrong.stderr
 

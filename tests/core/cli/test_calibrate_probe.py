@@ -33,7 +33,7 @@ def recorded(bench: PivotBench, path: Path, shift: Float, n: int = 420) -> Path:
 
 
 def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
-    ocmm: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path
 ) -> None:
     folder = tmp_path / "probes"
     command = [
@@ -42,7 +42,7 @@ def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
     place = folder / "standard" / "sessions"
     lines = killed(command, tmp_path, place, Kind.PIVOT, 6)
     assert not ProbeStore(folder / "standard").events
-    done = ocmm(*command, "--record", "sweeps.ocmm-rec", "--accept")
+    done = ocmm_here(*command, "--record", "sweeps.ocmm-rec", "--accept")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Continue" in done.stdout
     assert sessions(place, Kind.PIVOT)[0].read_bytes().count(b"\n") > lines
@@ -52,7 +52,7 @@ def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
     assert active is not None
     assert active.calibration.made_by == "me"
     assert np.abs(active.calibration.tip_mm).max() < 0.05
-    waiting = ocmm(*command[:2], "--tip", "B", "--probes", "again", "--poses", "150",
+    waiting = ocmm_here(*command[:2], "--tip", "B", "--probes", "again", "--poses", "150",
                    "--source", "replay:sweeps.ocmm-rec")  # fmt: skip
     # The recording begins where the killed session stood; what is left of it still makes sweeps.
     assert waiting.returncode == 1, waiting.stdout + waiting.stderr
@@ -60,26 +60,26 @@ def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
 
 
 def test_recorded_sweeps_are_calibrated_and_a_change_wants_a_reason(
-    ocmm: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path
 ) -> None:
     bench = PivotBench(tmp_path)
     base = ("calibrate", "probe", "--tip", "A", "--probes", "probes", "--accept")
-    first = ocmm(*base, "--sweeps", recorded(bench, tmp_path / "one.csv", np.zeros(3)))
+    first = ocmm_here(*base, "--sweeps", recorded(bench, tmp_path / "one.csv", np.zeros(3)))
     assert first.returncode == 0, first.stdout + first.stderr
     moved = recorded(bench, tmp_path / "two.csv", np.array([0.0, 0.09, 0.0]))
-    refused = ocmm(*base, "--sweeps", moved)
+    refused = ocmm_here(*base, "--sweeps", moved)
     assert refused.returncode == 2
     assert "Say why it changed" in refused.stderr
-    told = ocmm(*base, "--sweeps", moved, "--because", "new stylus")
+    told = ocmm_here(*base, "--sweeps", moved, "--because", "new stylus")
     assert told.returncode == 0, told.stdout + told.stderr
     assert "Continue" in told.stdout
     store = ProbeStore(tmp_path / "probes" / "standard")
     assert [one.change_reason for one in store.calibrations()] == ["", "new stylus"]
     short = recorded(bench, tmp_path / "three.csv", np.zeros(3), n=60)
-    lacking = ocmm(*base, "--new", "--sweeps", short)
+    lacking = ocmm_here(*base, "--new", "--sweeps", short)
     assert lacking.returncode == 2
     assert "poses are missing" in lacking.stderr
-    again = ocmm(*base, "--anew", "--sweeps", moved)
+    again = ocmm_here(*base, "--anew", "--sweeps", moved)
     assert again.returncode == 0, again.stdout + again.stderr
     told_of, third = ProbeStore(store.folder).calibrations()[-2:]
     assert third.data_sha256 == told_of.data_sha256, "the short sweep is not in it"

@@ -37,11 +37,11 @@ def test_sensors_are_learnt_for_the_calibration_in_force(tmp_path: Path) -> None
     assert baseline.left_px < 0.004
 
 
-def test_nothing_is_learnt_with_a_calibration_in_doubt(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_nothing_is_learnt_with_a_calibration_in_doubt(ocmm_here: Ocmm, tmp_path: Path) -> None:
     store = calibrate(tmp_path / "cal", fresh_record())
     now = datetime.now(UTC)
     store.suspect("monitor", "Camera left has changed.", now, now)
-    said = ocmm(*COMMAND)
+    said = ocmm_here(*COMMAND)
     assert said.returncode == 2
     assert "Camera left has changed." in said.stderr
     assert list(store.folder.glob("baseline-*")) == []

@@ -34,13 +34,13 @@ def probes(tmp_path: Path) -> Path:
     return tmp_path / "probes"
 
 
-def test_a_tip_is_qualified_and_checked_live(ocmm: Ocmm, probes: Path) -> None:
-    said = ocmm("calibrate", "tip", "--probes", probes, "--who", "Ada", "--accept")
+def test_a_tip_is_qualified_and_checked_live(ocmm_here: Ocmm, probes: Path) -> None:
+    said = ocmm_here("calibrate", "tip", "--probes", probes, "--who", "Ada", "--accept")
     assert said.returncode == 0, said.stdout + said.stderr
     assert "Verdict  PASSED" in said.stdout
     assert f"Tip      {TIP}: VALID" in said.stdout
     assert "25, at 25 of 25 places" in said.stdout
-    wrong = ocmm(
+    wrong = ocmm_here(
         "calibrate", "check-tip", "--probes", probes, "--scene", "wrong-length", "--accept"
     )
     assert wrong.returncode == 1
@@ -51,7 +51,7 @@ def test_a_tip_is_qualified_and_checked_live(ocmm: Ocmm, probes: Path) -> None:
     assert [one.passed for one in records.checks()] == [False]
 
 
-def test_recorded_shots_are_checked(ocmm: Ocmm, tmp_path: Path, probes: Path) -> None:
+def test_recorded_shots_are_checked(ocmm_here: Ocmm, tmp_path: Path, probes: Path) -> None:
     world = TipWorld.of()
     rng = np.random.default_rng(1)
     truth = world.draw(rng)
@@ -62,20 +62,20 @@ def test_recorded_shots_are_checked(ocmm: Ocmm, tmp_path: Path, probes: Path) ->
     (tmp_path / "few.csv").write_bytes(write_shots(shots[:10], world.rig))
     (tmp_path / "good.csv").write_bytes(write_shots(shots, world.rig))
     options = ("--probes", probes, "--temperature", "20", "--accept", "--shots")
-    few = ocmm("calibrate", "check-tip", *options, "few.csv")
+    few = ocmm_here("calibrate", "check-tip", *options, "few.csv")
     assert few.returncode == 2
     assert "3 points on the sphere are missing" in few.stderr
     # The session goes on with the complete file.
-    good = ocmm("calibrate", "check-tip", *options, "good.csv")
+    good = ocmm_here("calibrate", "check-tip", *options, "good.csv")
     assert good.returncode == 0, good.stdout + good.stderr
     assert "Continue" in good.stdout
     assert "Verdict  PASSED" in good.stdout
 
 
-def test_what_cannot_be_done_is_said(ocmm: Ocmm, tmp_path: Path, probes: Path) -> None:
-    never = ocmm("calibrate", "tip", "--probes", tmp_path / "none")
+def test_what_cannot_be_done_is_said(ocmm_here: Ocmm, tmp_path: Path, probes: Path) -> None:
+    never = ocmm_here("calibrate", "tip", "--probes", tmp_path / "none")
     assert never.returncode == 2
     assert "was never calibrated" in never.stderr
-    other = ocmm("calibrate", "check-tip", "--probes", probes, "--tip", "3 mm")
+    other = ocmm_here("calibrate", "check-tip", "--probes", probes, "--tip", "3 mm")
     assert other.returncode == 2
     assert "never calibrated with tip '3 mm'" in other.stderr

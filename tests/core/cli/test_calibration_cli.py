@@ -49,9 +49,9 @@ def test_which_sources_need_a_calibration(source: str, real: bool, tmp_path: Pat
     assert (in_use.fault is not None) is real
 
 
-def test_a_valid_calibration_is_measured_with_and_named(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_valid_calibration_is_measured_with_and_named(ocmm_here: Ocmm, tmp_path: Path) -> None:
     digest = calibrate(tmp_path / "cal")
-    done = ocmm("measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal")
+    done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal")
     assert (done.returncode, done.stderr) == (0, "")
     assert f"VALID {digest[:12]}" in done.stdout
     with (tmp_path / "out/QUICK-001_report.csv").open(newline="") as stream:
@@ -59,10 +59,10 @@ def test_a_valid_calibration_is_measured_with_and_named(ocmm: Ocmm, tmp_path: Pa
 
 
 def test_an_expired_calibration_ends_with_its_reason_and_exit_code_2(
-    ocmm: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path
 ) -> None:
     calibrate(tmp_path / "cal", until_days=-1.0)
-    done = ocmm(
+    done = ocmm_here(
         "measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal", "--speed", "1"
     )
     assert done.returncode == 2
@@ -72,8 +72,8 @@ def test_an_expired_calibration_ends_with_its_reason_and_exit_code_2(
     assert not list((tmp_path / "out").glob("*.csv"))
 
 
-def test_who_insists_gets_a_report_that_proves_nothing(ocmm: Ocmm, tmp_path: Path) -> None:
-    done = ocmm(
+def test_who_insists_gets_a_report_that_proves_nothing(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    done = ocmm_here(
         "measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal", "--uncalibrated"
     )
     assert done.returncode == 1
@@ -86,7 +86,7 @@ def test_who_insists_gets_a_report_that_proves_nothing(ocmm: Ocmm, tmp_path: Pat
     assert all(row["Calibration"].startswith("UNCALIBRATED ") for row in rows)
 
 
-def test_recorded_real_cameras_need_a_calibration_too(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_recorded_real_cameras_need_a_calibration_too(ocmm_here: Ocmm, tmp_path: Path) -> None:
     # Recorded in this process, as from a bus: the name of the source says so.
     virtual = script_of(StationRequest(plan=QUICK, out=tmp_path), load_plan(QUICK)).build()
     description = replace(
@@ -96,23 +96,23 @@ def test_recorded_real_cameras_need_a_calibration_too(ocmm: Ocmm, tmp_path: Path
     with FrameRecorder(tmp_path / "run.ocmmrec", description, rig) as recorder:
         recorder.append(virtual.frames(0, 8000))
     arguments = ("measure", "--plan", QUICK, "--source", "replay:run.ocmmrec", "--speed", "0.5")
-    done = ocmm(*arguments, "--out", "out")
+    done = ocmm_here(*arguments, "--out", "out")
     assert done.returncode == 2
     assert "of real cameras (EtherCAT on enp3s0)" in done.stderr
     digest = calibrate(tmp_path / "cal")
-    done = ocmm(*arguments, "--out", "out", "--calibrations", "cal")
+    done = ocmm_here(*arguments, "--out", "out", "--calibrations", "cal")
     assert done.returncode == 2
     assert "of a real probe (EtherCAT on enp3s0)" in done.stderr
     Tips(tmp_path / "tips")
-    done = ocmm(*arguments, "--out", "out", "--calibrations", "cal", "--probes", "tips")
+    done = ocmm_here(*arguments, "--out", "out", "--calibrations", "cal", "--probes", "tips")
     assert f"VALID {digest[:12]}" in done.stdout
     assert "VALID standard/6 mm" in done.stdout
     assert "The source ended before the job was complete" in done.stderr
 
 
-def test_real_cameras_are_not_measured_with_by_a_rig_document(ocmm: Ocmm) -> None:
+def test_real_cameras_are_not_measured_with_by_a_rig_document(ocmm_here: Ocmm) -> None:
     # There is no such interface; which calibration is meant is said before it is looked for.
-    done = ocmm("measure", "--plan", QUICK, "--out", "out", "--source", "ethercat:nope0")
+    done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--source", "ethercat:nope0")
     assert done.returncode == 2
     assert "nope0" in done.stderr
     label = re.search(r"Calibration +NONE [0-9a-f]{12}", done.stdout)

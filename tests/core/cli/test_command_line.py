@@ -47,39 +47,44 @@ def test_measure_conforms_with_exit_code_0_and_writes_job_and_report(
         assert job.verify() == []
 
 
-def test_a_part_out_of_tolerance_gives_exit_code_1(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_part_out_of_tolerance_gives_exit_code_1(
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
+) -> None:
     plan = edited(tmp_path / "plan.toml", QUICK, "nominal = 19.989", "nominal = 19.8")
-    done = ocmm("measure", "--plan", plan, "--out", "out")
+    done = ocmm_here("measure", "--rig", slow_rig, "--plan", plan, "--out", "out")
     assert done.returncode == 1
     assert re.search(r"Ball diameter .*NOT CONFORM", done.stdout)
 
 
 def test_a_value_at_its_limit_is_not_proven_and_gives_exit_code_1(
-    ocmm: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
-    assert ocmm("measure", "--plan", QUICK, "--out", "out").returncode == 0
+    assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
     with (tmp_path / "out/QUICK-001_report.csv").open(newline="") as stream:
         step = float(list(csv.DictReader(stream))[1]["Measured"])
     # The same measurement again, with the upper limit (nominal + 0.08) where its value lies.
     plan = edited(tmp_path / "plan.toml", QUICK, "nominal = 20.34", f"nominal = {step - 0.08:.4f}")
-    done = ocmm("measure", "--plan", plan, "--out", "out")
+    done = ocmm_here("measure", "--rig", slow_rig, "--plan", plan, "--out", "out")
     assert done.returncode == 1
     assert re.search(r"Block step .*NOT PROVEN", done.stdout)
 
 
 def test_the_same_seed_gives_the_same_report_and_another_seed_another(
-    ocmm: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
     for folder, seed in (("a", "5"), ("b", "5"), ("c", "6")):
-        assert ocmm("measure", "--plan", QUICK, "--out", folder, "--seed", seed).returncode == 0
+        done = ocmm_here(
+            "measure", "--rig", slow_rig, "--plan", QUICK, "--out", folder, "--seed", seed
+        )
+        assert done.returncode == 0
     report = {f: (tmp_path / f / "QUICK-001_report.csv").read_bytes() for f in "abc"}
     assert report["a"] == report["b"] != report["c"]
 
 
-def test_a_recording_is_measured_to_the_same_report(ocmm: Ocmm, tmp_path: Path) -> None:
-    done = ocmm("measure", "--plan", QUICK, "--out", "live", "--record", "run.ocmmrec")
+def test_a_recording_is_measured_to_the_same_report(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    done = ocmm_here("measure", "--plan", QUICK, "--out", "live", "--record", "run.ocmmrec")
     assert done.returncode == 0
-    done = ocmm(
+    done = ocmm_here(
         "measure", "--plan", QUICK, "--out", "again", "--source", "replay:run.ocmmrec",
         "--serial", "A-9", "--parts", "2",
     )  # fmt: skip
@@ -93,11 +98,11 @@ def test_a_recording_is_measured_to_the_same_report(ocmm: Ocmm, tmp_path: Path) 
     assert reports[0].read_bytes() == reports[1].read_bytes()
 
 
-def test_record_writes_what_replay_reads(ocmm: Ocmm, tmp_path: Path) -> None:
-    done = ocmm("record", "--plan", QUICK, "--out", "run.ocmmrec", "--seconds", "2")
+def test_record_writes_what_replay_reads(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    done = ocmm_here("record", "--plan", QUICK, "--out", "run.ocmmrec", "--seconds", "2")
     assert done.returncode == 0
     assert "16000 frames" in done.stdout
-    done = ocmm("measure", "--plan", QUICK, "--out", "out", "--source", "replay:run.ocmmrec")
+    done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--source", "replay:run.ocmmrec")
     assert done.returncode == 2
     assert "missing: BED" in done.stderr
 
@@ -109,8 +114,8 @@ def test_headless_demo_prints_measured_and_true_values(ocmm: Ocmm) -> None:
 
 
 @pytest.mark.parametrize("command", ["", "demo", "measure", "record", "rig", "bench"])
-def test_help_reads_like_documentation(ocmm: Ocmm, command: str) -> None:
-    done = ocmm(*filter(None, [command]), "--help")
+def test_help_reads_like_documentation(ocmm_here: Ocmm, command: str) -> None:
+    done = ocmm_here(*filter(None, [command]), "--help")
     assert done.returncode == 0
     assert "Usage: " in done.stdout
     assert len(done.stdout.splitlines()) > 8
@@ -161,11 +166,11 @@ def bad_documents(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("case", BAD_INPUT)
 @pytest.mark.usefixtures("bad_documents")
-def test_bad_input_gives_one_sentence_and_exit_code_2(ocmm: Ocmm, case: str) -> None:
+def test_bad_input_gives_one_sentence_and_exit_code_2(ocmm_here: Ocmm, case: str) -> None:
     arguments, words = BAD_INPUT[case]
     given = {"--plan": str(QUICK), "--out": "out"}
     given.update(zip(arguments[::2], arguments[1::2], strict=True))
-    done = ocmm("measure", *(text for pair in given.items() for text in pair))
+    done = ocmm_here("measure", *(text for pair in given.items() for text in pair))
     assert done.returncode == 2
     assert done.stderr.startswith("ocmm: ")
     assert "Traceback" not in done.stderr + done.stdout
@@ -176,17 +181,19 @@ def test_bad_input_gives_one_sentence_and_exit_code_2(ocmm: Ocmm, case: str) -> 
     assert remedy.endswith(".")
 
 
-def test_a_name_that_could_run_something_is_refused(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_name_that_could_run_something_is_refused(ocmm_here: Ocmm, tmp_path: Path) -> None:
     plan = edited(tmp_path / "plan.toml", QUICK, 'name = "Block step"', "name = '=cmd|calc'")
-    done = ocmm("measure", "--plan", plan, "--out", "out")
+    done = ocmm_here("measure", "--plan", plan, "--out", "out")
     assert done.returncode == 2
     assert "characteristics[1].name" in done.stderr
 
 
-def test_an_existing_job_is_never_overwritten(ocmm: Ocmm, tmp_path: Path) -> None:
-    assert ocmm("measure", "--plan", QUICK, "--out", "out").returncode == 0
+def test_an_existing_job_is_never_overwritten(
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
+) -> None:
+    assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
     first = (tmp_path / "out/QUICK-001.ocmm").read_bytes()
-    assert ocmm("measure", "--plan", QUICK, "--out", "out").returncode == 0
+    assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
     assert (tmp_path / "out/QUICK-001.ocmm").read_bytes() == first
     assert (tmp_path / "out/QUICK-002_report.csv").exists()
 

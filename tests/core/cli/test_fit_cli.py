@@ -20,8 +20,9 @@ def _points(file: Path, shape: Shape, n: int = 20, outlier: float = 0.0) -> Path
     return file
 
 
-def test_a_cone_with_an_outlier(ocmm: Ocmm, tmp_path: Path) -> None:
-    done = ocmm("fit", _points(tmp_path / "cone.txt", Shape.CONE, outlier=0.02), "--shape", "cone")
+def test_a_cone_with_an_outlier(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    file = _points(tmp_path / "cone.txt", Shape.CONE, outlier=0.02)
+    done = ocmm_here("fit", file, "--shape", "cone")
     assert (done.returncode, done.stderr) == (0, "")
     angle = re.search(r"Full angle +([\d.]+) +([\d.]+) deg", done.stdout)
     assert angle is not None
@@ -31,30 +32,32 @@ def test_a_cone_with_an_outlier(ocmm: Ocmm, tmp_path: Path) -> None:
     assert "Form (peak to valley)" in done.stdout
 
 
-def test_a_circle_as_one_problem_and_what_goes_with_it(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_circle_as_one_problem_and_what_goes_with_it(ocmm_here: Ocmm, tmp_path: Path) -> None:
     file = _points(tmp_path / "circle.txt", Shape.CIRCLE)
-    done = ocmm("fit", file, "--shape", "circle", "--free")
+    done = ocmm_here("fit", file, "--shape", "circle", "--free")
     assert done.returncode == 0
     assert "one problem in space" in done.stdout
     assert "No outliers." in done.stdout
-    done = ocmm("fit", file, "--shape", "plane", "--free")
+    done = ocmm_here("fit", file, "--shape", "plane", "--free")
     assert (done.returncode, done.stdout) == (2, "")
     assert "--free is for circles" in done.stderr
-    done = ocmm("fit", file, "--shape", "line")
+    done = ocmm_here("fit", file, "--shape", "line")
     assert done.returncode == 2
     assert "circle.txt: The points do not determine a line" in done.stderr
 
 
-def test_verify_fits_prints_a_table_and_fails_beyond_a_limit(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_verify_fits_prints_a_table_and_fails_beyond_a_limit(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
     folder = tmp_path / "pairs" / "Plane"
     folder.mkdir(parents=True)
     points = ideal_points(Shape.PLANE, np.random.default_rng(72), 9)
     np.savetxt(folder / "pln1.ds", points, header="9", comments="")
-    assert ocmm("verify-fits", folder).returncode == 2
+    assert ocmm_here("verify-fits", folder).returncode == 2
     for tilt, code, word in ((0.0, 0, "PASS"), (2e-8, 1, "FAIL")):
         certified = [0.0, 0.0, 0.0, tilt, 0.0, 1.0]
         np.savetxt(folder / "pln1.fit", certified, fmt="%.17g")
-        done = ocmm("verify-fits", tmp_path / "pairs")
+        done = ocmm_here("verify-fits", tmp_path / "pairs")
         assert (done.returncode, done.stderr) == (code, "")
         assert re.search(rf"Plane +1 .* {word}", done.stdout)
     assert "Plane/pln1: beyond a limit (position 0.0e+00, direction 2.0e-08)." in done.stdout

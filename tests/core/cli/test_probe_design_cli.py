@@ -25,8 +25,8 @@ PROBE = resource("probes", "standard.toml")
 DESIGN = resource("designs", "standard.toml")
 
 
-def test_the_probe_of_the_thesis_is_examined(ocmm: Ocmm, tmp_path: Path) -> None:
-    done = ocmm("probe", "design", *THESIS, "--all-seen", "--out", "figures")
+def test_the_probe_of_the_thesis_is_examined(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    done = ocmm_here("probe", "design", *THESIS, "--all-seen", "--out", "figures")
     assert (done.returncode, done.stderr) == (0, "")
     number = re.search(r"Uncertainty of the tip by the spots: ([\d.]+) µm", done.stdout)
     assert number is not None
@@ -50,17 +50,19 @@ def test_the_probe_of_the_thesis_is_examined(ocmm: Ocmm, tmp_path: Path) -> None
         assert name in done.stdout
 
 
-def test_a_probe_without_a_design_says_so(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_probe_without_a_design_says_so(ocmm_here: Ocmm, tmp_path: Path) -> None:
     text = resource("probes", "standard.toml").read_text("utf-8")
     (tmp_path / "mine.toml").write_text(text.replace('"standard"', '"mine"'), "utf-8")
-    done = ocmm("probe", "design", "--probe", "mine.toml", "--poses", "200")
+    done = ocmm_here("probe", "design", "--probe", "mine.toml", "--poses", "200")
     assert done.returncode == 0
     assert "Growth and bending: not known." in done.stdout
     assert "Warmth" not in done.stdout
 
 
-def test_both_compensations_are_in_the_job_and_in_the_report(ocmm: Ocmm, tmp_path: Path) -> None:
-    done = ocmm(
+def test_both_compensations_are_in_the_job_and_in_the_report(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
+    done = ocmm_here(
         "measure", "--plan", QUICK, "--out", "out", "--probe-design", DESIGN,
         "--probe-temperature", "24", "--compensate-probe", "--part-temperature", "23",
         "--part-expansion", "11.5", "--compensate-part",
@@ -80,8 +82,8 @@ def test_both_compensations_are_in_the_job_and_in_the_report(ocmm: Ocmm, tmp_pat
     assert climate.probe_design == DESIGN.read_text("utf-8")
 
 
-def test_what_is_not_known_is_not_compensated(ocmm: Ocmm, tmp_path: Path) -> None:
-    done = ocmm("measure", "--plan", QUICK, "--out", "out", "--compensate-part")
+def test_what_is_not_known_is_not_compensated(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--compensate-part")
     assert done.returncode == 2
     assert "temperature of the part is not known" in done.stderr
     assert "--part-temperature" in done.stderr

@@ -51,10 +51,10 @@ def test_cameras_are_not_calibrated_with_a_tip_that_is_not_known(
     assert "never calibrated with tip 'long'" in str(done.exception)
 
 
-def test_a_tip_that_failed_its_check_is_not_measured_with(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_tip_that_failed_its_check_is_not_measured_with(ocmm_here: Ocmm, tmp_path: Path) -> None:
     Tips(tmp_path / "tips").check(passed=False)
     plan = resource("plans", "quick.toml")
-    done = ocmm("measure", "--plan", plan, "--out", "out", "--probes", "tips", "--speed", "1")
+    done = ocmm_here("measure", "--plan", plan, "--out", "out", "--probes", "tips", "--speed", "1")
     assert done.returncode == 2
     assert "Probe  SUSPECT standard/6 mm" in done.stdout
     assert f"SUSPECT: The last check of tip '{TIP}' failed." in done.stderr

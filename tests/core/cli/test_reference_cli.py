@@ -36,10 +36,12 @@ upper = 0.1
 """
 
 
-def test_a_job_with_a_reference_body_names_it_in_its_report(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_job_with_a_reference_body_names_it_in_its_report(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
     plan = tmp_path / "step.toml"
     plan.write_text(PLAN, encoding="utf-8")
-    done = ocmm(
+    done = ocmm_here(
         "measure", "--plan", plan, "--out", "out",
         "--probe", resource("probes", "standard4.toml"),
         "--reference", resource("references", "plate.toml"),
@@ -60,9 +62,9 @@ def test_a_job_with_a_reference_body_names_it_in_its_report(ocmm: Ocmm, tmp_path
     ],
 )
 def test_a_reference_body_that_cannot_be_used_is_refused_in_one_sentence(
-    ocmm: Ocmm, probe: str, reference: str, words: str
+    ocmm_here: Ocmm, probe: str, reference: str, words: str
 ) -> None:
-    done = ocmm(
+    done = ocmm_here(
         "measure", "--plan", resource("plans", "quick.toml"), "--out", "out",
         "--probe", resource("probes", probe), "--reference", resource("references", reference),
     )  # fmt: skip
