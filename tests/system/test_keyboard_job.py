@@ -29,6 +29,7 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.plan_file import save_plan
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
+from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import Notice, NoticeCentre
@@ -198,7 +199,10 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard.press(KEY.Key_F3, KEY.Key_Down)
     results = window.sheets.results
     assert results.summary() == summary_words(job)[0]
-    assert "NOT MEASURED" not in results.summary()
+    # A feature that was accepted with a point less may show no form; nothing else is missing.
+    of = {item.name: item.features for item in bridge.station.plan.characteristics}
+    lacking = [r.name for r in job.characteristics if r.verdict is Verdict.NOT_MEASURED]
+    assert all(name in of[lack] for lack in lacking)
     assert results.table.chosen() == job.characteristics[1].name
     keyboard.press(KEY.Key_F8)
     with keyboard.qtbot.waitSignal(bridge.exported, timeout=PATIENCE_MS) as written:
