@@ -67,13 +67,13 @@ def peer(start: Fit, points: Points3) -> float:
         if width - np.ptp(found) < 1e-13:
             break
         width = float(np.ptp(found))
+        step = np.zeros(slopes.shape[1])
         slopes = slopes[:, free]
         rows = np.block([[slopes, -ones, 0.0 * ones], [-slopes, 0.0 * ones, ones]])
         answer = linprog(
             np.array([0.0] * len(free) + [1.0, -1.0]), rows, np.concatenate([-found, found]),
             bounds=[(-0.1, 0.1)] * len(free) + [(None, None)] * 2, method="highs",
         )  # fmt: skip
-        step = np.zeros(6)
         step[free] = np.asarray(answer.x)[: len(free)]
         placed = placed.moved(step)
     return width * task.size
