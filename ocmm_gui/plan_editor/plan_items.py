@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import msgspec
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.inspection.plan import Plan
@@ -14,7 +14,6 @@ from ocmm_gui.theme import text_font
 LISTS = ("features", "constructions", "characteristics")
 """Lists of a plan, in the order in which they are shown."""
 
-_KEY = Qt.ItemDataRole.UserRole
 _ROW_PX = 34
 
 
