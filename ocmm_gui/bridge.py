@@ -27,7 +27,7 @@ from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.station.bus_watch import BusView
 from ocmm_core.station.station import MeasuringStation
 from ocmm_gui.evaluator import Evaluator
-from ocmm_gui.words import active_feature, shown_feature
+from ocmm_gui.words import active_feature
 
 LIVE_MS = 31
 """Between two pulls of the live values: a little less than a thirtieth of a second."""
@@ -162,14 +162,21 @@ class StationBridge(QObject):
         self._change(lambda session: session.redo())
 
     def skip(self) -> None:
-        """Leave the active feature out."""
-        self._change(lambda session: session.skip())
+        """Leave out the feature that is looked at, or the active one."""
+        name = self._job.looked_at
+        self._change(lambda session: session.skip(name))
 
     def repeat(self) -> None:
         """Measure the active feature anew, or the last one where none is active."""
-        shown = shown_feature(self._job)
+        shown = self._job.shown
         if shown is not None:
             self._change(lambda session: session.repeat(shown.name))
+
+    def reopen(self) -> None:
+        """Let the feature that is shown take points again, one that is done or skipped."""
+        shown = self._job.shown
+        if shown is not None:
+            self._change(lambda session: session.reopen(shown.name))
 
     def toggle_order(self) -> None:
         """Probe in any order, or in that of the plan again."""
@@ -229,20 +236,26 @@ class StationBridge(QObject):
         self._change(lambda session: session.refit())
 
     def select(self, feature: str) -> None:
-        """Make a feature of the plan the active one."""
+        """Look at a feature of the plan; one that is open gets the next touch."""
         if self._command(lambda: self._station.select(feature)):
             self._selected = feature
 
     def select_neighbour(self, step: int) -> None:
-        """Make the feature ``step`` places after the active one the active one."""
+        """Look at the feature ``step`` places after the one that is shown.
+
+        Behind the last one of a job that is done stands the verdict on the part.
+        """
         job = self._job
         names = [feature.name for feature in job.features]
         # Keys that come faster than the job is evaluated count as well.
-        active = self._selected or job.active
-        if active in names:
-            self.select(names[min(max(names.index(active) + step, 0), len(names) - 1)])
-        elif names:
-            self.select(names[-1])
+        shown = self._selected or job.looked_at or job.active
+        if not names:
+            return
+        place = (names.index(shown) if shown in names else len(names)) + step
+        if place >= len(names) and not job.active:
+            self.select("")
+        else:
+            self.select(names[min(max(place, 0), len(names) - 1)])
 
     def export(self, directory: Path) -> None:
         """Write the report into a folder."""

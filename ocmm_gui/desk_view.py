@@ -28,6 +28,7 @@ from ocmm_gui.actions import make_button
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.operator.feature_panel import FeaturePanel
 from ocmm_gui.operator.guidance import Guidance
+from ocmm_gui.operator.part_view import PartVerdictView
 from ocmm_gui.operator.plan_list import PlanList
 from ocmm_gui.operator.readout import Readout
 from ocmm_gui.operator.status_strip import StatusStrip
@@ -39,7 +40,8 @@ from ocmm_gui.words import header_words
 
 _PAGES = ("job", "plan", "alignment", "results", "keys")
 _TOOLS = ("cameras", "fit", "closeup", "theme", "export", "view", "mode")
-_STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"))
+_STEPS = (("flip", "skip", "repeat"), ("reopen", "order", "side"), ("pause",))
+_PART_PX = 190
 _PICTURE_PX = (96, 190)
 """Least and greatest height of the picture of the step."""
 _SIDE_PX = 250
@@ -78,12 +80,19 @@ class DeskView(QWidget):
         self._climate = sentence_label("Temperatures", 12)
         self._climate.setProperty("role", "muted")
         self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.part = PartVerdictView(limit=92, least=15)
+        self.part.setFixedHeight(_PART_PX)
+        self.part.hide()
+        centre = QVBoxLayout()
+        centre.setSpacing(8)
+        centre.addWidget(self.part)
+        centre.addWidget(self.points, 1)
         work = QWidget()
         beside = QHBoxLayout(work)
         beside.setContentsMargins(0, 0, 0, 0)
         beside.setSpacing(8)
         beside.addWidget(self._left(actions))
-        beside.addWidget(self.points, 1)
+        beside.addLayout(centre, 1)
         self._split = QSplitter(Qt.Orientation.Vertical)
         self._split.setChildrenCollapsible(False)
         self._split.addWidget(work)
@@ -126,6 +135,8 @@ class DeskView(QWidget):
         self._climate.setText(job.temperature)
         self.strip.show_job(job)
         self.plan.show_job(job)
+        self.part.show_job(job)
+        self.part.setVisible(job.shows_part)
         self.points.show_job(job)
         self.feature.show_job(job)
         self.guidance.show_job(job)

@@ -10,8 +10,7 @@ from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.readout import Readout
-from ocmm_gui.sound import Approach, Sound, SoundPlayer
-from ocmm_gui.words import next_step
+from ocmm_gui.sound import Approach, Sound, SoundPlayer, verdict_sound
 
 
 class Echo:
@@ -22,7 +21,7 @@ class Echo:
     sounds
         Player, or None for silence.
     notices
-        Where the end of the job is told.
+        Where it is told that the tone is on or off.
     readout
         Gives the readout that is seen now.
     """
@@ -55,25 +54,28 @@ class Echo:
         """Say what of a job is done now that was not before; another job says nothing."""
         if previous.job != job.job:
             return
+        if job.complete and not previous.complete:
+            # The last feature is part of the part: its verdict is never worse than that.
+            self._tell(job.part_verdict.verdict)
+            return
         before = {feature.name: feature.state for feature in previous.features}
         for feature in job.features:
             state = before.get(feature.name)
             if feature.state is FeatureState.DONE and state is not FeatureState.DONE:
-                bad = feature.verdict is Verdict.NOT_CONFORM
-                self.play(Sound.OUT_OF_TOLERANCE if bad else Sound.FEATURE_COMPLETE)
-                self._readout().flash(good=not bad)
-        if job.complete and not previous.complete:
-            self._notices.inform(next_step(job))
+                self._tell(job.verdict_of(feature.name).verdict)
+
+    def _tell(self, verdict: Verdict | None) -> None:
+        self.play(verdict_sound(verdict))
+        self._readout().flash(good=verdict in (None, Verdict.CONFORM))
 
     def way(self, target: Target | None, tip_world: Float | None) -> None:
         """Sound how the ball, (3,) mm, comes nearer to the next place."""
         self._approach.feed(target, tip_world)
 
     def toggle_tone(self) -> None:
-        """Sound the way to the next point, or do not."""
+        """Turn the approach tone on or off."""
         self._approach.enabled = not self._approach.enabled
-        state = "sounded" if self._approach.enabled else "silent"
-        self._notices.inform(f"The way to the next point is {state} now.")
+        self._notices.inform(f"Approach tone {'on' if self._approach.enabled else 'off'}.")
 
     def close(self) -> None:
         """Stop what still plays."""

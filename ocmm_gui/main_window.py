@@ -201,6 +201,7 @@ class MainWindow(QMainWindow):
             "flip": bridge.flip,
             "skip": bridge.skip,
             "repeat": bridge.repeat,
+            "reopen": bridge.reopen,
             "order": bridge.toggle_order,
             "pause": bridge.toggle_pause,
             "side": bridge.next_side,

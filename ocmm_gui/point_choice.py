@@ -9,7 +9,6 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.reason_panel import ReasonPanel
-from ocmm_gui.words import shown_feature
 
 
 class PointChoice(QObject):
@@ -75,13 +74,13 @@ class PointChoice(QObject):
 
     def show_job(self, job: JobView) -> None:
         """Forget the choice once its point is gone or another feature is shown."""
-        feature = shown_feature(job)
+        feature = job.shown
         known = () if feature is None else [point.number for point in feature.points]
         if self._chosen and self._chosen not in known:
             self.choose(0)
 
     def _feature(self) -> FeatureView | None:
-        return shown_feature(self._bridge.job())
+        return self._bridge.job().shown
 
     def _delete(self, number: int, reason: str) -> None:
         self._bridge.delete_point(number, reason)

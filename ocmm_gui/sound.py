@@ -21,6 +21,7 @@ from PySide6.QtCore import QObject, QProcess, QStandardPaths, QTemporaryDir
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.guidance import FAR_MM, cue
 from ocmm_core.inspection.view import Target
+from ocmm_core.tolerances.result import Verdict
 
 RATE_HZ = 22050
 _CONCERT_HZ, _STEPS_PER_OCTAVE = 440.0, 6
@@ -37,6 +38,7 @@ class Sound(Enum):
     FEATURE_COMPLETE = ((880.0, 0.09), (1109.0, 0.09), (1320.0, 0.14))
     TICK = ((660.0, 0.05),)
     STARTED = ((660.0, 0.10), (990.0, 0.20))
+    IN_DOUBT = ((523.0, 0.12), (440.0, 0.12), (523.0, 0.18))
     OUT_OF_TOLERANCE = ((330.0, 0.18), (330.0, 0.18), (247.0, 0.30))
 
 
@@ -145,6 +147,15 @@ class SoundPlayer(QObject):
             self._process.kill()
             self._process.waitForFinished(200)
             self._process = None
+
+
+def verdict_sound(verdict: Verdict | None) -> Sound:
+    """Return what is heard of a verdict; None is a feature without a tolerance."""
+    return {
+        None: Sound.FEATURE_COMPLETE,
+        Verdict.CONFORM: Sound.FEATURE_COMPLETE,
+        Verdict.NOT_CONFORM: Sound.OUT_OF_TOLERANCE,
+    }.get(verdict, Sound.IN_DOUBT)
 
 
 class Approach:

@@ -11,6 +11,7 @@ from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, LiveView, StatusWord
 from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.verdict import VerdictSummary
 
 DASHES = "———"
 """Stands for every number that is not known or not trusted."""
@@ -110,38 +111,10 @@ def active_feature(job: JobView) -> FeatureView | None:
     return next((item for item in job.features if item.name == job.active), None)
 
 
-def shown_feature(job: JobView) -> FeatureView | None:
-    """Return the feature whose result the panels show.
-
-    That is the active one; but a feature that is just done stays in sight until the next one has
-    its first point, or nobody would ever see its result.
-    """
-    active = active_feature(job)
-    touched = [feature for feature in job.features if feature.points]
-    if (active is not None and active.points) or not touched:
-        return active
-    return max(touched, key=lambda feature: feature.points[-1].number)
-
-
 def characteristics_of(job: JobView, feature: str) -> tuple[CharacteristicResult, ...]:
     """Return the characteristics that rest on a feature, in the order of the plan."""
     return tuple(item for item in job.characteristics if feature in item.features)
 
-
-def main_characteristic(job: JobView, feature: str) -> CharacteristicResult | None:
-    """Return the characteristic whose bar stands for a feature.
-
-    The first one that has a value; among these, and where none has one, the first that rests on
-    this feature alone comes before the first that rests on it at all.
-    """
-    mine = characteristics_of(job, feature)
-    alone = [item for item in mine if item.features == (feature,)]
-    choice = [*alone, *mine]
-    return next((item for item in choice if item.measured is not None), next(iter(choice), None))
-
-
-PROVISIONAL = "PROVISIONAL"
-"""Stands for the verdict while a feature is still being probed."""
 
 CRITERION_WORDS = {criterion: word for word, criterion in CRITERIA.items()}
 
@@ -212,11 +185,6 @@ def _off(number: int, residuals: Mapping[int, float]) -> str:
     return f"point {number} ({millimetres(residuals[number], signed=True)} mm)"
 
 
-def is_provisional(job: JobView, result: CharacteristicResult) -> bool:
-    """Return whether a value will still change: a feature that it rests on is being probed."""
-    return result.name in job.provisional
-
-
 PAUSED = "PAUSED"
 """Stands for the state of a machine that is ready while touches are not taken."""
 
@@ -231,13 +199,15 @@ def next_step(job: JobView) -> str:
     """Return the sentence that says what to do now."""
     if job.paused:
         return "Paused: touches are not taken. Press Z to go on."
+    looked_at = job.shown if job.looked_at else None
+    if looked_at is not None:
+        state = "skipped" if looked_at.skipped else "done"
+        return f"{looked_at.name} is {state}. Press R to reopen it, PgDown to go on."
     feature = active_feature(job)
     if feature is None:
-        left_out = [item.name for item in job.features if item.skipped]
-        if left_out:
-            named = ", ".join(left_out)
-            return f"All but {named} is measured. Choose one to measure it, or press E."
-        return "All features are measured. Press E to write the report."
+        if not job.part_verdict.complete:
+            return "Choose what is missing and measure it, or press E to write the report."
+        return "All features measured. Press E to write the report."
     if job.probing == "any" and not feature.points:
         return "Touch any feature. It is found by where you touch."
     missing = feature.needed - len(feature.points)
@@ -265,7 +235,7 @@ def header_words(job: JobView) -> str:
 def step_text(job: JobView) -> str:
     """Return the words of the plan for the step, and the core's warning about the spread."""
     feature = active_feature(job)
-    if feature is None:
+    if feature is None or job.looked_at:
         return ""
     # While points are missing anyway the next target says where.
     late = feature.coverage is not None and len(feature.points) >= feature.needed - 1
@@ -311,14 +281,31 @@ def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def progress_word(feature: FeatureView) -> str:
-    """Return the word behind a feature of the plan."""
+def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
+    """Return the word behind a feature of the plan; ``verdict`` is that of the feature."""
     if feature.state is FeatureState.ACTIVE:
         return "ACTIVE"
     if feature.state is FeatureState.PENDING:
         return "OPEN"
     if feature.state is FeatureState.SKIPPED:
         return "SKIPPED"
-    # A characteristic that waits for another feature says nothing about this one.
-    verdict = feature.verdict
-    return "DONE" if verdict is None or verdict is Verdict.NOT_MEASURED else str(verdict.value)
+    return "DONE" if verdict is None else str(verdict.value)
+
+
+def verdict_line(summary: VerdictSummary) -> str:
+    """Return the verdict of a feature, counted where several characteristics make it."""
+    if summary.verdict is None:
+        return "NO TOLERANCE"
+    return summary.words or str(summary.verdict.value)
+
+
+def part_line(job: JobView) -> str:
+    """Return the verdict on the part with all counts, in one line."""
+    part = job.part_verdict
+    counted = part.summary.counted or "The plan has no characteristics"
+    words = f"{part.word.value}: {counted}"
+    return f"{SIMULATED}. {words}" if job.simulated else words
+
+
+SIMULATED = "SIMULATED"
+"""Stands on everything that came from a virtual rig."""

@@ -32,6 +32,7 @@ from ocmm_core.fieldbus.health import (
     first_frame,
     judge,
 )
+from ocmm_core.fieldbus.interface import is_virtual_interface
 from ocmm_core.fieldbus.journal import OPERATION
 from ocmm_core.fieldbus.objects import ObjectService, Port
 from ocmm_core.fieldbus.report import BusPhase, BusReport, encode_report
@@ -109,6 +110,7 @@ class EthercatSource:
             frame_period_ns=self._settings.frame_period_ns,
             cycle_period_ns=self._settings.cycle_period_ns,
             live=True,
+            simulated=is_virtual_interface(self._settings.interface),
         )
 
     @property

@@ -69,6 +69,7 @@ class FrameRecorder:
             frame_period_ns=description.frame_period_ns,
             cycle_period_ns=description.cycle_period_ns,
             started_utc=datetime.now(UTC).isoformat(timespec="microseconds"),
+            simulated=description.simulated,
         )
         try:
             self._stream = self.path.open("xb", buffering=0)
@@ -202,6 +203,7 @@ class ReplaySource:
             frame_period_ns=head.frame_period_ns,
             cycle_period_ns=head.cycle_period_ns,
             live=False,
+            simulated=head.is_simulated,
         )
         self._speed = speed
         self._next = 0

@@ -29,7 +29,13 @@ _CHUNK = struct.Struct("<4sIIII")
 _LONGEST_HEAD = 65536
 
 
-class RecordingHead(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+_COMPUTED = ("simulated", "EtherCAT, virtual wire")
+"""How the names of virtual sources begin, in recordings that do not say it themselves yet."""
+
+
+class RecordingHead(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """What was recorded.
 
     Attributes
@@ -46,6 +52,9 @@ class RecordingHead(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         As the source said.
     started_utc
         ISO 8601 text.
+    simulated
+        The frames are those of a virtual rig. Left out where they are not, so that the checksum of
+        older recordings holds.
     """
 
     schema: str
@@ -56,6 +65,12 @@ class RecordingHead(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     frame_period_ns: int
     cycle_period_ns: int
     started_utc: str
+    simulated: bool = False
+
+    @property
+    def is_simulated(self) -> bool:
+        """Return whether the frames are those of a virtual rig, also in older recordings."""
+        return self.simulated or self.source.startswith(_COMPUTED)
 
 
 class _HeadLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

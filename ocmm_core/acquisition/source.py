@@ -24,6 +24,8 @@ class SourceDescription:
         Time between two reads, ns.
     live
         Frames come whether or not anybody reads; a source that is not live waits for the reader.
+    simulated
+        The frames are computed: no real camera saw a real part. What is measured says so.
     """
 
     name: str
@@ -31,6 +33,7 @@ class SourceDescription:
     frame_period_ns: int
     cycle_period_ns: int
     live: bool
+    simulated: bool
 
 
 @runtime_checkable

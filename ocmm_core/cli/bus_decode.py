@@ -156,4 +156,6 @@ def _description(path: Path, capture: BusCapture, rig: Rig) -> SourceDescription
         frame_period_ns=capture.period_ns,
         cycle_period_ns=_CYCLE_NS,
         live=True,
+        # A capture file does not say what kind of interface it was taken from.
+        simulated=False,
     )

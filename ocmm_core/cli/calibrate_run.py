@@ -138,6 +138,7 @@ def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
         frame_period_ns=bus.frame_period_ns,
         cycle_period_ns=bus.cycle_period_ns,
         live=True,
+        simulated=True,
     )
     return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)
 

@@ -23,6 +23,7 @@ from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STAN
 from ocmm_core.cli.source_names import PIXEL_BUS, VIRTUAL_BUSES, VIRTUAL_WIRE
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.fieldbus.interface import is_virtual_interface
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.view import Probing
 from ocmm_core.simulation.camera_process import SegmentConfig
@@ -261,7 +262,8 @@ def _virtual_bus(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
     bus = _bus_config(rig, ring, "", virtual.frame_period_ns, force=False)
     acquisition = VirtualBus(bus, segment_of(request, plan, rig), ring)
     name = f"{VIRTUAL_WIRE} ({rig.name}, seed {request.seed})"
-    return Feed(acquisition, ring, _bus_description(name, rig, bus), live=True, virtual=virtual)
+    description = _bus_description(name, rig, bus, simulated=True)
+    return Feed(acquisition, ring, description, live=True, virtual=virtual)
 
 
 def _bus(request: StationRequest, rig: Rig, interface: str) -> Feed:
@@ -270,14 +272,17 @@ def _bus(request: StationRequest, rig: Rig, interface: str) -> Feed:
     first, _, second = interface.partition("+")
     bus = _bus_config(rig, ring, first, period_ns, force=request.force)
     bus = msgspec.structs.replace(bus, redundant_interface=second)
-    description = _bus_description(f"EtherCAT on {interface}", rig, bus)
+    simulated = is_virtual_interface(first) or is_virtual_interface(second)
+    description = _bus_description(f"EtherCAT on {interface}", rig, bus, simulated=simulated)
     return Feed(BusProcess(bus, ring), ring, description, live=True)
 
 
 def _service(request: StationRequest, rig: Rig) -> Feed:
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", round(1e9 / rig.frame_rate_hz), force=False)
-    description = _bus_description("EtherCAT, service of this computer", rig, bus)
+    # Its interface is known once it has reported; the station asks then.
+    name = "EtherCAT, service of this computer"
+    description = _bus_description(name, rig, bus, simulated=False)
     return Feed(ServiceBus(bus, ring), ring, description, live=True)
 
 
@@ -293,13 +298,16 @@ def _bus_config(
     )
 
 
-def _bus_description(name: str, rig: Rig, bus: BusConfig) -> SourceDescription:
+def _bus_description(
+    name: str, rig: Rig, bus: BusConfig, *, simulated: bool
+) -> SourceDescription:
     return SourceDescription(
         name=name,
         camera_serials=tuple(camera.serial for camera in rig.cameras),
         frame_period_ns=bus.frame_period_ns,
         cycle_period_ns=bus.cycle_period_ns,
         live=True,
+        simulated=simulated,
     )
 
 

@@ -20,6 +20,7 @@ from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_core.measuring.point import Refusal
 from ocmm_core.tolerances.characteristic import FORMS
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.verdict import PartWord
 
 _POLL_S = 0.05
 _WIDE = 118
@@ -28,6 +29,7 @@ _STYLE = {
     Verdict.NOT_CONFORM: "bold red",
     Verdict.NOT_PROVEN: "yellow",
     Verdict.NOT_MEASURED: "yellow",
+    Verdict.PROVISIONAL: "yellow",
 }
 
 
@@ -136,8 +138,8 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
 
 
 def exit_code(view: JobView) -> int:
-    """Return 0 where every characteristic conforms and 1 where one does not."""
-    return int(any(result.verdict is not Verdict.CONFORM for result in view.characteristics))
+    """Return 0 where nothing speaks against the part, and 1 where it is not proven to conform."""
+    return int(view.part_verdict.word not in (PartWord.CONFORMS, PartWord.NO_TOLERANCE))
 
 
 def _header(header: JobHeader) -> str:

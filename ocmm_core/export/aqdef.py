@@ -211,7 +211,7 @@ def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Num
     if result.stated is None:
         return None, _MISSING
     held = bool(held_below(result, data.plan, data.view))
-    doubtful = held or bool(data.view.unproven) or result.name in data.view.provisional
+    doubtful = held or bool(data.view.unproven)
     number = _number(reported, units, result.stated[0])
     return number, _DOUBTFUL if doubtful else _VALID
 

@@ -15,7 +15,7 @@ from ocmm_core.export.qif_features import FeatureIds, add_features
 from ocmm_core.export.qif_writer import Writer, count_children
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.export.tables import head_table
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import PartWord
 
 _SPACE = uuid.uuid5(uuid.NAMESPACE_URL, NAMESPACE)
 _PRECEDENCE = ("PRIMARY", "SECONDARY", "TERTIARY")
@@ -185,12 +185,9 @@ def _end_results(
     data: ReportData,
     path: str,
 ) -> None:
-    verdicts = {result.verdict for result in data.results}
-    status = "UNKNOWN"
-    if Verdict.NOT_CONFORM in verdicts:
-        status = "FAIL"
-    elif verdicts == {Verdict.CONFORM}:
-        status = "PASS"
+    status = {PartWord.CONFORMS: "PASS", PartWord.DOES_NOT_CONFORM: "FAIL"}.get(
+        data.view.part_verdict.word, "UNKNOWN"
+    )
     writer.add(writer.add(results, "InspectionStatus"), "InspectionStatusEnum", status)
     sets = writer.add(results_root, "ActualComponentSets")
     sets.set("n", "1")

@@ -36,6 +36,16 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 
+TESTS = {
+    Verdict.CONFORM: "Pass",
+    Verdict.NOT_CONFORM: "Fail",
+    Verdict.NOT_PROVEN: "Not proven",
+    Verdict.NOT_MEASURED: "Not measured",
+    Verdict.PROVISIONAL: "Not measured",
+}
+"""Column ``Test``: what is not decided neither passes nor fails, whatever the profile."""
+
+
 @dataclass(frozen=True, slots=True)
 class Number:
     """A number and how many of its digits are told."""
@@ -261,14 +271,14 @@ def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tup
     result = reported.result
     name = check_name("characteristic", result.name)
     tell = units.angle if reported.unit == "deg" else units.length
-    cells: list[Cell] = [None, None, "Fail", None, None]
+    cells: list[Cell] = [None, None, TESTS[Verdict.NOT_MEASURED], None, None]
     if result.stated is not None:
         measured, deviation, uncertainty = result.stated
         beyond = max(deviation - result.upper, result.lower - deviation, 0.0)
         cells = [
             tell(name, measured),
             tell(name, deviation),
-            "Pass" if result.verdict is Verdict.CONFORM else "Fail",
+            TESTS[result.verdict],
             tell(name, beyond),
             tell(name, uncertainty),
         ]

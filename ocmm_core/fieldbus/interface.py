@@ -16,6 +16,7 @@ from pathlib import Path
 
 from ocmm_core.errors import BusError
 
+_INTERFACES = Path("/sys/class/net")
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _SIOCGIFADDR = 0x8915
 _SIOCGIFFLAGS = 0x8913
@@ -24,6 +25,19 @@ _LOOPBACK = 0x8
 _CAP_NET_ADMIN = 12
 _ETHERTYPE = 0x88A4
 _RIGHTS = "Give the bus process its rights once: sudo installer/linux/grant-rights.sh"
+
+
+def is_virtual_interface(name: str) -> bool:
+    """Return whether a network interface of this computer leads to no wire.
+
+    A pair of virtual interfaces carries software cameras and nothing else. Such an interface has
+    no device of its own, and none below it as a bridge or a bond has. What is not an interface of
+    this computer is not known to be virtual.
+    """
+    place = _INTERFACES / name
+    if not _NAME.fullmatch(name) or not place.is_dir():
+        return False
+    return not (place / "device").exists() and not any(place.glob("lower_*"))
 
 
 def check_interface(name: str, *, force: bool = False) -> None:

@@ -15,6 +15,7 @@ from ocmm_core.measuring.temperature import Climate, climate_of_text, record_tex
 from ocmm_core.storage.job_file import JobFile
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
+_SIMULATED = "simulated"
 """Kinds of events of the job file."""
 
 
@@ -51,6 +52,18 @@ class Conditions:
     def unproven(self) -> str:
         """Return why the job proves nothing; empty where it does."""
         return self._last.get(_UNCALIBRATED, FOR_COMPARISON if self._compared else "")
+
+    @property
+    def simulated(self) -> bool:
+        """Return whether points of the job may have come from a virtual rig; once is for good."""
+        return _SIMULATED in self._last
+
+    def note_origin(self, *, simulated: bool) -> bool:
+        """Store that points come from a virtual rig, and say whether that is new."""
+        new = simulated and not self.simulated
+        if new:
+            self._store(_SIMULATED, "Points come from a virtual rig: no real part was measured.")
+        return new
 
     def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:
         """Store with which calibration and probe points are taken; see the session."""

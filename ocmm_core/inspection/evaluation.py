@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,8 +24,8 @@ from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import reported_points
 from ocmm_core.measuring.uncertainty import joint_covariance
 from ocmm_core.tolerances.characteristic import FORMS, PROFILES, RUNOUTS, Characteristic
-from ocmm_core.tolerances.decision import not_measured, not_proven
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.decision import not_measured, not_proven, provisional
+from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_core.tolerances.results import evaluate_all
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
@@ -33,22 +33,16 @@ from ocmm_core.tracking.sensitivity import TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class JobStanding:
-    """How far a job has come, and what of it is in doubt.
+    """What of a job is in doubt.
 
     Attributes
     ----------
-    active
-        Feature that takes the next point; empty where none does.
-    done
-        Features that have what they need.
     held
         Points that are held back, and why.
     unproven
         Why the job proves nothing; empty where it does.
     """
 
-    active: str
-    done: frozenset[str]
     held: Mapping[int, str]
     unproven: str
 
@@ -65,15 +59,11 @@ class JobResults:
         Every feature of the plan as it is, or why it is not known.
     results
         Of all characteristics, whatever is in doubt.
-    provisional
-        Names of the characteristics with a feature that has not all its points yet: they have no
-        verdict, and may have a value to look at.
     """
 
     points: tuple[MeasuredPoint, ...]
     actual: Mapping[str, ActualFeature | FitError]
     results: tuple[CharacteristicResult, ...]
-    provisional: frozenset[str]
 
     def judged(self, plan: Plan, standing: JobStanding) -> tuple[CharacteristicResult, ...]:
         """Return the results, those in doubt as not proven."""
@@ -92,6 +82,7 @@ def evaluate_job(
     body: ProbeBody,
     options: SessionOptions,
     done: frozenset[str],
+    skipped: frozenset[str] = frozenset(),
 ) -> JobResults:
     """Return features and results of the points of a job.
 
@@ -99,8 +90,8 @@ def evaluate_job(
     ----------
     sensitivities
         Of each point, in their order.
-    done
-        Features that have all their points.
+    done, skipped
+        Features that have all their points, and those that were left out.
     """
     reported = reported_points(points, options.climate.part)
     actual = checked_features(plan, reported, options)
@@ -110,30 +101,51 @@ def evaluate_job(
         doubt_of(alignment),
     )  # fmt: skip
     results = evaluate_all(plan.characteristics, alignment, actual, covariance, plan.rule)
-    judged: list[CharacteristicResult] = []
-    provisional: set[str] = set()
-    for item, result in zip(plan.characteristics, results, strict=True):
-        open_ = [name for name in plan.rests_on(item) if name not in done]
-        if open_ and result.verdict is not Verdict.NOT_MEASURED:
-            provisional.add(item.name)
-            judged.append(_without_verdict(item, result, open_[0]))
-        else:
-            judged.append(result)
-    return JobResults(tuple(reported), actual, tuple(judged), frozenset(provisional))
+    touched = {point.feature for point in points}
+    judged = tuple(
+        _as_far_as_probed(plan, item, result, done, skipped, touched, actual)
+        for item, result in zip(plan.characteristics, results, strict=True)
+    )
+    return JobResults(tuple(reported), actual, judged)
 
 
-def _without_verdict(
-    item: Characteristic, result: CharacteristicResult, feature: str
+def _as_far_as_probed(
+    plan: Plan,
+    item: Characteristic,
+    result: CharacteristicResult,
+    done: frozenset[str],
+    skipped: frozenset[str],
+    touched: set[str],
+    actual: Mapping[str, ActualFeature | FitError],
 ) -> CharacteristicResult:
-    """Return a value while ``feature`` is still being probed: to look at, not to decide by."""
+    """Return a result without a verdict where something that it rests on is not done.
+
+    It is PROVISIONAL once one of its own features has points: what there is may be looked at. It is
+    NOT MEASURED before that, and where a feature was left out or is done without a number: nothing
+    more will come by itself.
+    """
+    below = plan.rests_on(item)
+    open_ = [name for name in below if name not in done]
+    if not open_:
+        return result
+    for name in below:
+        fault = actual[name]
+        if name in done and isinstance(fault, FitError):
+            return not_measured(item, fault.what)
+        if name in skipped:
+            return not_measured(item, f"{name} was skipped.")
+    own = {probed for name in item.features for probed in plan.probed(name)}
+    if not own & touched:
+        return result if result.measured is None else not_measured(item, f"Waits for {open_[0]}.")
     if item.kind in FORMS | PROFILES | RUNOUTS:
         # Every further point can only make form worse: a part of them says nothing.
-        return not_measured(item, f"Form is judged when {feature} has all its points.")
-    return replace(
-        result,
-        verdict=Verdict.NOT_MEASURED,
-        note=f"Provisional: {feature} has not all its points yet.",
-    )
+        waits = not_measured(item, "")
+        return provisional(waits, f"Form is judged when {open_[0]} has all its points.")
+    if result.measured is None:
+        # The feature itself may be what has no number yet; its own reason is the better one.
+        why = result.note if open_[0] in own else f"Waits for {open_[0]}."
+        return provisional(result, why)
+    return provisional(result, f"Provisional: {open_[0]} has not all its points yet.")
 
 
 def checked_features(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ocmm_core.camera.rig import Rig
@@ -19,16 +19,8 @@ from ocmm_core.inspection.progress import Progress
 from ocmm_core.inspection.quarantine import feature_note, notes_of
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobHeader, JobView, Target
 from ocmm_core.measuring.point import Refusal
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
-
-_WORST_FIRST = (
-    Verdict.NOT_CONFORM,
-    Verdict.NOT_PROVEN,
-    Verdict.NOT_MEASURED,
-    Verdict.CONFORM,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +45,8 @@ class JobState:
         Why the job proves nothing; empty where it does.
     undo, redo
         What these would take back, in words.
+    simulated
+        Some of it came from a virtual rig.
     """
 
     job: str
@@ -65,6 +59,7 @@ class JobState:
     unproven: str
     undo: str
     redo: str
+    simulated: bool
 
 
 def view_of(
@@ -78,21 +73,17 @@ def view_of(
     """Return the job as it stands, computed from its points."""
     progress = state.progress
     found = evaluate_job(
-        plan, points.counting, state.sensitivities, rig, body, options, progress.done
-    )
-    standing = JobStanding(
-        active=progress.active,
-        done=progress.done,
-        held=notes_of(points.held),
-        unproven=state.unproven,
-    )
+        plan, points.counting, state.sensitivities, rig, body, options,
+        progress.done, progress.skipped,
+    )  # fmt: skip
+    standing = JobStanding(held=notes_of(points.held), unproven=state.unproven)
     results = found.judged(plan, standing)
     place = whereabouts(plan, found.actual)
     if place is None and options.near is not None:
         place = Whereabouts(options.near, approximate=True)
     features = tuple(
         replace(
-            _seen(nominal, found, results, standing, points, progress, place),
+            _seen(nominal, found, standing, points, progress, place),
             compensation=state.methods[nominal.name],
         )
         for nominal in plan.features
@@ -123,20 +114,19 @@ def view_of(
         header=state.header,
         probing=progress.probing,
         paused=state.paused,
-        provisional=tuple(sorted(found.provisional)),
         target=targets[0] if targets else None,
         constructed=tuple(
-            _made(plan, item.name, found, results, progress) for item in plan.constructions
+            _made(plan, item.name, found, progress) for item in plan.constructions
         ),
         undo=state.undo,
         redo=state.redo,
+        simulated=state.simulated,
     )
 
 
 def _seen(
     nominal: NominalFeature,
     found: JobResults,
-    results: Sequence[CharacteristicResult],
     standing: JobStanding,
     points: JobPoints,
     progress: Progress,
@@ -145,8 +135,6 @@ def _seen(
     name = nominal.name
     actual = found.actual[name]
     fitted = actual if isinstance(actual, ActualFeature) else None
-    verdicts = {item.verdict for item in results if name in item.features}
-    judged = fitted is not None and name in progress.done
     note = feature_note(name, found.points, standing.held)
     own = tuple(point for point in found.points if point.feature == name)
     coverage = None
@@ -160,7 +148,6 @@ def _seen(
         state=_state(name, progress),
         points=own,
         fit=fitted.fit if fitted is not None else None,
-        verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if judged else None,
         note=note if isinstance(actual, ActualFeature) else actual.what,
         outliers=outliers(fitted) if fitted is not None else (),
         deleted=points.deleted(name),
@@ -174,13 +161,11 @@ def _made(
     plan: Plan,
     name: str,
     found: JobResults,
-    results: Sequence[CharacteristicResult],
     progress: Progress,
 ) -> FeatureView:
     """Return a constructed feature; it is done when all that it is made from is."""
     actual = found.actual[name]
     done = set(plan.probed(name)) <= progress.done
-    verdicts = {item.verdict for item in results if name in item.features}
     fit = actual.fit if isinstance(actual, ActualFeature) else None
     return FeatureView(
         name=name,
@@ -189,7 +174,6 @@ def _made(
         state=FeatureState.DONE if done else FeatureState.PENDING,
         points=(),
         fit=fit,
-        verdict=next((v for v in _WORST_FIRST if v in verdicts), None) if fit and done else None,
         note="" if isinstance(actual, ActualFeature) else actual.what,
     )
 

@@ -56,7 +56,7 @@ def meant_for(
             return Refusal(
                 RefusalCode.NO_FEATURE,
                 f"{found} has all its points.",
-                "Touch another feature; or repeat this one, or select it to add points.",
+                "Touch another feature. To add points, select this one and reopen it.",
                 contact.time_s,
             )
         name = found

@@ -127,19 +127,21 @@ def progress_of(
         How many points each feature has.
     """
     names = tuple(feature.name for feature in plan.features)
-    start = Progress(names)
+    start, written = Progress(names), False
     for event in reversed(events):
         if event.kind == EVENT:
             start = progress_from(msgspec.json.decode(event.text, type=WrittenProgress), names)
+            written = True
             break
     done = {
         feature.name
         for feature in plan.features
-        if counts.get(feature.name, 0) >= feature.points
-        or (
+        if (
             feature.name in start.done
             and counts.get(feature.name, 0) >= MINIMUM_POINTS[feature.shape]
         )
+        # What is written knows of features that were reopened with all their points.
+        or (not written and counts.get(feature.name, 0) >= feature.points)
     }
     found = replace(start, done=frozenset(done), skipped=start.skipped - done)
     if found.active and found.active not in found.done | found.skipped:

@@ -34,7 +34,6 @@ from ocmm_core.measuring.temperature import Climate
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobEvent, JobHead
 from ocmm_core.tolerances.decision import not_proven
-from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
 
@@ -187,12 +186,8 @@ def _judged(view: JobView, doubts: Sequence[str]) -> JobView:
     if not doubts:
         return view
     why = f"The job file is in doubt: {doubts[0]}"
-    features = tuple(
-        replace(item, verdict=None if item.verdict is None else Verdict.NOT_PROVEN)
-        for item in view.features
-    )
     results = tuple(not_proven(result, why) for result in view.characteristics)
-    return replace(view, unproven=why, features=features, characteristics=results)
+    return replace(view, unproven=why, characteristics=results)
 
 
 def _differences(

@@ -7,6 +7,7 @@ lock guards them, and every change makes a new frozen `JobView`.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import MeasuringError
@@ -88,6 +89,9 @@ class InspectionSession(JobSteps):
         with self._lock:
             if self._view is None:
                 self._view = self._evaluate()
+            if self._view.looked_at != self._looked_at:
+                # Looking back computes nothing anew, and so can change nothing.
+                self._view = replace(self._view, looked_at=self._looked_at)
             return self._view
 
     @property
@@ -133,6 +137,18 @@ class InspectionSession(JobSteps):
         with self._lock:
             self._conditions.note_calibration(calibration, probe, unproven)
             self._view = None
+
+    def note_origin(self, *, simulated: bool) -> None:
+        """Store that points are taken from a virtual rig, for good; nothing where they are not.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable.
+        """
+        with self._lock:
+            if self._conditions.note_origin(simulated=simulated):
+                self._view = None
 
     def note_climate(self) -> None:
         """Store with which temperatures and switches the points from now on are taken.
@@ -254,7 +270,7 @@ class InspectionSession(JobSteps):
 
     def _note(self, refusal: Refusal) -> None:
         self._job.append_event("refused", f"{refusal.code.value}: {refusal.what}")
-        self._refusal, self._view = refusal, None
+        self._refusal, self._view, self._looked_at = refusal, None, ""
 
     def _point(self, touch: Touch, wanted: str | None) -> MeasuredPoint | Refusal:
         if self._paused:
@@ -322,5 +338,6 @@ class InspectionSession(JobSteps):
                 unproven=self._conditions.unproven,
                 undo=deed.words if deed is not None else "",
                 redo=undone.words if undone is not None else "",
+                simulated=self._conditions.simulated,
             ),
         )

@@ -42,6 +42,8 @@ class JobSteps:
         self._paused = pauses[-1:] == [PAUSED]
         self._selected = ""
         """Feature that the inspector chose and that is still active."""
+        self._looked_at = ""
+        """Feature that the inspector looks back at; that changes nothing."""
         self._refusal: Refusal | None = None
         self._view: JobView | None = None
 
@@ -171,7 +173,11 @@ class JobSteps:
             )
 
     def select(self, name: str) -> None:
-        """Make a feature the one that takes the next point.
+        """Look at a feature; one that still takes points also gets the next touch.
+
+        A feature that is done or skipped is looked at and stays what it is: no verdict and no count
+        changes. `reopen` is the step that lets it take points again. An empty name looks at the
+        feature that is probed again.
 
         Raises
         ------
@@ -179,7 +185,31 @@ class JobSteps:
             The plan has no feature of that name.
         """
         with self._lock:
-            self._stand(self._progress.opened(self._known(name)))
+            progress = self._progress
+            if name and self._known(name) not in progress.done | progress.skipped:
+                if name != progress.active:
+                    self._stand(replace(progress, active=name))
+                self._selected, self._looked_at = name, ""
+            else:
+                self._looked_at = name
+
+    def reopen(self, name: str = "") -> None:
+        """Let a feature that is done or skipped, or the one looked at, take points again.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such feature, none is looked at, or it takes points already.
+        """
+        with self._lock:
+            name = self._known(name or self._looked_at or self._require_active())
+            if name not in self._progress.done | self._progress.skipped:
+                raise MeasuringError(
+                    "session.open", f"{name} is open: it takes points.", "Touch it."
+                )
+            self._did(
+                f"reopening of {name}", self._progress.opened(name), events=[("reopened", name)]
+            )
             self._selected = name
 
     def set_order(self, probing: Probing) -> None:
@@ -273,6 +303,7 @@ class JobSteps:
     def _changed(self) -> None:
         """Note that a step was carried out: whatever was said before it is of the past."""
         self._refusal = self._view = None
+        self._looked_at = ""
         if self._selected != self._progress.active:
             self._selected = ""
 
@@ -287,7 +318,7 @@ class JobSteps:
             raise MeasuringError(
                 "session.complete",
                 "Every feature of the plan is measured.",
-                "Export the report, or select a feature to measure it again.",
+                "Write the report, or reopen a feature to add points.",
             )
         return self._progress.active
 

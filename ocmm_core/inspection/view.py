@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal
@@ -13,6 +14,13 @@ from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.verdict import (
+    NO_VERDICT,
+    PartVerdict,
+    VerdictSummary,
+    judge_part,
+    summarise,
+)
 
 Probing = Literal["plan", "any"]
 """Whether features are probed in the order of the plan, or in any."""
@@ -184,8 +192,6 @@ class FeatureView:
     fit
         Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball);
         None while there are too few points.
-    verdict
-        Worst verdict of the characteristics that rest on it; None while it has not all its points.
     note
         Why there is no fit, or why its points prove nothing; else empty.
     outliers
@@ -210,7 +216,6 @@ class FeatureView:
     state: FeatureState
     points: tuple[MeasuredPoint, ...]
     fit: Fit | None
-    verdict: Verdict | None
     note: str
     outliers: tuple[int, ...] = ()
     deleted: tuple[DeletedPoint, ...] = ()
@@ -279,15 +284,20 @@ class JobView:
         ``"plan"``: in the order of the plan; ``"any"``: the feature that is touched is found.
     paused
         Touches are refused until it goes on.
-    provisional
-        Names of the characteristics whose value is shown while a feature they rest on is still
-        being probed: live, and without a verdict.
     target
         Where the next point is wanted; None where that is not known.
     constructed
         Features made from others, in the order of the plan.
     undo, redo
         What these would take back and do again, in words; empty where there is nothing.
+    looked_at
+        Name of the feature that somebody looks back at; empty where nobody does. It changes
+        nothing else here.
+    simulated
+        Some of it came from a virtual rig: every screen, page and file says so.
+    part_verdict
+        The verdict on the part. This and what `verdict_of` returns are made of ``features`` and
+        ``characteristics`` whenever a view is made, so that they cannot say anything else.
     """
 
     job: str
@@ -305,11 +315,66 @@ class JobView:
     header: JobHeader = field(default_factory=lambda: JobHeader("", "", ""))
     probing: Probing = "plan"
     paused: bool = False
-    provisional: tuple[str, ...] = ()
     target: Target | None = None
     constructed: tuple[FeatureView, ...] = ()
     undo: str = ""
     redo: str = ""
+    looked_at: str = ""
+    simulated: bool = False
+    part_verdict: PartVerdict = field(init=False)
+    _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Join the verdicts."""
+        resting: dict[str, list[CharacteristicResult]] = {}
+        for result in self.characteristics:
+            for name in dict.fromkeys(result.features):
+                resting.setdefault(name, []).append(result)
+        summaries = {name: summarise(results, name) for name, results in resting.items()}
+        missing = [item.name for item in self.features if item.state is not FeatureState.DONE]
+        part = judge_part(self.characteristics, missing)
+        object.__setattr__(self, "_summaries", summaries)
+        object.__setattr__(self, "part_verdict", part)
+
+    def verdict_of(self, feature: str) -> VerdictSummary:
+        """Return the verdict on a feature: that of all characteristics that are about it."""
+        return self._summaries.get(feature, NO_VERDICT)
+
+    def deciding(self, feature: str) -> CharacteristicResult | None:
+        """Return the characteristic that decides over a feature; None where it has none."""
+        return self.result(self.verdict_of(feature).deciding)
+
+    def result(self, name: str) -> CharacteristicResult | None:
+        """Return the result of a characteristic; None where there is none of that name."""
+        return next((item for item in self.characteristics if item.name == name), None)
+
+    @property
+    def shown(self) -> FeatureView | None:
+        """Return the feature that screens show.
+
+        That is the one that somebody looks back at, else the active one; but a feature that is just
+        done stays in sight until the next one has its first point, or nobody would ever see its
+        result. Once all is done it is the one that decides over the part, where that is not
+        CONFORM. None where no feature was touched and none is active.
+        """
+        named = {item.name: item for item in self.features}
+        if self.looked_at in named:
+            return named[self.looked_at]
+        deciding = self.result(self.part_verdict.summary.deciding) if self.complete else None
+        if deciding is not None and deciding.verdict is not Verdict.CONFORM:
+            about = next((name for name in deciding.features if name in named), "")
+            if about:
+                return named[about]
+        active = named.get(self.active)
+        touched = [item for item in self.features if item.points]
+        if (active is not None and active.points) or not touched:
+            return active
+        return max(touched, key=lambda item: item.points[-1].number)
+
+    @property
+    def shows_part(self) -> bool:
+        """Return whether screens show the verdict on the part: all is done, nobody looks back."""
+        return self.complete and not self.looked_at
 
     def feature(self, name: str) -> FeatureView:
         """Return the feature called ``name``; KeyError if there is none."""

@@ -41,6 +41,7 @@ class CalibratingSource:
             frame_period_ns=rig.frame_period_ns,
             cycle_period_ns=self._block * rig.frame_period_ns,
             live=False,
+            simulated=True,
         )
 
     def open(self) -> None:

@@ -72,6 +72,7 @@ class SimulatedSource:
             frame_period_ns=rig.frame_period_ns,
             cycle_period_ns=self._block * rig.frame_period_ns,
             live=False,
+            simulated=True,
         )
 
     def open(self) -> None:

@@ -37,6 +37,7 @@ from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.registry import write_report
 from ocmm_core.export.report_data import Instrument, ReportData, report_data
+from ocmm_core.fieldbus.interface import is_virtual_interface
 from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
@@ -83,6 +84,8 @@ class StationOptions:
         How points and poses are given to other programs; None where they are not.
     plan_file
         Where the plan is, with its pictures beside it; None where that is not known.
+    simulated
+        The frames come from a virtual rig; the job says so, for good.
     """
 
     session: SessionOptions
@@ -92,6 +95,7 @@ class StationOptions:
     pause: timedelta = PAUSE
     stream: StreamOptions | None = None
     plan_file: Path | None = None
+    simulated: bool = False
 
 
 class MeasuringStation:
@@ -277,6 +281,14 @@ class MeasuringStation:
         )
         self._session.note_climate()
         self._session.note_limits()
+        self._session.note_origin(simulated=self._is_simulated())
+
+    def _is_simulated(self) -> bool:
+        """Return whether the frames come from a virtual rig, as far as is known by now."""
+        report = self.bus_report()
+        return self._options.simulated or (
+            report is not None and is_virtual_interface(report.interface)
+        )
 
     def request_stop(self) -> None:
         """Ask both to end; returns at once."""
@@ -614,6 +626,8 @@ class MeasuringStation:
             intent = self._options.intent
             feature = intent(touch.first_frame) if intent is not None else None
             try:
+                # A service names its interface only once it runs: before the first point it has.
+                self._session.note_origin(simulated=self._is_simulated())
                 outcome = self._session.take_touch(touch, feature)
             except OcmmError as error:
                 # A point that could not be made durable is no point; measuring goes on.

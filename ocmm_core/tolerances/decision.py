@@ -57,9 +57,22 @@ RULES: dict[Rule, RuleStatement] = {
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """The verdict, which way it leans where nothing is proven, and why it is not better."""
+    """The verdict, the ratio that it rests on, which way it leans, and why it is not better.
+
+    Attributes
+    ----------
+    verdict
+        The decision.
+    tur
+        Tolerance, with what a modifier has added to it, divided by twice U.
+    leaning
+        Which side of the limit the value lies on where nothing is proven.
+    why
+        A sentence where the verdict is worse than the rule alone would make it.
+    """
 
     verdict: Verdict
+    tur: float
     leaning: Literal["", "in", "out"] = ""
     why: str = ""
 
@@ -85,6 +98,7 @@ def decide(
     upper: float,
     rule: Rule,
     uncertainty: float | None = None,
+    bonus: float = 0.0,
 ) -> Decision:
     """Return the verdict on a value.
 
@@ -96,6 +110,9 @@ def decide(
         Value, nominal value and the limits of the deviation from it, mm or degrees.
     uncertainty
         U (`interval.expanded`), where it is known already.
+    bonus
+        What a modifier of material has added to the tolerance, mm. It is taken off ``value``
+        already, so that its own uncertainty is in ``spread``; the ratio counts it in the tolerance.
 
     Raises
     ------
@@ -121,13 +138,13 @@ def decide(
     u95 = expanded(spread, value) if uncertainty is None else uncertainty
     verdict = _verdict(spread, value, low, high, rule, u95)
     why = ""
-    tur = tolerance_ratio(lower, upper, u95)
+    tur = tolerance_ratio(lower, upper + bonus, u95)
     if verdict is Verdict.CONFORM and tur < LOWEST_TUR:
         verdict = Verdict.NOT_PROVEN
         why = "The tolerance is smaller than twice the uncertainty."
     if verdict is not Verdict.NOT_PROVEN:
-        return Decision(verdict)
-    return Decision(verdict, "in" if within else "out", why)
+        return Decision(verdict, tur)
+    return Decision(verdict, tur, "in" if within else "out", why)
 
 
 def _verdict(
@@ -172,7 +189,7 @@ def make_result(
     if spreads.judged is not spreads.of_value:
         held = expanded(spreads.judged, value - bonus)
     decision = decide(
-        spreads.judged, value - bonus, characteristic.nominal, lower, upper, rule, held
+        spreads.judged, value - bonus, characteristic.nominal, lower, upper, rule, held, bonus
     )
     lowest = value - uncertainty
     one_sided = spreads.of_value.one_sided
@@ -183,7 +200,7 @@ def make_result(
         uncertainty=uncertainty,
         verdict=decision.verdict,
         rule=rule_id(rule),
-        tur=tolerance_ratio(lower, upper + bonus, held),
+        tur=decision.tur,
         leaning=decision.leaning,
         interval=(max(lowest, 0.0) if one_sided else lowest, value + uncertainty),
         association=evaluation.association,
@@ -210,9 +227,17 @@ def not_measured(characteristic: Characteristic, note: str) -> CharacteristicRes
     )
 
 
+def provisional(result: CharacteristicResult, why: str) -> CharacteristicResult:
+    """Return a result, or the lack of one, that will still change, and why."""
+    return replace(result, verdict=Verdict.PROVISIONAL, leaning="", rule="", tur=None, note=why)
+
+
 def not_proven(result: CharacteristicResult, why: str) -> CharacteristicResult:
-    """Return a result whose value proves nothing, and why; one without a value stays as it is."""
-    if result.verdict is Verdict.NOT_MEASURED:
+    """Return a result whose value proves nothing, and why.
+
+    What was not measured, or is still being measured, stays as it is.
+    """
+    if result.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL):
         return result
     return replace(
         result, verdict=Verdict.NOT_PROVEN, leaning="", note=f"{why} {result.note}".strip()

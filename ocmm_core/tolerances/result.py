@@ -17,6 +17,8 @@ class Verdict(Enum):
     NOT_CONFORM = "NOT CONFORM"
     NOT_PROVEN = "NOT PROVEN"
     NOT_MEASURED = "NOT MEASURED"
+    PROVISIONAL = "PROVISIONAL"
+    """Something that it rests on is still being probed; there may be a value to look at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +92,7 @@ class CharacteristicResult:
         one as such, a report or a statistic may not.
         """
         if (
-            self.verdict is Verdict.NOT_MEASURED
+            self.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL)
             or self.measured is None
             or self.deviation is None
             or self.uncertainty is None

@@ -8,14 +8,23 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ocmm_core.inspection.view import JobView, LiveView
+from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.actions import make_button
 from ocmm_gui.operator.coverage_view import CoverageView
 from ocmm_gui.operator.far_message import FarMessage
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark, status_mark, verdict_mark
+from ocmm_gui.operator.part_view import PartVerdictView
 from ocmm_gui.operator.readout import Readout
 from ocmm_gui.operator.target_ring import TargetRing
 from ocmm_gui.operator.tolerance_bar import ToleranceBar
@@ -23,18 +32,15 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, status_colour, verdict_
 from ocmm_gui.words import (
     DASHES,
     PAUSED,
-    PROVISIONAL,
     feature_title,
     form_words,
     is_held,
-    is_provisional,
-    main_characteristic,
     next_step,
     outlier_count,
     quantity,
-    shown_feature,
     step_text,
     trouble,
+    verdict_line,
 )
 
 _VALUES = (
@@ -65,7 +71,9 @@ class FarView(QWidget):
         self._status = FitText("Status", limit=_TYPE_PX, reserve="INACCURATE")
         self._count = FitText("Points", limit=_TYPE_PX, align=right, digits=True, reserve="00/00")
         self._feature = FitText("Feature name", limit=_TYPE_PX)
-        self._verdict = FitText("Verdict", limit=_TYPE_PX, align=right, reserve="NOT MEASURED")
+        self._verdict = FitText(
+            "Verdict", limit=_TYPE_PX, align=right, reserve="1 of 3 NOT MEASURED"
+        )
         self._readout = Readout()
         self._coverage = CoverageView()
         self._ring = TargetRing()
@@ -96,23 +104,26 @@ class FarView(QWidget):
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
         grid.setVerticalSpacing(6)
-        # The words need other shares of the width than the digits.
-        for line, (left, right_one, share) in enumerate(
-            ((self._status, self._verdict, 48), (self._feature, self._count, 80))
-        ):
-            words = QHBoxLayout()
-            words.setSpacing(28)
-            words.addWidget(left, share)
-            words.addWidget(right_one, 100 - share)
-            grid.addLayout(words, line, 0, 1, 2)
+        grid.addLayout(_beside(self._status, self._verdict, 36), 0, 0)
         work = QHBoxLayout()
         work.setSpacing(24)
         work.addWidget(self._readout, 39)
         work.addLayout(pictures, 12)
         work.addLayout(side, 49)
-        grid.addLayout(work, 2, 0, 1, 2)
-        grid.addWidget(self._bar, 3, 0, 1, 2)
-        grid.addWidget(self._message, 4, 0, 1, 2)
+        self._one = QWidget()
+        one = QVBoxLayout(self._one)
+        one.setContentsMargins(0, 0, 0, 0)
+        one.setSpacing(6)
+        # The words need other shares of the width than the digits.
+        one.addLayout(_beside(self._feature, self._count, 80), 107)
+        one.addLayout(work, 434)
+        one.addWidget(self._bar, 83)
+        self.part = PartVerdictView(limit=220, least=30)
+        self._what = QStackedWidget()
+        self._what.addWidget(self._one)
+        self._what.addWidget(self.part)
+        grid.addWidget(self._what, 1, 0)
+        grid.addWidget(self._message, 2, 0)
         self._buttons: list[QPushButton] = []
         row = QHBoxLayout()
         row.setSpacing(24)
@@ -121,8 +132,8 @@ class FarView(QWidget):
             button.setText(actions[key].text())
             self._buttons.append(button)
             row.addWidget(button, 1)
-        grid.addLayout(row, 5, 0, 1, 2)
-        for line, stretch in enumerate((107, 107, 434, 83, 138, 0)):
+        grid.addLayout(row, 3, 0)
+        for line, stretch in enumerate((107, 624, 138, 0)):
             grid.setRowStretch(line, stretch)
 
     def show_live(self, live: LiveView) -> None:
@@ -136,7 +147,7 @@ class FarView(QWidget):
         """Show the active feature."""
         self._job = job
         # Why the machine has no number stands in the readout, in place of the digits.
-        feature = shown_feature(job)
+        feature = job.shown
         far_off = "" if feature is None else outlier_count(feature)
         # From afar the first sentence is enough.
         step, point, rest = next_step(job).partition(". ")
@@ -144,9 +155,15 @@ class FarView(QWidget):
         self._message.tell(f"{step}{point}".strip(), words, " ".join(trouble(None, job)))
         self._show_status()
         self._show_ring()
+        self.part.show_job(job)
+        self._what.setCurrentWidget(self.part if job.shows_part else self._one)
+        if job.shows_part:
+            # It stands below as large as it can; once is enough.
+            self._verdict.show_text("")
+            return
         if feature is None:
             return
-        result = main_characteristic(job, feature.name)
+        summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
         self._feature.show_text(feature_title(feature))
         what = "Measured" if result is None else result.kind.capitalize()
         warm = ", 20 °C" if job.at_20_c else ""
@@ -154,20 +171,17 @@ class FarView(QWidget):
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")
         self._coverage.show_feature(feature, 0)
         self._bar.show_result(result)
-        provisional = result is not None and is_provisional(job, result)
+        provisional = summary.verdict is Verdict.PROVISIONAL
         # What is still provisional is in the colour of what is read second.
         settled = self._theme.muted if provisional else self._theme.text
         self._values["form"].show_text(form_words(feature), settled)
+        colour = verdict_colour(self._theme, summary.verdict)
+        mark = None if summary.verdict is None else verdict_mark(summary.verdict)
+        self._verdict.show_text(verdict_line(summary), colour, mark)
         if result is None:
-            self._verdict.show_text("NO TOLERANCE", self._theme.muted)
             for key in ("measured", "deviation", "uncertainty"):
                 self._values[key].show_text(DASHES, self._theme.muted)
             return
-        colour = verdict_colour(self._theme, None if provisional else result.verdict)
-        if provisional:
-            self._verdict.show_text(PROVISIONAL, colour, Mark.OPEN)
-        else:
-            self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
         self._values["measured"].show_text(quantity(result, result.measured), settled)
         self._values["uncertainty"].show_text(quantity(result, result.uncertainty), settled)
         self._values["deviation"].show_text(
@@ -181,7 +195,11 @@ class FarView(QWidget):
     def type_pixels(self) -> dict[str, int]:
         """Return the pixel size of the type of everything that is read from afar."""
         texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
+        if self._what.currentWidget() is self.part:
+            texts = (self._status,)
         pixels = {text.accessibleName(): text.type_pixels() for text in texts}
+        if self._what.currentWidget() is self.part:
+            pixels[self.part.word()] = self.part.type_pixels()[0]
         if self._message.is_trouble():
             # A reason takes as many words as it needs: it is as large as they allow.
             return pixels
@@ -220,3 +238,12 @@ class FarView(QWidget):
             # A font set directly is lost when the application changes its style sheet.
             button.setStyleSheet(f"font-size: {height // 2}px; font-weight: bold;")
         super().resizeEvent(event)
+
+
+def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:
+    """Return two widgets in one line, the left one with so many hundredths of it."""
+    line = QHBoxLayout()
+    line.setSpacing(28)
+    line.addWidget(left, share)
+    line.addWidget(right, 100 - share)
+    return line

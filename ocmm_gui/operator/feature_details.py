@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font, verdict_colour
-from ocmm_gui.words import PROVISIONAL, millimetres
+from ocmm_gui.words import millimetres
 
 _LINE_PX = 22.0
 
@@ -71,28 +69,22 @@ class CharacteristicList(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._results: tuple[CharacteristicResult, ...] = ()
-        self._provisional: frozenset[str] = frozenset()
         self._theme = THEMES[DEFAULT_THEME]
         self.setAccessibleName("Other characteristics of this feature")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
 
-    def show_results(
-        self, results: tuple[CharacteristicResult, ...], provisional: Collection[str]
-    ) -> None:
-        """Show these characteristics; of some the value is not the last one."""
-        self._results, self._provisional = results, frozenset(provisional)
+    def show_results(self, results: tuple[CharacteristicResult, ...]) -> None:
+        """Show these characteristics."""
+        self._results = results
         self.setVisible(bool(results))
         self.updateGeometry()
         self.setAccessibleDescription(
             "; ".join(
-                f"{r.name} {millimetres(r.deviation, signed=True)} {self._word(r)}"
+                f"{r.name} {millimetres(r.deviation, signed=True)} {r.verdict.value}"
                 for r in results
             )
         )
         self.update()
-
-    def _word(self, result: CharacteristicResult) -> str:
-        return PROVISIONAL if result.name in self._provisional else result.verdict.value
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
@@ -115,7 +107,7 @@ class CharacteristicList(QWidget):
         painter = QPainter(self)
         rows = [("Also", "deviation", self._theme.muted)]
         rows += [
-            (r.name, f"{millimetres(r.deviation, signed=True)}  {self._word(r)}",
+            (r.name, f"{millimetres(r.deviation, signed=True)}  {r.verdict.value}",
              verdict_colour(self._theme, r.verdict))
             for r in self._results
         ]  # fmt: skip

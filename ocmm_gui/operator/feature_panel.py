@@ -14,11 +14,11 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.inspection.view import FeatureView, JobView
-from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_gui.operator.coverage_view import CoverageView
 from ocmm_gui.operator.feature_details import CharacteristicList, PointDots
 from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import Mark, verdict_mark
+from ocmm_gui.operator.marks import verdict_mark
 from ocmm_gui.operator.residual_chart import ResidualChart
 from ocmm_gui.operator.tolerance_bar import ToleranceBar
 from ocmm_gui.theme import (
@@ -31,17 +31,14 @@ from ocmm_gui.theme import (
 )
 from ocmm_gui.words import (
     DASHES,
-    PROVISIONAL,
     basis_words,
     characteristics_of,
     feature_title,
     form_words,
-    is_provisional,
-    main_characteristic,
     millimetres,
     outlier_words,
     quantity,
-    shown_feature,
+    verdict_line,
 )
 
 _ROWS = ("Measured", "Nominal", "Deviation", "U (k=2)", "Form", "Position")
@@ -84,7 +81,7 @@ class FeaturePanel(QFrame):
         self._outliers.hide()
         self._bar = ToleranceBar()
         self._bar.setFixedHeight(60)
-        self._verdict = FitText("Verdict", limit=30, reserve="NOT MEASURED")
+        self._verdict = FitText("Verdict", limit=30, reserve="1 of 3 NOT MEASURED")
         self._verdict.setFixedHeight(42)
         self._note = _label("Note", text_font(13), muted=True)
         self._note.setWordWrap(True)
@@ -127,22 +124,18 @@ class FeaturePanel(QFrame):
     def show_job(self, job: JobView) -> None:
         """Show the active feature, or the last one when all are done."""
         self._job = job
-        feature = shown_feature(job)
+        feature = job.shown
         if feature is None:
             return
-        result = main_characteristic(job, feature.name)
+        summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
         self._title.show_text(feature_title(feature))
         self._dots.show_points(len(feature.points), feature.needed)
-        self._show_values(job, feature, result)
+        self._show_values(feature, result)
         self._bar.show_result(result)
         self._bar.setVisible(result is not None)
-        if result is None:
-            self._verdict.show_text("NO TOLERANCE", self._theme.muted)
-        elif is_provisional(job, result):
-            self._verdict.show_text(PROVISIONAL, self._theme.muted, Mark.OPEN)
-        else:
-            colour = verdict_colour(self._theme, result.verdict)
-            self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
+        colour = verdict_colour(self._theme, summary.verdict)
+        mark = None if summary.verdict is None else verdict_mark(summary.verdict)
+        self._verdict.show_text(verdict_line(summary), colour, mark)
         self.coverage.show_feature(feature, self._chosen)
         flagged = bool(feature.outliers)
         self._outliers.setText(outlier_words(feature, self._chosen))
@@ -154,7 +147,7 @@ class FeaturePanel(QFrame):
         explains = result is not None and result.measured is not None and not feature.note
         self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
         others = [item for item in characteristics_of(job, feature.name) if item is not result]
-        self._others.show_results(tuple(others[:_MAX_OTHERS]), job.provisional)
+        self._others.show_results(tuple(others[:_MAX_OTHERS]))
         self.residuals.show_feature(feature, self._chosen)
         self._fit()
 
@@ -226,7 +219,7 @@ class FeaturePanel(QFrame):
         return (self._values[name], self._captions[name])
 
     def _show_values(
-        self, job: JobView, feature: FeatureView, result: CharacteristicResult | None
+        self, feature: FeatureView, result: CharacteristicResult | None
     ) -> None:
         fit = feature.fit
         size = ""
@@ -235,11 +228,11 @@ class FeaturePanel(QFrame):
             self._subject.setToolTip(f"{result.name}: {subject(result)}")
             size = quantity(result, result.measured)
         else:
-            self._subject.setText("No tolerance rests on it.")
+            self._subject.setText("No tolerance on this feature.")
             if fit is not None and fit.radius > 0.0:
                 size = millimetres(2.0 * fit.radius)
         self._basis.setText(basis_words(feature, result))
-        so_far = result is not None and is_provisional(job, result)
+        so_far = result is not None and result.verdict is Verdict.PROVISIONAL
         for value in self._values.values():
             value.setStyleSheet(f"color: {self._theme.muted};" if so_far else "")
         texts = {

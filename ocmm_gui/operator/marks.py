@@ -23,15 +23,13 @@ class Mark(Enum):
     DOUBT = "triangle"
 
 
-def feature_mark(feature: FeatureView) -> Mark:
-    """Return the mark of a feature in the plan."""
+def feature_mark(feature: FeatureView, verdict: Verdict | None) -> Mark:
+    """Return the mark of a feature in the plan; ``verdict`` is that of the feature."""
     if feature.state is FeatureState.ACTIVE:
         return Mark.ACTIVE
     if feature.state in (FeatureState.PENDING, FeatureState.SKIPPED):
         return Mark.OPEN
-    # A characteristic that waits for another feature says nothing about this one.
-    waits = feature.verdict is Verdict.NOT_MEASURED
-    return Mark.DONE if waits else verdict_mark(feature.verdict)
+    return verdict_mark(verdict)
 
 
 def verdict_mark(verdict: Verdict | None) -> Mark:
@@ -41,6 +39,7 @@ def verdict_mark(verdict: Verdict | None) -> Mark:
         Verdict.NOT_CONFORM: Mark.BAD,
         Verdict.NOT_PROVEN: Mark.DOUBT,
         Verdict.NOT_MEASURED: Mark.OPEN,
+        Verdict.PROVISIONAL: Mark.OPEN,
         None: Mark.DONE,
     }[verdict]
 

@@ -14,11 +14,13 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
+from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.operator.marks import feature_mark, paint_mark
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, fitted, text_font, verdict_colour
 from ocmm_gui.words import progress_word, shape_word
 
 _ROLE = Qt.ItemDataRole.UserRole
+_VERDICT = Qt.ItemDataRole(_ROLE + 1)
 _ROW_PX = 46
 
 
@@ -49,13 +51,15 @@ class PlanList(QListWidget):
             item = self.item(row) if row < self.count() else None
             if item is None:
                 item = QListWidgetItem(self)
+            verdict = job.verdict_of(feature.name).verdict
             item.setData(_ROLE, feature)
+            item.setData(_VERDICT, verdict)
             item.setText(
                 f"{feature.name}, {shape_word(feature.shape)}, {len(feature.points)} of "
-                f"{feature.needed} points, {progress_word(feature)}"
+                f"{feature.needed} points, {progress_word(feature, verdict)}"
             )
             item.setToolTip(item.text())
-            if feature.name == job.active:
+            if feature.name == (job.looked_at or job.active):
                 self.setCurrentItem(item)
                 self.scrollToItem(item)
 
@@ -84,6 +88,7 @@ class _Row(QStyledItemDelegate):
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
         feature: FeatureView = index.data(_ROLE)
+        verdict: Verdict | None = index.data(_VERDICT)
         theme = self.theme
         rect, state = option.rect, option.state
         box = QRectF(rect)
@@ -96,12 +101,12 @@ class _Row(QStyledItemDelegate):
         done = feature.state is FeatureState.DONE
         colour = theme.muted
         if done:
-            colour = verdict_colour(theme, feature.verdict)
+            colour = verdict_colour(theme, verdict)
         elif active:
             colour = theme.accent
         side = 20.0
         mark = QRectF(box.left() + 12, box.center().y() - 0.5 * side, side, side)
-        paint_mark(painter, feature_mark(feature), mark, colour, theme.panel)
+        paint_mark(painter, feature_mark(feature, verdict), mark, colour, theme.panel)
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         text = box.adjusted(42, 4, -10, -4)
@@ -129,5 +134,5 @@ class _Row(QStyledItemDelegate):
         painter.drawText(lower, left, shape)
         painter.setFont(text_font(12, bold=True))
         painter.setPen(QColor(colour))
-        painter.drawText(lower, right, progress_word(feature))
+        painter.drawText(lower, right, progress_word(feature, verdict))
         painter.restore()

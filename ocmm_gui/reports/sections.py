@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import PartVerdict
 from ocmm_gui.reports.canvas import (
     BODY,
     INK,
@@ -32,6 +33,8 @@ _MARKS = {
     Verdict.NOT_CONFORM: "✗",
     Verdict.NOT_PROVEN: "?",
     Verdict.NOT_MEASURED: "–",
+    Verdict.PROVISIONAL: "–",
+    None: "–",
 }
 
 _FORMS: dict[Shape | None, str] = {
@@ -78,19 +81,9 @@ _BASIS_COLUMNS = (
 )
 
 
-def overall(data: ReportData) -> Verdict:
-    """Return the verdict on the part: the worst of its characteristics."""
-    found = {result.verdict for result in data.results}
-    for verdict in (Verdict.NOT_CONFORM, Verdict.NOT_PROVEN, Verdict.NOT_MEASURED):
-        if verdict in found:
-            return verdict
-    return Verdict.CONFORM if found else Verdict.NOT_MEASURED
-
-
 def title(canvas: Canvas, data: ReportData) -> None:
     """Write who measured what, and the verdict on the part."""
-    verdict = overall(data)
-    canvas.draw(150.0, partial(_paint_title, data=data, verdict=verdict))
+    canvas.draw(150.0, partial(_paint_title, data=data, part=data.view.part_verdict))
     canvas.skip(20.0)
     head = data.head
     facts = (
@@ -272,20 +265,20 @@ def _paint_symbol(painter: QPainter, box: QRectF, *, kind: str) -> None:
     )  # fmt: skip
 
 
-def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData, verdict: Verdict) -> None:
+def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData, part: PartVerdict) -> None:
     paint_text(painter, box, "Measurement report", TITLE)
     paint_text(
         painter, box.adjusted(0.0, 84.0, 0.0, 0.0), f"{data.head.part}   no. {data.head.serial}",
         Style(38.0),
     )  # fmt: skip
-    colour = verdict_colour(INK, verdict)
-    frame = QRectF(box.right() - 720.0, box.top(), 720.0, 130.0)
+    colour = verdict_colour(INK, part.verdict)
+    frame = QRectF(box.right() - 860.0, box.top(), 860.0, 130.0)
     painter.setPen(QPen(QColor(colour), 6.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)
     paint_text(
-        painter, frame, f"{_MARKS[verdict]} {verdict.value}",
-        Style(66.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
+        painter, frame, f"{_MARKS[part.verdict]} {part.word.value}",
+        Style(56.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
     )  # fmt: skip
 
 

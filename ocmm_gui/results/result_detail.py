@@ -14,13 +14,13 @@ from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.maintain.parts import sentence_label
 from ocmm_gui.maintain.side_process import SideProcess
 from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import Mark, verdict_mark
+from ocmm_gui.operator.marks import verdict_mark
 from ocmm_gui.operator.tolerance_bar import ToleranceBar
 from ocmm_gui.results.budget_view import BudgetBars, BudgetTable
 from ocmm_gui.results.drill import Budgets, budgets_of_file, trials_of_file
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, verdict_colour
-from ocmm_gui.words import PROVISIONAL, quantity
+from ocmm_gui.words import quantity
 
 _NONE = Budgets({}, {})
 _BUSY = "The budget is being computed from the job file."
@@ -43,7 +43,6 @@ class ResultDetail(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._source: JobSource | None = None
         self._result: CharacteristicResult | None = None
-        self._provisional = False
         self._of: object = None
         self._path: Path | None = None
         self._budgets = _NONE
@@ -88,11 +87,9 @@ class ResultDetail(QFrame):
         source: JobSource,
         result: CharacteristicResult,
         standing: str,
-        *,
-        provisional: bool = False,
     ) -> None:
         """Show a result of a job; ``standing`` is how cameras and probe stand."""
-        self._source, self._result, self._provisional = source, result, provisional
+        self._source, self._result = source, result
         self.bar.show_result(result)
         self._rule.setText(decision_words(result))
         self._standing.setText(standing)
@@ -140,9 +137,6 @@ class ResultDetail(QFrame):
             return
         of = " – ".join(result.features)
         self._title.show_text(f"{result.name}: {result.kind} {of}")
-        if self._provisional:
-            self._verdict.show_text(PROVISIONAL, self._theme.muted, Mark.OPEN)
-            return
         colour = verdict_colour(self._theme, result.verdict)
         self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
 

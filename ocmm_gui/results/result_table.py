@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QResizeEvent
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
@@ -19,13 +17,14 @@ from ocmm_gui.theme import (
     text_font,
     verdict_colour,
 )
-from ocmm_gui.words import PROVISIONAL, limit_words, quantity
+from ocmm_gui.words import limit_words, quantity
 
 VERDICT_SIGNS = {
     Verdict.CONFORM: "✔",
     Verdict.NOT_CONFORM: "✖",
     Verdict.NOT_PROVEN: "▲",
     Verdict.NOT_MEASURED: "○",
+    Verdict.PROVISIONAL: "◌",
 }
 """A sign for each verdict, so that nothing hangs on colour."""
 
@@ -79,7 +78,6 @@ class ResultTable(Table):
     def __init__(self) -> None:
         super().__init__("Characteristics", _COLUMNS)
         self._results: tuple[CharacteristicResult, ...] = ()
-        self._provisional: tuple[str, ...] = ()
         self.setFont(text_font(15))
         self.horizontalHeader().setFont(text_font(13))
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
@@ -92,14 +90,12 @@ class ResultTable(Table):
     def show_job(self, job: JobView) -> None:
         """Show all characteristics of a job; the chosen row stays chosen."""
         chosen = self.chosen()
-        self._results, self._provisional = job.characteristics, job.provisional
+        self._results = job.characteristics
         self.blockSignals(True)
         self.setRowCount(len(self._results))
         for row, result in enumerate(self._results):
-            colour = self._verdict_colour(result)
+            colour = verdict_colour(self._colours, result.verdict)
             verdict = f"{VERDICT_SIGNS[result.verdict]}  {result.verdict.value}"
-            if result.name in job.provisional:
-                verdict = f"{VERDICT_SIGNS[Verdict.NOT_MEASURED]}  {PROVISIONAL}"
             words = (
                 result.name,
                 f"{result.kind} {' – '.join(result.features)}",
@@ -140,17 +136,13 @@ class ResultTable(Table):
         self._colours = self._rows.theme = theme
         for row, result in enumerate(self._results):
             for column, word in enumerate(self.words(row)):
-                colour = self._verdict_colour(result) if column == _VERDICT else None
-                self._write(row, column, word, colour)
+                judged = verdict_colour(self._colours, result.verdict)
+                self._write(row, column, word, judged if column == _VERDICT else None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give what is left of the width to the second column."""
         super().resizeEvent(event)
         self._share_width()
-
-    def _verdict_colour(self, result: CharacteristicResult) -> str:
-        verdict = None if result.name in self._provisional else result.verdict
-        return verdict_colour(self._colours, verdict)
 
     def _share_width(self) -> None:
         narrow = self.width() < _NARROW_PX
@@ -171,12 +163,3 @@ class ResultTable(Table):
     def _on_row(self, row: int) -> None:
         if 0 <= row < len(self._results):
             self.result_chosen.emit(self._results[row].name)
-
-
-def summary_words(job: JobView) -> tuple[str, Verdict]:
-    """Return how many characteristics have which verdict, and the worst of them."""
-    counts = Counter(result.verdict for result in job.characteristics)
-    order = (Verdict.NOT_CONFORM, Verdict.NOT_PROVEN, Verdict.NOT_MEASURED, Verdict.CONFORM)
-    parts = [f"{counts[verdict]} {verdict.value}" for verdict in order if counts[verdict]]
-    worst = next((verdict for verdict in order if counts[verdict]), Verdict.NOT_MEASURED)
-    return ", ".join(parts) or "The plan has no characteristics", worst

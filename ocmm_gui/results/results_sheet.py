@@ -16,9 +16,10 @@ from ocmm_gui.operator.marks import verdict_mark
 from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.result_detail import ResultDetail
-from ocmm_gui.results.result_table import ResultTable, summary_words
+from ocmm_gui.results.result_table import ResultTable
 from ocmm_gui.sheet import Sheet
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, verdict_colour
+from ocmm_gui.words import part_line
 
 _KEYS = (
     ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by trials", ("F6",)),
@@ -133,16 +134,18 @@ class ResultsSheet(Sheet):
         self._show_detail(self.table.chosen())
 
     def _show_summary(self, job: JobView) -> None:
-        words, worst = summary_words(job)
-        self._summary.show_text(words, verdict_colour(self._theme, worst), verdict_mark(worst))
+        part = job.part_verdict
+        mark = None if part.verdict is None else verdict_mark(part.verdict)
+        self._summary.show_text(
+            part_line(job), verdict_colour(self._theme, part.verdict), mark
+        )
 
     def _show_detail(self, name: str) -> None:
         result = self._result(name)
         if result is None or self._job is None:
             return
-        provisional = name in self._job.provisional
         standing = self._source.calibration or self._calibration()
-        self.detail.show_result(self._source, result, standing, provisional=provisional)
+        self.detail.show_result(self._source, result, standing)
 
     def _result(self, name: str) -> CharacteristicResult | None:
         if self._job is None:

@@ -79,7 +79,8 @@ def job_items(
         if not feature.points:
             continue
         active = feature.state is FeatureState.ACTIVE
-        colour = theme.accent if active else verdict_colour(theme, feature.verdict)
+        verdict = job.verdict_of(feature.name).verdict
+        colour = theme.accent if active else verdict_colour(theme, verdict)
         surface = np.stack([point.surface_world for point in feature.points])
         reach.append(surface)
         if feature.fit is not None:

@@ -31,7 +31,6 @@ from ocmm_gui.views.contents import (
     target_items,
 )
 from ocmm_gui.views.scene import Dots, Item, Lines, Orbit, Tag, paint_scene
-from ocmm_gui.words import shown_feature
 
 _NAMED_MM = 250.0
 """In a wider view the names of the LEDs would cover each other."""
@@ -115,7 +114,7 @@ class PointView(QWidget):
 
     def close_up(self) -> None:
         """Show the feature that is being measured, until F gives the view back."""
-        feature = None if self._job is None else shown_feature(self._job)
+        feature = None if self._job is None else self._job.shown
         if feature is not None and feature.points:
             self._follows = False
             tips = np.stack([point.tip_world for point in feature.points])

@@ -23,9 +23,9 @@ from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.view import FeatureState
 from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import PartWord
 from ocmm_gui.reports import pdf
 from ocmm_gui.reports.canvas import PAGE, Canvas
-from ocmm_gui.reports.sections import overall
 from ocmm_gui.reports.symbols import has_symbol, paint_symbol
 
 
@@ -90,7 +90,7 @@ def test_what_is_not_proven_is_said_large_and_first(data: ReportData) -> None:
         characteristics=(*doubtful, *data.results[1:]),
     )  # fmt: skip
     spoiled = replace(data, view=view, notes=("The observation 3 was changed.",))
-    assert overall(spoiled) is Verdict.NOT_PROVEN
+    assert spoiled.view.part_verdict.word is PartWord.NOT_PROVEN
     first = Canvas(pages=pdf.lay_out(spoiled).pages[:1])
     said = texts(first)
     assert said.index("NOT PROVEN") < said.index("Part")
@@ -124,10 +124,11 @@ def test_what_rounds_to_zero_has_no_sign_and_what_is_not_done_says_so(data: Repo
     assert "4 of 9" in said
 
 
-def test_a_part_without_results_is_not_measured(data: ReportData) -> None:
-    assert overall(replace(data, view=replace(data.view, characteristics=()))) is (
-        Verdict.NOT_MEASURED
-    )
+@pytest.mark.usefixtures("qapp")
+def test_a_part_without_tolerances_does_not_conform_to_any(data: ReportData) -> None:
+    said = texts(pdf.lay_out(replace(data, view=replace(data.view, characteristics=()))))
+    assert "NO TOLERANCE" in said
+    assert "CONFORM" not in said
 
 
 @pytest.mark.usefixtures("qapp")

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, StatusWord
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
-from ocmm_gui.words import DASHES, main_characteristic, millimetres
+from ocmm_gui.words import DASHES, millimetres
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -31,7 +31,7 @@ def test_points_arrive_and_the_panel_shows_the_values_of_the_job(
     qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
     job = bench.built.station.job()
     last = _last_touched(job)
-    result = main_characteristic(job, last.name)
+    result = job.deciding(last.name)
     assert result is not None
     assert result.measured is not None
     panel = bench.window.desk.feature
@@ -50,7 +50,7 @@ def test_points_arrive_and_the_panel_shows_the_values_of_the_job(
     for row, feature in zip(rows, job.features, strict=True):
         assert row.startswith(feature.name)
         assert f"{len(feature.points)} of {feature.needed} points" in row
-    assert "All features are measured" in bench.window.desk.guidance.step()
+    assert "All features measured" in bench.window.desk.guidance.step()
 
 
 def test_readout_shows_the_tip_and_the_strip_the_counters(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -33,7 +34,7 @@ from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import Notice, NoticeCentre
-from ocmm_gui.results.result_table import summary_words
+from ocmm_gui.words import part_line
 
 # Half a minute on two cores that have nothing else to do.
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -71,10 +72,25 @@ class Keyboard:
         QTest.keyClick(widget, KEY.Key_A, Qt.KeyboardModifier.ControlModifier)
         QTest.keyClicks(widget, text)
 
+    def look_at(self, feature: str, key: Qt.Key) -> None:
+        """Press a key until a feature is the one that is looked at, or probed."""
+
+        def seen() -> str:
+            job = self.bridge.job()
+            return job.looked_at or job.active
+
+        while (before := seen()) != feature:
+            self.press(key)
+            self.qtbot.waitUntil(partial(_differs, seen, before), timeout=PATIENCE_MS)
+
     def until(self, state: Callable[[JobView], bool]) -> JobView:
         """Wait until the job is in a state, and return it."""
         self.qtbot.waitUntil(lambda: state(self.bridge.job()), timeout=PATIENCE_MS)
         return self.bridge.job()
+
+
+def _differs(seen: Callable[[], str], before: str) -> bool:
+    return seen() != before
 
 
 @pytest.fixture
@@ -163,9 +179,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard.until(lambda job: not job.feature(feature.name).deleted)
 
     # A feature is left out; later it is chosen with the keys and measured.
-    while (active := bridge.job().active) != "RING":
-        keyboard.press(KEY.Key_PageDown)
-        keyboard.qtbot.waitUntil(lambda: bridge.job().active != active, timeout=PATIENCE_MS)
+    keyboard.look_at("RING", KEY.Key_PageDown)
     keyboard.press(KEY.Key_S)
     job = keyboard.until(lambda job: job.feature("RING").state is FeatureState.SKIPPED)
     keyboard.press(KEY.Key_V, KEY.Key_T)
@@ -175,8 +189,9 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard.press(KEY.Key_V)
     if job.feature("RING").skipped:
         # What the operator's script touches of a skipped feature counts; if it came while paused,
-        # the feature is chosen again.
-        keyboard.press(KEY.Key_PageDown)
+        # the feature is reopened.
+        keyboard.look_at("RING", KEY.Key_PageUp)
+        keyboard.press(KEY.Key_R)
         keyboard.until(lambda job: job.active == "RING")
         job = keyboard.until(lambda job: job.complete)
     assert all(item.state is FeatureState.DONE and item.fit is not None for item in job.features)
@@ -198,7 +213,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard.press(KEY.Key_F8)
     keyboard.press(KEY.Key_F3, KEY.Key_Down)
     results = window.sheets.results
-    assert results.summary() == summary_words(job)[0]
+    assert results.summary() == part_line(job)
     # A feature that was accepted with a point less may show no form; nothing else is missing.
     of = {item.name: item.features for item in bridge.station.plan.characteristics}
     lacking = [r.name for r in job.characteristics if r.verdict is Verdict.NOT_MEASURED]

@@ -64,4 +64,4 @@ def rig() -> Rig:
 
 @pytest.fixture
 def description() -> SourceDescription:
-    return SourceDescription("bench", (1001, 1002), 125_000, 1_000_000, live=True)
+    return SourceDescription("bench", (1001, 1002), 125_000, 1_000_000, live=True, simulated=False)

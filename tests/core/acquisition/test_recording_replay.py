@@ -85,7 +85,7 @@ def test_a_replay_is_the_recording_bit_for_bit(path: Path, blocks: list[FrameBlo
 def test_a_replay_says_what_was_recorded(path: Path) -> None:
     source = ReplaySource(path)
     assert source.description == SourceDescription(
-        "replay (a.ocmr)", (1001, 1002), 125_000, 1_000_000, live=False
+        "replay (a.ocmr)", (1001, 1002), 125_000, 1_000_000, live=False, simulated=False
     )
     head = source.recording.head
     assert (head.source, head.rig_name, head.rig_identity) == ("bench", "bench", "ab" * 32)
@@ -381,7 +381,8 @@ import runpy, sys
 from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.acquisition.source import SourceDescription
 samples = runpy.run_path(sys.argv[2])
-description = SourceDescription("bench", (1001, 1002), 125_000, 1_000_000, live=True)
+periods = (125_000, 1_000_000)
+description = SourceDescription("bench", (1001, 1002), *periods, live=True, simulated=False)
 recorder = FrameRecorder(sys.argv[1], description, samples["sample_rig"]())
 frame = 0
 while True:

@@ -72,7 +72,7 @@ def feature(
     if geometry is not None:
         fit = make_fit(shape, geometry, np.zeros((12, 3 * len(points))), np.array(residuals))
     state = FeatureState.DONE if fit else FeatureState.PENDING
-    return FeatureView(name, shape, len(points), state, tuple(points), fit, None, "")
+    return FeatureView(name, shape, len(points), state, tuple(points), fit, "")
 
 
 def result(

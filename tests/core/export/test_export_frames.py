@@ -23,7 +23,7 @@ from tests.core.export.sample_report import HEAD, PART_FROM_WORLD, sample_report
 def report_by(plan: Plan) -> ReportData:
     """Return the report of a job by a plan in which nothing was measured yet."""
     features = tuple(
-        FeatureView(item.name, item.shape, item.points, FeatureState.PENDING, (), None, None, "")
+        FeatureView(item.name, item.shape, item.points, FeatureState.PENDING, (), None, "")
         for item in plan.features
     )
     return report_data(

@@ -66,9 +66,9 @@ REPORT = (
     f"{LAST}\r\n"
     "Bore too small,Diameter,20.0000,19.9812,-0.0188,-0.0100,0.0200,Fail,0.0088,0.0038,mm,"
     f"{LAST}\r\n"
-    "Bore in doubt,Diameter,20.0000,20.0195,0.0195,-0.0100,0.0200,Fail,0.0000,0.0038,mm,"
+    "Bore in doubt,Diameter,20.0000,20.0195,0.0195,-0.0100,0.0200,Not proven,0.0000,0.0038,mm,"
     f"{LAST}\r\n"
-    "Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,"
+    "Ball diameter,Diameter,20.0000,,,-0.0100,0.0200,Not measured,,,mm,"
     f"{LAST}\r\n"
 ).encode("ascii")
 CLOUD_PART = b"".join(
@@ -173,14 +173,15 @@ def test_a_result_without_one_of_its_numbers_never_passes(tmp_path: Path, missin
     }
     view = dataclasses.replace(sample_view(), characteristics=(parts[missing],))
     row = export(sample_report(view), tmp_path)["report.csv"].read_text("ascii").splitlines()[1]
-    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,{LAST}"
+    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Not measured,,,mm,{LAST}"
 
 
-def test_a_value_that_is_not_trusted_is_not_printed(tmp_path: Path) -> None:
-    doubtful = result("Bore diameter", 20.001, Verdict.NOT_MEASURED)
+@pytest.mark.parametrize("verdict", [Verdict.NOT_MEASURED, Verdict.PROVISIONAL])
+def test_a_value_that_is_not_trusted_is_not_printed(tmp_path: Path, verdict: Verdict) -> None:
+    doubtful = result("Bore diameter", 20.001, verdict)
     view = dataclasses.replace(sample_view(), characteristics=(doubtful,))
     row = export(sample_report(view), tmp_path)["report.csv"].read_text("ascii").splitlines()[1]
-    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Fail,,,mm,{LAST}"
+    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Not measured,,,mm,{LAST}"
 
 
 @pytest.mark.parametrize("folder", ["file.txt", "file.txt/below", "/proc/ocmm", "/dev/null"])

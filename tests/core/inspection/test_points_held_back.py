@@ -37,7 +37,7 @@ def test_points_since_the_last_good_check_prove_nothing(bench: Bench, job: JobFi
     assert ball.verdict is Verdict.NOT_PROVEN
     assert ball.measured is not None
     assert ball.note.startswith(f"2 points of SPHERE held back. {REASON} Verify the calibration")
-    assert feature(session, "SPHERE").verdict is Verdict.NOT_PROVEN
+    assert session.view.verdict_of("SPHERE").verdict is Verdict.NOT_PROVEN
     assert feature(session, "SPHERE").note.startswith("2 points of SPHERE held back.")
     assert block.verdict is Verdict.CONFORM
     assert feature(session, "BLOCK_TOP").note == ""

@@ -39,6 +39,7 @@ from ocmm_core.measuring.trigger import Touch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
 from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import PartWord
 from ocmm_core.tracking.body import load_probe
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.made_records import make_record
@@ -254,7 +255,7 @@ def test_a_point_that_its_spots_do_not_show_is_told_and_proves_nothing(
     assert "Point 2" in again.view.unproven
     verdicts = {result.verdict for result in again.view.characteristics}
     assert verdicts <= {Verdict.NOT_PROVEN, Verdict.NOT_MEASURED}
-    assert {feature.verdict for feature in again.view.features} <= {Verdict.NOT_PROVEN, None}
+    assert again.view.part_verdict.word is PartWord.NOT_PROVEN
 
 
 def test_a_ball_of_another_size_is_told(finished: tuple[Path, JobView]) -> None:

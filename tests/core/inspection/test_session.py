@@ -20,6 +20,7 @@ from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import PartWord
 from tests.core.inspection.conftest import Bench
 
 
@@ -136,14 +137,47 @@ def test_finish_needs_the_minimum_of_the_shape(bench: Bench, job: JobFile) -> No
     assert session.view.features[0].state is FeatureState.DONE
 
 
-def test_select_reopens_a_feature_and_refuses_an_unknown_one(bench: Bench, job: JobFile) -> None:
+def test_looking_back_changes_no_verdict_and_no_count(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     take_all(session, bench)
+    before, events = session.view, len(job.events())
+    for name in ("BED", "SPHERE", "BLOCK_TOP"):
+        session.select(name)
+        view = session.view
+        assert (view.looked_at, view.shown) == (name, view.feature(name))
+        assert replace(view, looked_at="") == before
+        assert not view.shows_part
+    session.select("")
+    assert session.view == before
+    assert session.view.shows_part
+    assert len(job.events()) == events
+
+
+def test_reopening_a_feature_is_a_step_that_can_be_taken_back(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
+    take_all(session, bench)
+    before = session.view
     session.select("BED")
-    assert session.view.active == "BED"
-    assert not session.view.complete
+    session.reopen()
+    view = session.view
+    assert (view.active, view.complete, view.undo) == ("BED", False, "reopening of BED")
+    assert view.part_verdict.word is PartWord.NOT_COMPLETE
+    with pytest.raises(MeasuringError, match="BED is open"):
+        session.reopen("BED")
+    session.undo()
+    again = session.view
+    assert again.complete
+    assert again.characteristics == before.characteristics
+    session.redo()
+    assert bench.session(job).view.active == "BED"
+
+
+def test_an_unknown_feature_is_refused(bench: Bench, job: JobFile) -> None:
+    session = bench.session(job)
     with pytest.raises(MeasuringError, match="'HOLE'"):
         session.select("HOLE")
+    with pytest.raises(MeasuringError, match="'HOLE'"):
+        session.reopen("HOLE")
 
 
 def test_a_point_that_belongs_elsewhere_takes_the_result_away(bench: Bench, job: JobFile) -> None:
@@ -232,7 +266,7 @@ def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFil
     for touch in bench.touches[:4]:
         session.take_touch(touch)
     early = session.view.characteristics[0]
-    assert (early.verdict, early.measured) == (Verdict.NOT_MEASURED, None)
+    assert (early.verdict, early.measured) == (Verdict.PROVISIONAL, None)
     assert "all its points" in early.note
     session.finish()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM

@@ -89,7 +89,7 @@ def test_a_feature_that_is_done_takes_no_more_by_itself(
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_FEATURE
     assert "BED has all its points" in refused.what
-    session.select("BED")
+    session.reopen("BED")
     assert isinstance(session.take_touch(bench.touches[1]), MeasuredPoint)
 
 
@@ -100,7 +100,7 @@ def test_a_touch_of_a_point_and_its_surface_goes_to_the_one_that_is_open_or_sele
     taken = session.take_touch(bench.touches[4])
     assert isinstance(taken, MeasuredPoint)
     assert taken.feature == "BLOCK_TOP"
-    session.select("CORNER")
+    session.reopen("CORNER")
     again = session.take_touch(bench.touches[4])
     assert isinstance(again, MeasuredPoint)
     assert again.feature == "CORNER"

@@ -16,6 +16,7 @@ from ocmm_core.inspection.view import FeatureState, JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import PartWord
 from tests.core.inspection.conftest import Bench
 
 
@@ -41,8 +42,11 @@ def test_any_point_can_be_deleted_with_a_reason_and_put_back(bench: Bench, job: 
     # The job was complete: the feature with the missing point takes points again.
     assert view.active == "BED"
     assert view.feature("BED").state is FeatureState.ACTIVE
-    assert view.characteristics[1].verdict is Verdict.NOT_MEASURED
-    assert "Block step" in view.provisional
+    assert (view.characteristics[1].name, view.characteristics[1].verdict) == (
+        "Block step", Verdict.PROVISIONAL,
+    )  # fmt: skip
+    assert view.part_verdict.word is PartWord.NOT_COMPLETE
+    assert view.part_verdict.missing == ("BED", "Block step")
     # A result of other features stays as it was; its covariance is summed in another order.
     before, after = whole.characteristics[0], view.characteristics[0]
     assert (before.measured, before.verdict) == (after.measured, after.verdict)
@@ -133,7 +137,7 @@ def test_a_flip_that_is_undone_does_not_leave_the_flipped_point_to_be_put_back(
     assert view.deleted == ()
 
 
-def test_a_skipped_feature_is_left_out_and_comes_back_when_it_is_selected(
+def test_a_skipped_feature_is_left_out_and_comes_back_when_it_is_reopened(
     bench: Bench, job: JobFile
 ) -> None:
     session = bench.session(job)
@@ -146,7 +150,8 @@ def test_a_skipped_feature_is_left_out_and_comes_back_when_it_is_selected(
     assert view.feature("BED").skipped
     assert view.characteristics[1].verdict is Verdict.NOT_MEASURED
     assert view.characteristics[0].verdict is Verdict.CONFORM
-    session.select("BED")
+    assert view.characteristics[1].note == "BED was skipped."
+    session.reopen("BED")
     take(session, bench, 0, 4)
     assert session.view.characteristics[1].verdict is Verdict.CONFORM
 
@@ -282,12 +287,12 @@ def test_no_verdict_is_shown_while_a_feature_is_probed(bench: Bench, job: JobFil
     # Five points fit a sphere; the sixth is still to come.
     assert ball.measured is not None
     assert ball.uncertainty is not None
-    assert (ball.verdict, view.provisional) == (Verdict.NOT_MEASURED, ("Ball diameter",))
+    assert (ball.name, ball.verdict) == ("Ball diameter", Verdict.PROVISIONAL)
+    assert ball.stated is None
     assert "Provisional" in ball.note
-    assert view.feature("SPHERE").verdict is None
+    assert view.verdict_of("SPHERE").verdict is Verdict.PROVISIONAL
     session.finish()
-    assert session.view.characteristics[0].verdict is not Verdict.NOT_MEASURED
-    assert session.view.provisional == ()
+    assert session.view.characteristics[0].verdict is Verdict.CONFORM
 
 
 def test_a_point_that_was_held_back_stays_so_when_it_is_put_back(

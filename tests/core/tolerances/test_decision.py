@@ -22,7 +22,7 @@ from ocmm_core.tolerances.decision import (
 )
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.interval import Normal, normal_probability
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.result import LOWEST_TUR, CharacteristicResult, Verdict
 from ocmm_core.tolerances.spread import Spreads
 
 G = 2.0
@@ -181,3 +181,28 @@ def test_a_result_states_the_expanded_uncertainty() -> None:
     nothing = not_measured(size, "why")
     assert (nothing.measured, nothing.deviation, nothing.uncertainty) == (None, None, None)
     assert nothing.verdict is Verdict.NOT_MEASURED
+
+
+def test_the_ratio_counts_the_bonus_like_the_verdict() -> None:
+    # t 0.02 with a bonus of 0.20: the value 0.03 lies far inside 0.22, and U is 0.03.
+    spread = Normal(0.03 - 0.20, 0.015, one_sided=True)
+    found = decide(spread, 0.03 - 0.20, 0.0, 0.0, 0.02, "iso14253-1", 0.03, 0.20)
+    assert (found.verdict, found.why) == (Verdict.CONFORM, "")
+    assert found.tur == pytest.approx(0.22 / 0.06)
+    spread = Normal(0.01, 0.015, one_sided=True)
+    without = decide(spread, 0.01, 0.0, 0.0, 0.02, "simple", 0.03)
+    assert (without.verdict, bool(without.why)) == (Verdict.NOT_PROVEN, True)
+    assert without.tur == pytest.approx(0.02 / 0.06)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_verdict_reason_and_ratio_agree(rule: Rule) -> None:
+    rng = np.random.default_rng(12)
+    for _ in range(2000):
+        sigma, upper = 10.0 ** rng.uniform(-4.0, -1.0), 10.0 ** rng.uniform(-3.0, -0.5)
+        bonus = float(rng.integers(2)) * 10.0 ** rng.uniform(-3.0, 0.0)
+        value = rng.uniform(0.0, 2.0) * (upper + bonus) - bonus
+        spread = Normal(value, sigma, one_sided=True)
+        found = decide(spread, value, 0.0, 0.0, upper, rule, 2.0 * sigma, bonus)
+        assert found.verdict is not Verdict.CONFORM or found.tur >= LOWEST_TUR
+        assert not found.why or found.tur < LOWEST_TUR
