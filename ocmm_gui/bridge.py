@@ -107,7 +107,9 @@ class StationBridge(QObject):
     def start(self) -> None:
         """Start the station and the timer, and send the first snapshots."""
         self._evaluator.start()
-        self._command(self._station.start)
+        if self._command(self._station.start):
+            # With the start the job knows with what it is measured.
+            self._evaluator.wake()
         self._timer.start()
         self._pull_live()
         self._show_job(self._job)

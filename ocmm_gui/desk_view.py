@@ -40,7 +40,7 @@ from ocmm_gui.words import header_words
 
 _PAGES = ("job", "plan", "alignment", "results", "keys")
 _TOOLS = ("cameras", "fit", "closeup", "theme", "export", "view", "mode")
-_STEPS = (("flip", "skip", "repeat"), ("reopen", "order", "side"), ("pause",))
+_STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"), ("reopen",))
 _PART_PX = 190
 _PICTURE_PX = (96, 190)
 """Least and greatest height of the picture of the step."""
@@ -136,7 +136,7 @@ class DeskView(QWidget):
         self.strip.show_job(job)
         self.plan.show_job(job)
         self.part.show_job(job)
-        self.part.setVisible(job.shows_part)
+        self.part.setVisible(job.complete)
         self.points.show_job(job)
         self.feature.show_job(job)
         self.guidance.show_job(job)
@@ -160,6 +160,7 @@ class DeskView(QWidget):
         grid = QGridLayout()
         grid.setSpacing(4)
         for row, keys in enumerate(_STEPS):
+            span = 3 // len(keys)
             for column, key in enumerate(keys):
                 button = make_button(actions[key])
                 shortcut = actions[key].shortcuts()[0].toString()
@@ -167,7 +168,7 @@ class DeskView(QWidget):
                     button.setText(actions[key].text())
                 button.setProperty("role", "tool")
                 button.setFont(text_font(12))
-                grid.addWidget(button, row, column)
+                grid.addWidget(button, row, span * column, 1, span)
         layout.addLayout(grid)
         layout.addWidget(self._climate)
         return side

@@ -9,7 +9,14 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QMainWindow,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.inspection.view import JobView, LiveView
@@ -20,6 +27,7 @@ from ocmm_gui.echo import Echo
 from ocmm_gui.maintenance import Maintenance
 from ocmm_gui.notify import Banner, Notice, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
+from ocmm_gui.operator.simulated_band import SimulatedBand
 from ocmm_gui.operator.tip_line import TipLine
 from ocmm_gui.operator.trust_bar import Place, TrustBar
 from ocmm_gui.output import Output
@@ -85,6 +93,7 @@ class MainWindow(QMainWindow):
         self.trust = TrustBar()
         self.tip_line = TipLine()
         self.banner = Banner()
+        self.simulated = SimulatedBand()
         self._stack = QStackedWidget()
         self._lines = (
             self.banner, self.output.export_panel, self.output.bus_panel, self.choice.panel,
@@ -99,12 +108,17 @@ class MainWindow(QMainWindow):
         for view in (self.desk, self.far, *self.maintenance.all(), *self.sheets.all()):
             self._stack.addWidget(view)
         central = QWidget()
-        layout = QVBoxLayout(central)
-        layout.setContentsMargins(0, 0, 0, 0)
+        whole = QHBoxLayout(central)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        layout = QVBoxLayout()
         layout.setSpacing(0)
         for widget in (self.trust, self.tip_line, *self._lines):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
+        whole.addWidget(self.simulated)
+        self._stack.currentChanged.connect(lambda _page: self.simulated.show_far(self.is_far()))
+        whole.addLayout(layout, 1)
         self.setCentralWidget(central)
 
     def _connect(self, bridge: StationBridge) -> None:
@@ -252,6 +266,7 @@ class MainWindow(QMainWindow):
 
     def _on_job(self, job: JobView) -> None:
         previous, self._job = self._job, job
+        self.simulated.setVisible(job.simulated)
         self._show_job(job)
         self.choice.show_job(job)
         self.sheets.job_changed(job)

@@ -36,7 +36,7 @@ from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.words import active_feature, shown_feature
+from ocmm_gui.words import active_feature
 
 SIZE = (1920, 1080)
 SMALL = (1280, 720)
@@ -226,7 +226,7 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
 
 def _is_finished(live: LiveView, job: JobView) -> bool:
     # On a busy computer the job may be farther than what is to be shown.
-    shown = shown_feature(job)
+    shown = job.shown
     done = shown is not None and shown.name == "BORE_B" and shown.state is FeatureState.DONE
     return done and live.tip_world is not None
 

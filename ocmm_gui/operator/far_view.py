@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import VerdictSummary
 from ocmm_gui.actions import make_button
 from ocmm_gui.operator.coverage_view import CoverageView
 from ocmm_gui.operator.far_message import FarMessage
@@ -28,7 +29,14 @@ from ocmm_gui.operator.part_view import PartVerdictView
 from ocmm_gui.operator.readout import Readout
 from ocmm_gui.operator.target_ring import TargetRing
 from ocmm_gui.operator.tolerance_bar import ToleranceBar
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, status_colour, verdict_colour
+from ocmm_gui.theme import (
+    DEFAULT_THEME,
+    THEMES,
+    Theme,
+    far_type,
+    status_colour,
+    verdict_colour,
+)
 from ocmm_gui.words import (
     DASHES,
     PAUSED,
@@ -71,9 +79,7 @@ class FarView(QWidget):
         self._status = FitText("Status", limit=_TYPE_PX, reserve="INACCURATE")
         self._count = FitText("Points", limit=_TYPE_PX, align=right, digits=True, reserve="00/00")
         self._feature = FitText("Feature name", limit=_TYPE_PX)
-        self._verdict = FitText(
-            "Verdict", limit=_TYPE_PX, align=right, reserve="1 of 3 NOT MEASURED"
-        )
+        self._verdict = FitText("Verdict", limit=_TYPE_PX, align=right, reserve="NOT MEASURED")
         self._readout = Readout()
         self._coverage = CoverageView()
         self._ring = TargetRing()
@@ -104,12 +110,12 @@ class FarView(QWidget):
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
         grid.setVerticalSpacing(6)
-        grid.addLayout(_beside(self._status, self._verdict, 36), 0, 0)
+        grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
         work = QHBoxLayout()
         work.setSpacing(24)
-        work.addWidget(self._readout, 39)
+        work.addWidget(self._readout, 38)
         work.addLayout(pictures, 12)
-        work.addLayout(side, 49)
+        work.addLayout(side, 50)
         self._one = QWidget()
         one = QVBoxLayout(self._one)
         one.setContentsMargins(0, 0, 0, 0)
@@ -151,7 +157,9 @@ class FarView(QWidget):
         far_off = "" if feature is None else outlier_count(feature)
         # From afar the first sentence is enough.
         step, point, rest = next_step(job).partition(". ")
-        words = " ".join(part for part in (rest, far_off, step_text(job)) if part)
+        counted = "" if feature is None or job.shows_part else job.verdict_of(feature.name).words
+        parts = (f"{counted}." if counted else "", rest, far_off, step_text(job))
+        words = " ".join(part for part in parts if part)
         self._message.tell(f"{step}{point}".strip(), words, " ".join(trouble(None, job)))
         self._show_status()
         self._show_ring()
@@ -177,7 +185,7 @@ class FarView(QWidget):
         self._values["form"].show_text(form_words(feature), settled)
         colour = verdict_colour(self._theme, summary.verdict)
         mark = None if summary.verdict is None else verdict_mark(summary.verdict)
-        self._verdict.show_text(verdict_line(summary), colour, mark)
+        self._verdict.show_text(self._verdict_words(summary), colour, mark)
         if result is None:
             for key in ("measured", "deviation", "uncertainty"):
                 self._values[key].show_text(DASHES, self._theme.muted)
@@ -187,6 +195,16 @@ class FarView(QWidget):
         self._values["deviation"].show_text(
             quantity(result, result.deviation, signed=True), colour
         )
+
+    def _verdict_words(self, summary: VerdictSummary) -> str:
+        """Return the verdict, with how many share it where that is still read from afar."""
+        if summary.verdict is None:
+            return verdict_line(summary)
+        short = summary.words.replace(" of ", "/")
+        for words in (summary.words, short):
+            if words and self._verdict.size_of(words) >= far_type(self):
+                return words
+        return str(summary.verdict.value)
 
     def readout(self) -> Readout:
         """Return the large digits."""

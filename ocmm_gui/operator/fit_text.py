@@ -62,13 +62,20 @@ class FitText(Painted):
         """Return the pixel size that the line is painted with."""
         return self._font_size()
 
+    def size_of(self, text: str) -> int:
+        """Return the pixel size that a line with a mark would be painted with."""
+        return self._size(text, marked=True)
+
     def _font_size(self) -> int:
-        base = digit_font(10) if self._digits else text_font(10, bold=True)
         longest = max(self._text, self._reserve, key=len)
+        return self._size(longest, marked=self._mark is not None)
+
+    def _size(self, text: str, *, marked: bool) -> int:
+        base = digit_font(10) if self._digits else text_font(10, bold=True)
         width = float(self.width())
-        if self._mark is not None:
+        if marked:
             width -= 0.95 * min(self._limit, self.height() / 1.17)
-        return fitted(base, longest, width, self.height(), self._limit).pixelSize()
+        return fitted(base, text, width, self.height(), self._limit).pixelSize()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the mark and the line."""

@@ -96,7 +96,7 @@ class PartVerdictView(Painted):
         room = (self.height() - self._word_box().height()) / (1.25 * max(len(lines), 1))
         longest = max(lines, key=len, default="")
         bold = text_font(10, bold=True)
-        size = fitted(bold, longest, self.width(), room, 0.7 * self._word_font_px()).pixelSize()
+        size = fitted(bold, longest, self.width(), room, 0.86 * self._word_font_px()).pixelSize()
         return max(size, min(self._least, int(room)))
 
 

@@ -45,6 +45,7 @@ class PlanList(QListWidget):
 
     def show_job(self, job: JobView) -> None:
         """Show the features as they stand and keep the active one in sight."""
+        marked = job.shown if job.looked_at or not job.active else job.feature(job.active)
         while self.count() > len(job.features):
             self.takeItem(self.count() - 1)
         for row, feature in enumerate(job.features):
@@ -59,7 +60,7 @@ class PlanList(QListWidget):
                 f"{feature.needed} points, {progress_word(feature, verdict)}"
             )
             item.setToolTip(item.text())
-            if feature.name == (job.looked_at or job.active):
+            if feature is marked:
                 self.setCurrentItem(item)
                 self.scrollToItem(item)
 

@@ -88,8 +88,9 @@ class ResultTable(Table):
         self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
 
     def show_job(self, job: JobView) -> None:
-        """Show all characteristics of a job; the chosen row stays chosen."""
+        """Show all characteristics of a job; the chosen row stays chosen, else the deciding one."""
         chosen = self.chosen()
+        deciding = job.part_verdict.summary.deciding
         self._results = job.characteristics
         self.blockSignals(True)
         self.setRowCount(len(self._results))
@@ -114,7 +115,7 @@ class ResultTable(Table):
                 )
         names = [result.name for result in self._results]
         if names:
-            self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
+            self.setCurrentCell(names.index(chosen if chosen in names else deciding), 0)
         self.blockSignals(False)
         self._share_width()
         if names and self.chosen() != chosen:
