@@ -206,6 +206,10 @@ class FarView(QWidget):
                 return words
         return str(summary.verdict.value)
 
+    def verdict(self) -> str:
+        """Return the verdict on the shown feature; empty where that on the part is shown."""
+        return self._verdict.text()
+
     def readout(self) -> Readout:
         """Return the large digits."""
         return self._readout

@@ -1,0 +1,176 @@
+"""Over 1,000 jobs no screen, sound or paper promises more than the worst characteristic."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from PySide6.QtWidgets import QApplication
+
+from ocmm_core.camera.rig import load_rig
+from ocmm_core.documents import resource
+from ocmm_core.inspection.view import FeatureState, JobView
+from ocmm_core.tolerances.result import LOWEST_TUR, Verdict
+from ocmm_core.tolerances.verdict import WORST_FIRST, PartWord, is_greener
+from ocmm_core.tracking.body import load_probe
+from ocmm_gui.actions import make_actions
+from ocmm_gui.desk_view import DeskView
+from ocmm_gui.echo import Echo
+from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.operator.far_view import FarView
+from ocmm_gui.results.result_table import ResultTable
+from ocmm_gui.sound import Sound, SoundPlayer
+from ocmm_gui.words import part_line
+from tests.generated_jobs import generated_job
+
+JOBS = 1000
+CHUNKS = 4
+_WORDS = re.compile(
+    r"DOES NOT CONFORM|NOT CONFORM|NOT PROVEN|NOT MEASURED|NOT COMPLETE|PROVISIONAL|CONFORMS?|DONE"
+)
+_PROMISE = {
+    "DOES NOT CONFORM": Verdict.NOT_CONFORM,
+    "NOT COMPLETE": Verdict.NOT_MEASURED,
+    "CONFORMS": Verdict.CONFORM,
+    "DONE": Verdict.CONFORM,
+}
+_HEARD = {
+    Sound.FEATURE_COMPLETE: Verdict.CONFORM,
+    Sound.IN_DOUBT: Verdict.NOT_PROVEN,
+    Sound.OUT_OF_TOLERANCE: Verdict.NOT_CONFORM,
+}
+
+
+def promises(text: str) -> list[Verdict]:
+    """Return the verdicts that a text names; DONE counts as the greenest."""
+    return [_PROMISE.get(word) or Verdict(word) for word in _WORDS.findall(text)]
+
+
+def worst(verdicts: list[Verdict]) -> Verdict | None:
+    return min(verdicts, key=WORST_FIRST.index, default=None)
+
+
+def truth(job: JobView, feature: str) -> Verdict | None:
+    return worst([item.verdict for item in job.characteristics if feature in item.features])
+
+
+class _Ear(SoundPlayer):
+    """Hears instead of playing: the loudspeaker is the one part that is not there."""
+
+    def __init__(self) -> None:
+        super().__init__(enabled=False)
+        self.heard: list[Sound] = []
+
+    def play(self, sound: Sound) -> None:
+        self.heard.append(sound)
+
+
+@pytest.fixture(scope="module")
+def screens(qapp: QApplication) -> Iterator[tuple[FarView, DeskView, ResultTable]]:
+    """Return the far view, the desk view and the table of results."""
+    rig = load_rig(resource("rigs", "recommended.toml"))
+    body = load_probe(resource("probes", "standard.toml"))
+    table = ResultTable()
+    actions = make_actions(table)
+    far, desk = FarView(actions), DeskView(rig, body, actions)
+    for widget in (far, desk, table):
+        widget.resize(1280, 720)
+    yield far, desk, table
+    for widget in (far, desk, table):
+        widget.close()
+        widget.deleteLater()
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_no_screen_is_greener_than_the_worst_characteristic(
+    screens: tuple[FarView, DeskView, ResultTable], chunk: int
+) -> None:
+    far, desk, table = screens
+    for seed in range(chunk, JOBS, CHUNKS):
+        job, _ = generated_job(seed)
+        part = job.part_verdict
+        everything = worst([item.verdict for item in job.characteristics])
+        whole = all(item.state is FeatureState.DONE for item in job.features)
+        good = everything is Verdict.CONFORM and whole
+        assert (part.word is PartWord.CONFORMS) == good, seed
+
+        for view in (far, desk):
+            view.show_job(job)
+        table.show_job(job)
+        shown = job.shown
+        for said in (far.part.word(), desk.part.word(), part_line(job)):
+            assert good or "CONFORMS" not in said, (seed, said)
+        if job.shows_part:
+            assert far.verdict() == "", seed
+        elif shown is not None:
+            for said in (far.verdict(), desk.feature.verdict()):
+                _expect(truth(job, shown.name), said, seed)
+        for row, feature in enumerate(job.features):
+            said = desk.plan.item(row).text()
+            if feature.state is FeatureState.DONE:
+                _expect(truth(job, feature.name), said, seed)
+            else:
+                assert not promises(said), (seed, said)
+        for row, result in enumerate(job.characteristics):
+            assert promises(table.words(row)[-1]) == [result.verdict], seed
+
+
+def _expect(verdict: Verdict | None, said: str, seed: int) -> None:
+    found = promises(said)
+    if verdict is None:
+        assert "CONFORM" not in said, (seed, said)
+    else:
+        assert found == [verdict], (seed, said, verdict)
+
+
+def test_no_sound_is_greener_than_the_worst_characteristic(
+    screens: tuple[FarView, DeskView, ResultTable],
+) -> None:
+    far, _, _ = screens
+    ear = _Ear()
+    echo = Echo(ear, NoticeCentre(), far.readout)
+    heard = 0
+    for seed in range(JOBS):
+        job, _ = generated_job(seed)
+        done = [item for item in job.features if item.state is FeatureState.DONE]
+        if not done:
+            continue
+        last = done[-1].name
+        before = replace(
+            job,
+            features=tuple(
+                replace(item, state=FeatureState.ACTIVE) if item.name == last else item
+                for item in job.features
+            ),
+            active=last,
+            complete=False,
+            looked_at="",
+        )
+        ear.heard.clear()
+        echo.announce(before, job)
+        verdicts = [truth(job, last)]
+        if job.complete:
+            verdicts += [item.verdict for item in job.characteristics]
+        told = worst([verdict for verdict in verdicts if verdict is not None])
+        for sound in ear.heard:
+            heard += 1
+            assert told is None or not is_greener(_HEARD[sound], told), (seed, sound, told)
+            assert not (job.complete and not job.part_verdict.complete) or (
+                sound is not Sound.FEATURE_COMPLETE
+            ), seed
+    assert heard >= JOBS // 2
+    ear.close()
+
+
+def test_ratio_and_verdict_never_contradict() -> None:
+    found = 0
+    for seed in range(JOBS):
+        for result in generated_job(seed)[0].characteristics:
+            if result.tur is None:
+                continue
+            found += 1
+            assert result.verdict is not Verdict.CONFORM or result.tur >= LOWEST_TUR
+            assert "smaller than twice" not in result.note or result.tur < LOWEST_TUR
+    assert found > JOBS
