@@ -117,7 +117,9 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
                 for k in range(3):
                     axes[j, k], axes[j + 1, k] = axes[j + 1, k], axes[j, k]
     for i in range(3):
-        extents[i] = np.sqrt(gram[i, i])
+        # Rounding leaves a square below zero where the points have no extent: not a number there
+        # would pass every check for points in a line.
+        extents[i] = np.sqrt(max(gram[i, i], 0.0))
 
 
 @compiled(reorder=True)
