@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import VerdictSummary
+from ocmm_core.tolerances.verdict import NO_VERDICT, VerdictSummary
 from ocmm_gui.actions import make_button
 from ocmm_gui.operator.coverage_view import CoverageView
 from ocmm_gui.operator.far_message import FarMessage
@@ -157,8 +157,9 @@ class FarView(QWidget):
         far_off = "" if feature is None else outlier_count(feature)
         # From afar the first sentence is enough.
         step, point, rest = next_step(job).partition(". ")
-        counted = "" if feature is None or job.shows_part else job.verdict_of(feature.name).words
-        parts = (f"{counted}." if counted else "", rest, far_off, step_text(job))
+        summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
+        counted = f"{summary.deciding}: {summary.words}." if summary.words else ""
+        parts = (counted, rest, far_off, step_text(job))
         words = " ".join(part for part in parts if part)
         self._message.tell(f"{step}{point}".strip(), words, " ".join(trouble(None, job)))
         self._show_status()
