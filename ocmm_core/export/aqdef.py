@@ -5,6 +5,9 @@ by char 20; dates as ``dd.MM.yyyy/HH:mm:ss``, UTC. Keys and their meanings are t
 readers of the format (docs/exports.md says which are assumed). Several jobs of one plan go into
 one file as several values. A value that must not count in statistics carries attribute 255, and
 one that is missing stays empty with 256: no number stands in for it.
+
+The format has limits and values, and its readers judge by them alone. So the verdicts of the job
+stand beside them as text (``K0009``): of each part, and of what is not CONFORM.
 """
 
 from __future__ import annotations
@@ -22,12 +25,15 @@ from ocmm_core.export.profile import Profile
 from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.export.tables import Cell, Number, Table, Units
 from ocmm_core.inspection.quarantine import held_below
+from ocmm_core.tolerances.result import Verdict
 
 _FIELD, _CHARACTERISTIC = "\x14", "\x0f"
 _NEWLINE = "\r\n"
 _ENCODING = "cp1252"
 _VALID, _DOUBTFUL, _MISSING = 0, 255, 256
 _LIMIT, _NATURAL = 1, 2
+_REMARK = "K0009"
+_LONGEST_REMARK = 250
 
 _FIELDS = (
     "K0001", "K0002", "K0004", "K0005", "K0006", "K0007", "K0008", "K0010", "K0011", "K0012",
@@ -104,6 +110,7 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
         lines.append(_CHARACTERISTIC.join(_FIELD.join(row) for row in fields))
         # The serial number of the part whose values stand above, for all characteristics.
         lines.append(f"K0014/0 {_text(data.head.serial)}")
+        lines += [f"{_REMARK}/{line.index} {line.text}" for line in _remarks(data)]
     text = "".join(line + _NEWLINE for line in lines)
     return {_name(jobs): text.encode(_ENCODING, "replace")}
 
@@ -124,6 +131,9 @@ def _differences(
     serials = [line.text for line in found.lines if line.key == "K0014"]
     if serials != [_text(data.head.serial) for data in jobs] or len(found.values) != len(jobs):
         different.append(f"{name}: it does not hold the values of {len(jobs)} part(s).")
+    remarks = [line for line in found.lines if line.key == _REMARK]
+    if remarks != [line for data in jobs for line in _remarks(data)]:
+        different.append(f"{name}: it does not hold the verdicts of {len(jobs)} part(s).")
     for data, values in zip(jobs, found.values, strict=False):
         if len(values) != len(data.reported):
             different.append(f"{name}: values of {data.job} are missing.")
@@ -142,14 +152,39 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
         values: list[Cell] = [value if value is not None else "" for value, _ in told]
         rows.append((index + 1, asked.name, reported.unit, *values))
     columns = ("No.", "Characteristic", "Unit", *(data.job for data in jobs))
-    return (Table("Q-DAS values", columns, tuple(rows)),)
+    remarks = tuple((data.job, line.text) for data in jobs for line in _remarks(data))
+    return (
+        Table("Verdicts", ("Job", "Remark"), remarks),
+        Table("Q-DAS values", columns, tuple(rows)),
+    )
 
 
 def _name(jobs: Sequence[ReportData]) -> str:
     if len(jobs) == 1:
-        return f"{check_file_stem(jobs[0].stem)}.dfq"
+        return f"{jobs[0].stem}.dfq"
     plan = check_file_stem(jobs[0].plan.name)
-    return f"{plan}_{len(jobs)}_parts.dfq"
+    states = "".join(f"_{state.replace(' ', '_')}" for state in _states(jobs))
+    return f"{plan}_{len(jobs)}_parts{states}.dfq"
+
+
+def _states(jobs: Sequence[ReportData]) -> tuple[str, ...]:
+    """Return the states of all jobs together."""
+    return tuple(dict.fromkeys(state for data in jobs for state in data.states))
+
+
+def _remarks(data: ReportData) -> Iterator[Line]:
+    """Yield the verdict on the part, and that on each characteristic that is not CONFORM."""
+    part = data.part
+    words = [*data.states, part.word.value, *part.reasons]
+    yield Line(_REMARK, 0, _remark("; ".join(words)))
+    for index, reported in enumerate(data.reported, start=1):
+        if reported.result.verdict is not Verdict.CONFORM:
+            yield Line(_REMARK, index, reported.result.verdict.value)
+
+
+def _remark(text: str) -> str:
+    """Return a remark that fits; where it had to be cut, it says so."""
+    return text if len(text) <= _LONGEST_REMARK else f"{text[: _LONGEST_REMARK - 4]} ..."
 
 
 def _alike(jobs: Sequence[ReportData]) -> Sequence[ReportData]:
@@ -165,6 +200,14 @@ def _alike(jobs: Sequence[ReportData]) -> Sequence[ReportData]:
                 "stand in one file of statistics.",
                 "Report jobs of one plan together.",
             )
+        if data.view.simulated != first.view.simulated:
+            real, computed = sorted((first, data), key=lambda job: job.view.simulated)
+            raise StorageError(
+                "export.simulated",
+                f"{computed.job} is SIMULATED and {real.job} is not: their values cannot stand in "
+                "one file of statistics.",
+                "Report simulated jobs by themselves.",
+            )
     return jobs
 
 
@@ -176,7 +219,8 @@ def _head_lines(jobs: Sequence[ReportData], units: Units) -> Iterator[Line]:
     if data.view.header.order:
         yield Line("K1053", 0, _text(data.view.header.order))
     yield Line("K1086", 0, check_name("plan", data.plan.name))
-    yield Line("K1900", 0, _text(f"{data.rule_words}; {data.calibration.label}"))
+    told = (*_states(jobs), *_part_words(jobs), data.rule_words, data.calibration.label)
+    yield Line("K1900", 0, _text("; ".join(told)))
     for index, reported in enumerate(data.reported, start=1):
         result, tell = reported.result, partial(_limit, reported, units)
         name = check_name("characteristic", result.name)
@@ -191,6 +235,14 @@ def _head_lines(jobs: Sequence[ReportData], units: Units) -> Iterator[Line]:
         yield Line("K2120", index, str(_NATURAL if reported.one_sided else _LIMIT))
         yield Line("K2121", index, str(_LIMIT))
         yield Line("K2142", index, reported.unit if reported.unit == "deg" else units.lengths)
+
+
+def _part_words(jobs: Sequence[ReportData]) -> tuple[str, ...]:
+    """Return the verdict on the part, or how many parts have which."""
+    words = [data.part.word.value for data in jobs]
+    if len(words) == 1:
+        return (words[0],)
+    return tuple(f"{words.count(word)} of {len(words)} {word}" for word in dict.fromkeys(words))
 
 
 def _limit(reported: ReportedResult, units: Units, value: float) -> str:
@@ -211,7 +263,9 @@ def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Num
     if result.stated is None:
         return None, _MISSING
     held = bool(held_below(result, data.plan, data.view))
-    doubtful = held or bool(data.view.unproven)
+    # NOT PROVEN alone is no reason: without the values near a limit a process looks better than it
+    # is. What no real part has must not count among those of real ones.
+    doubtful = held or bool(data.view.unproven) or data.view.simulated
     number = _number(reported, units, result.stated[0])
     return number, _DOUBTFUL if doubtful else _VALID
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.exporter import Exporter
+from ocmm_core.export.head import head_table
 from ocmm_core.export.json_schema import (
     SCHEMA,
     ElementPart,
@@ -22,6 +23,7 @@ from ocmm_core.export.json_schema import (
     JobPart,
     Matrix,
     ObservationPart,
+    PartVerdictPart,
     ReportFile,
     ResultPart,
     Spots,
@@ -29,20 +31,20 @@ from ocmm_core.export.json_schema import (
     Vector,
     read_report,
 )
-from ocmm_core.export.names import check_file_stem, check_name, clean_text
+from ocmm_core.export.names import check_name, clean_text
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.report_data import Element, ReportData, ReportedFeature, ReportedResult
 from ocmm_core.export.tables import (
     Table,
     Units,
     features_table,
-    head_table,
     note_of,
     points_table,
     report_table,
 )
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.tolerances.verdict import PartVerdict, VerdictSummary
 
 
 def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
@@ -74,6 +76,11 @@ def _differences(
             told_result.verdict,
         ) != (result.name, result.verdict.value):
             different.append(f"{name}: {result.name} is not the result of the job.")
+    part = found.part_verdict
+    if part is None or (part.word, part.missing) != (data.part.word.value, data.part.missing):
+        different.append(f"{name}: it has another verdict on the part.")
+    if (found.state, found.simulated) != (data.states, data.view.simulated):
+        different.append(f"{name}: it does not say that the job is {data.state_words}.")
     if found != _file(data):
         different.append(f"{name}: it is not what was to be written.")
     return different
@@ -91,7 +98,7 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 
 def _name(data: ReportData) -> str:
-    return f"{check_file_stem(data.stem)}.json"
+    return f"{data.stem}.json"
 
 
 def _file(data: ReportData) -> ReportFile:
@@ -99,6 +106,9 @@ def _file(data: ReportData) -> ReportFile:
     return ReportFile(
         schema=SCHEMA,
         unit="mm",
+        part_verdict=_part(data.part),
+        state=data.states,
+        simulated=view.simulated,
         job=JobPart(
             name=data.job,
             uuid=head.job_uuid,
@@ -114,7 +124,7 @@ def _file(data: ReportData) -> ReportFile:
             probe_sha256=head.probe_identity,
             measured_with=head.software_version,
             written_with=data.written_by,
-            complete=view.complete,
+            complete=data.part.complete,
             unproven=view.unproven,
             points_held_back=tuple(view.held),
             points_taken_back=tuple(data.annulled),
@@ -131,7 +141,7 @@ def _file(data: ReportData) -> ReportFile:
             rotation_from_world=_matrix(data.frame.rotation),
             translation_from_world=_vector(data.frame.translation),
         ),
-        features=tuple(_feature(item) for item in data.features),
+        features=tuple(_feature(item, view.verdict_of(item.name)) for item in data.features),
         results=tuple(_result(item) for item in data.reported),
         observations=tuple(
             _observation(point, data.taken_utc.get(point.number, ""))
@@ -147,11 +157,25 @@ def _file(data: ReportData) -> ReportFile:
     )
 
 
-def _feature(feature: ReportedFeature) -> FeaturePart:
+def _part(part: PartVerdict) -> PartVerdictPart:
+    return PartVerdictPart(
+        word=part.word.value,
+        verdict=None if part.verdict is None else part.verdict.value,
+        complete=part.complete,
+        not_conform=part.failing,
+        not_proven=part.unproven,
+        missing=part.missing,
+        counts={verdict.value: count for verdict, count in part.summary.counts},
+    )
+
+
+def _feature(feature: ReportedFeature, summary: VerdictSummary) -> FeaturePart:
     fit = feature.seen.fit
     return FeaturePart(
         name=check_name("feature", feature.name),
         shape=feature.shape.value,
+        verdict=None if summary.verdict is None else summary.verdict.value,
+        deciding=summary.deciding,
         points=tuple(point.number for point in feature.seen.points),
         outliers=feature.seen.outliers,
         nominal=_element(feature.nominal_element),

@@ -17,8 +17,25 @@ class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """Part of the file."""
 
 
+class PartVerdictPart(_Part, frozen=True, kw_only=True):
+    """The verdict on the part, and why it is not better.
+
+    ``word`` is what leads; ``verdict`` is in the words of the characteristics, null without any.
+    ``missing`` names what the plan asks for and is not measured, features first; ``complete`` says
+    that there is nothing. ``counts`` has how many characteristics have which verdict.
+    """
+
+    word: str
+    verdict: str | None
+    complete: bool
+    not_conform: tuple[str, ...]
+    not_proven: tuple[str, ...]
+    missing: tuple[str, ...]
+    counts: dict[str, int]
+
+
 class JobPart(_Part, frozen=True, kw_only=True):
-    """What the job says about itself."""
+    """What the job says about itself; ``complete`` is that of `PartVerdictPart`."""
 
     name: str
     uuid: str
@@ -69,10 +86,16 @@ class ElementPart(_Part, frozen=True, kw_only=True):
 
 
 class FeaturePart(_Part, frozen=True, kw_only=True):
-    """One feature; nominal in the part frame, actual in `FramePart`."""
+    """One feature; nominal in the part frame, actual in `FramePart`.
+
+    ``verdict`` is the worst of the characteristics about it and null without any (or in a file of a
+    version that did not say it); ``deciding`` names the one that decides.
+    """
 
     name: str
     shape: str
+    verdict: str | None = None
+    deciding: str = ""
     points: tuple[int, ...]
     outliers: tuple[int, ...]
     nominal: ElementPart | None
@@ -136,10 +159,17 @@ class TakenBackPart(_Part, frozen=True, kw_only=True):
 
 
 class ReportFile(_Part, frozen=True, kw_only=True):
-    """The whole file."""
+    """The whole file.
+
+    ``state`` has what the report must not be taken for: SIMULATED, INCOMPLETE, IN DOUBT or
+    UNCALIBRATED. It and ``part_verdict`` are missing in files of versions that did not say them.
+    """
 
     schema: str
     unit: str
+    part_verdict: PartVerdictPart | None = None
+    state: tuple[str, ...] = ()
+    simulated: bool = False
     job: JobPart
     decision_rule: str
     temperature: str

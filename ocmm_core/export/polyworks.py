@@ -8,6 +8,10 @@ PolyWorks' text import was found (docs/exports.md).
 Points are compensated surface points; their vector leaves the material, so that the ball centre is
 ``xyz + radius * ijk``. Ball centres are written only where the profile asks for them, into files
 whose names say so.
+
+The verdict on the part stands first in ``_job.csv``. What the job must not be taken for (simulated,
+incomplete) stands in the names of all files, and in a column of every table with a header, whatever
+the profile is.
 """
 
 from __future__ import annotations
@@ -18,12 +22,20 @@ from dataclasses import dataclass
 
 from ocmm_core.export.delimited import compare_delimited, delimited, same_number
 from ocmm_core.export.exporter import Exporter
-from ocmm_core.export.names import check_file_stem
+from ocmm_core.export.head import head_table
 from ocmm_core.export.profile import Profile, TableProfile
 from ocmm_core.export.report_data import ReportData
-from ocmm_core.export.tables import Number, Table, features_table, points_table, report_table
+from ocmm_core.export.tables import (
+    JOB_STATE,
+    Number,
+    Table,
+    features_table,
+    points_table,
+    report_table,
+)
 
 _PLACE = ("X", "Y", "Z", "I", "J", "K")
+_HEAD = TableProfile(header=True, columns=["Item", "Value"])
 _NEWLINE = "\r\n"
 _VERSION = 'version "5.0"'
 _CREATE = re.compile(
@@ -72,8 +84,9 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
     """Return the delimited files by their names."""
-    stem, units = check_file_stem(data.stem), profile.units
+    stem, units = data.stem, profile.units
     tables = {
+        f"{stem}_job.csv": (head_table(data), _HEAD),
         f"{stem}_points.csv": (points_table(data, units), profile.points),
         f"{stem}_features.csv": (features_table(data, units), profile.features),
         f"{stem}_report.csv": (report_table(data, units), profile.report),
@@ -81,10 +94,16 @@ def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
     if profile.centres:
         centres = points_table(data, units, centres=True)
         tables[f"{stem}_points_centres.csv"] = (centres, profile.points)
-    return {
-        name: _Text(table.chosen(shape.columns, shape.when_needed), shape)
-        for name, (table, shape) in tables.items()
-    }
+    return {name: _Text(_chosen(table, shape), shape) for name, (table, shape) in tables.items()}
+
+
+def _chosen(table: Table, shape: TableProfile) -> Table:
+    """Return a table with the columns of the profile, and that of the states where it has room."""
+    needed = shape.when_needed
+    told = (*shape.columns, *needed)
+    if shape.header and JOB_STATE in table.columns and JOB_STATE not in told:
+        needed = [*needed, JOB_STATE]
+    return table.chosen(shape.columns, needed)
 
 
 def _clouds(data: ReportData, profile: Profile) -> dict[str, Table]:

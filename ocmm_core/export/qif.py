@@ -15,17 +15,16 @@ import numpy as np
 from lxml import etree
 
 from ocmm_core.export.exporter import Exporter
-from ocmm_core.export.names import check_file_stem
+from ocmm_core.export.head import head_table
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.qif_characteristics import STATUS
 from ocmm_core.export.qif_check import NAMESPACE, check_qif
-from ocmm_core.export.qif_document import make_document
+from ocmm_core.export.qif_document import inspection_status, make_document
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.export.tables import (
     Table,
     Units,
     features_table,
-    head_table,
     points_table,
     report_table,
 )
@@ -56,8 +55,25 @@ def _differences(
         return [f"{name}: it is no XML ({error})."]
     faults = check_qif(root)
     if not faults:
-        faults = [*_other_results(root, data), *_other_points(root, data)]
+        faults = [
+            *_other_part(root, data), *_other_results(root, data), *_other_points(root, data)
+        ]  # fmt: skip
     return [f"{name}: {fault}" for fault in faults]
+
+
+def _other_part(root: etree._Element, data: ReportData) -> Iterator[str]:
+    """Yield where the verdict on the part, or what the job must not be taken for, is another."""
+    wanted = inspection_status(data.part.word)
+    for parent in ("MeasurementResults/{*}InspectionStatus", "ActualComponent/{*}Status"):
+        path = f".//{{*}}{parent}/{{*}}InspectionStatusEnum"
+        if [one.text for one in root.iterfind(path)] != [wanted]:
+            yield f"The status of the part is not {wanted}."
+    path = f".//{{{NAMESPACE}}}MeasurementResults/{{{NAMESPACE}}}Attributes/*"
+    told = {one.get("name"): one.get("value") for one in root.iterfind(path)}
+    rows = head_table(data).rows
+    for name, value in rows[: [name for name, _ in rows].index("Job")]:
+        if told.get(str(name), "") != value:
+            yield f"{name} is not {value!r}."
 
 
 def _other_results(root: etree._Element, data: ReportData) -> Iterator[str]:
@@ -119,7 +135,7 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 
 def _file_name(data: ReportData) -> str:
-    return f"{check_file_stem(data.stem)}.qif"
+    return f"{data.stem}.qif"
 
 
 QIF = Exporter("qif", "QIF 3.0 results", _contents, _differences, _preview)

@@ -8,13 +8,13 @@ from datetime import UTC, datetime
 
 from lxml import etree
 
+from ocmm_core.export.head import head_table
 from ocmm_core.export.names import check_name, clean_text
 from ocmm_core.export.qif_characteristics import add_characteristics
 from ocmm_core.export.qif_check import NAMESPACE
 from ocmm_core.export.qif_features import FeatureIds, add_features
 from ocmm_core.export.qif_writer import Writer, count_children
 from ocmm_core.export.report_data import ReportData
-from ocmm_core.export.tables import head_table
 from ocmm_core.tolerances.verdict import PartWord
 
 _SPACE = uuid.uuid5(uuid.NAMESPACE_URL, NAMESPACE)
@@ -43,7 +43,9 @@ def make_document(data: ReportData) -> etree._Element:
     devices = writer.add(writer.add(root, "MeasurementResources"), "MeasurementDevices")
     devices.set("n", "1")
     device = writer.add(devices, "MeasurementDevice", own_id=True)
-    writer.add(device, "Name", clean_text(f"{data.calibration.label}; {data.probe.label}"))
+    origin = "SIMULATED; " if data.view.simulated else ""
+    device_name = f"{origin}{data.calibration.label}; {data.probe.label}"
+    writer.add(device, "Name", clean_text(device_name))
     path = _add_product(writer, root, data)
 
     features = writer.add(root, "Features")
@@ -72,6 +74,11 @@ def make_document(data: ReportData) -> etree._Element:
     _end_results(writer, results_root, results, data, path)
     root.set("idMax", str(writer.last_id))
     return root
+
+
+def inspection_status(word: PartWord) -> str:
+    """Return how QIF says the verdict on a part: what is not decided neither passes nor fails."""
+    return {PartWord.CONFORMS: "PASS", PartWord.DOES_NOT_CONFORM: "FAIL"}.get(word, "UNKNOWN")
 
 
 def _add_standard(writer: Writer, root: etree._Element) -> str:
@@ -185,9 +192,7 @@ def _end_results(
     data: ReportData,
     path: str,
 ) -> None:
-    status = {PartWord.CONFORMS: "PASS", PartWord.DOES_NOT_CONFORM: "FAIL"}.get(
-        data.view.part_verdict.word, "UNKNOWN"
-    )
+    status = inspection_status(data.part.word)
     writer.add(writer.add(results, "InspectionStatus"), "InspectionStatusEnum", status)
     sets = writer.add(results_root, "ActualComponentSets")
     sets.set("n", "1")
@@ -205,7 +210,8 @@ def _version_of(data: ReportData) -> str:
     """Return what tells these results from other ones of the same job."""
     told = [(item.name, item.measured, item.verdict.value) for item in data.results]
     numbers = [point.number for item in data.features for point in item.seen.points]
-    return repr((data.head.job_uuid, told, numbers, data.view.held, data.system))
+    part = (data.part.word.value, data.part.missing, data.states)
+    return repr((data.head.job_uuid, told, numbers, data.view.held, data.system, part))
 
 
 def _last_change(data: ReportData) -> str:

@@ -19,6 +19,7 @@ from ocmm_core.export.qif_writer import Lists, Writer
 from ocmm_core.export.report_data import Element, ReportData, ReportedFeature
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.geometry import unit
+from ocmm_core.tolerances.verdict import VerdictSummary
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ def add_features(
             continue
         element = writer.add(measured, f"{word}FeatureMeasurement", own_id=True)
         ids.measurements[feature.name] = str(element.get("id"))
-        writer.add_attributes(element, _attributes(feature))
+        writer.add_attributes(element, _attributes(feature, data.view.verdict_of(feature.name)))
         if feature.name in ids.items:
             writer.add(element, "FeatureItemId", ids.items[feature.name])
         writer.add(element, "FeatureName", feature.name)
@@ -106,10 +107,14 @@ def _add_points(
     return str(element.get("id"))
 
 
-def _attributes(feature: ReportedFeature) -> dict[str, float | str]:
+def _attributes(
+    feature: ReportedFeature, summary: VerdictSummary
+) -> dict[str, float | str]:
     """Return what QIF has no element for, or none that every shape has."""
     fit = feature.seen.fit
     told: dict[str, float | str] = {}
+    if summary.verdict is not None:
+        told["Verdict"], told["Deciding characteristic"] = summary.verdict.value, summary.deciding
     if fit is not None:
         told["Association"] = fit.criterion.name.lower().replace("_", " ")
         if len(feature.seen.points) > MINIMUM_POINTS[feature.shape]:

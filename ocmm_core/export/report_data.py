@@ -11,9 +11,11 @@ from ocmm_core.alignment.datums import nominal_frame
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.elements import Element as Element
 from ocmm_core.export.elements import element_of_fit, element_of_nominal
+from ocmm_core.export.names import check_file_stem
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import RigidTransform
+from ocmm_core.inspection.job_words import job_states
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.reopen import ReopenedJob
 from ocmm_core.inspection.view import FeatureView, JobView
@@ -23,6 +25,7 @@ from ocmm_core.storage.rows import JobHead
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.decision import rule_id, rule_words
 from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_core.tolerances.verdict import PartVerdict
 from ocmm_core.tracking.reference_body import ReferenceBody
 
 _SHORT = 12
@@ -194,11 +197,37 @@ class ReportData:
         return "World" if self.T_part_from_world is None else "Part"
 
     @property
-    def stem(self) -> str:
-        """Return how the names of the files begin; a job that proves nothing says so in them."""
+    def part(self) -> PartVerdict:
+        """Return the verdict on the part."""
+        return self.view.part_verdict
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Return what stands on every page, sheet and file; empty where nothing has to.
+
+        SIMULATED and INCOMPLETE (`job_states`), and why nothing is proven: IN DOUBT where something
+        speaks against the file, else UNCALIBRATED.
+        """
         if self.notes:
-            return f"{self.job}_IN_DOUBT"
-        return f"{self.job}_UNCALIBRATED" if self.view.unproven else self.job
+            return (*job_states(self.view), "IN DOUBT")
+        return (*job_states(self.view), *(("UNCALIBRATED",) if self.view.unproven else ()))
+
+    @property
+    def state_words(self) -> str:
+        """Return the states in one line; empty where there is none."""
+        return ", ".join(self.states)
+
+    @property
+    def stem(self) -> str:
+        """Return how the names of the files begin: with the name of the job and its states.
+
+        Raises
+        ------
+        StorageError
+            Files cannot be called after the job.
+        """
+        name = check_file_stem(self.job)
+        return "_".join((name, *(state.replace(" ", "_") for state in self.states)))
 
     @property
     def rule_words(self) -> str:

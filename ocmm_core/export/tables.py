@@ -23,16 +23,22 @@ from ocmm_core.tolerances.result import Verdict
 
 MM_PER_INCH = 25.4
 
-POINT_COLUMNS = ("Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag")
+JOB_STATE = "JobState"
+"""Column that says SIMULATED and INCOMPLETE in every row of every table, whatever its file is."""
+
+POINT_COLUMNS = (
+    "Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag", JOB_STATE,
+)  # fmt: skip
 FEATURE_COLUMNS = (
     "Name", "Type", "Component", "X", "Y", "Z", "I", "J", "K", "Diameter", "Length", "Angle",
     "Form", "RMS", "NbPoints", "CoordinateSystem", "Unit", "Width", "U", "V", "W", "Criterion",
-    "Note",
+    "Note", "Verdict", "Deciding", JOB_STATE,
 )  # fmt: skip
 REPORT_COLUMNS = (
     "Name", "Control", "Nominal", "Measured", "Deviation", "TolLower", "TolUpper", "Test",
     "OutTol", "Uncertainty", "Unit", "Calibration", "Temperature", "Probe", "Reference",
     "Verdict", "Features", "Datums", "Association", "Frame", "Bonus", "Floor", "Rule", "Note",
+    "PartVerdict", JOB_STATE,
 )  # fmt: skip
 
 
@@ -152,55 +158,28 @@ def features_table(data: ReportData, units: Units) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for feature in data.features:
         check_name("feature", feature.name)
+        told = _verdict_cells(data, feature)
         if feature.nominal_element is not None:
-            rows.append(_row_of(feature, feature.nominal_element, "Nominal", "Part", units))
+            # The verdict stands beside what it is about; without a measured row, here.
+            beside = told if feature.actual_element is None else ("", "", *told[2:])
+            row = _row_of(feature, feature.nominal_element, "Nominal", "Part", units)
+            rows.append((*row, *beside))
         if feature.actual_element is not None:
-            rows.append(_row_of(feature, feature.actual_element, "Measured", data.system, units))
+            row = _row_of(feature, feature.actual_element, "Measured", data.system, units)
+            rows.append((*row, *told))
     return Table("Features", FEATURE_COLUMNS, tuple(rows))
+
+
+def _verdict_cells(data: ReportData, feature: ReportedFeature) -> tuple[Cell, ...]:
+    summary = data.view.verdict_of(feature.name)
+    verdict = "" if summary.verdict is None else summary.verdict.value
+    return (verdict, summary.deciding, data.state_words)
 
 
 def report_table(data: ReportData, units: Units) -> Table:
     """Return the characteristics with their verdicts."""
     rows = [_result_row(data, reported, units) for reported in data.reported]
     return Table("Characteristics", REPORT_COLUMNS, tuple(rows))
-
-
-def head_table(data: ReportData) -> Table:
-    """Return what is to be known about the whole job, as pairs of word and text."""
-    view, head = data.view, data.head
-    counts = dict.fromkeys(Verdict, 0)
-    for result in data.results:
-        counts[result.verdict] += 1
-    pairs: list[tuple[str, str | int]] = [
-        ("Job", data.job),
-        ("Job identity", head.job_uuid),
-        ("Part", clean_text(view.part)),
-        ("Serial number", clean_text(head.serial)),
-        ("Operator", clean_text(head.operator)),
-        ("Order", clean_text(view.header.order)),
-        ("Batch", clean_text(view.header.batch)),
-        ("Begun (UTC)", head.created_utc),
-        ("Last point (UTC)", max(data.taken_utc.values(), default="")),
-        ("Plan", data.plan.name),
-        ("Plan SHA-256", head.plan_identity),
-        *((verdict.value, count) for verdict, count in counts.items()),
-        ("Decision rule", data.rule_words),
-        ("Coverage factor", "U is the expanded uncertainty, k = 2"),
-        ("Frame", data.system),
-        ("Complete", "yes" if view.complete else "no"),
-        ("Not proven because", clean_text(view.unproven)),
-        ("Points held back", ", ".join(map(str, view.held))),
-        ("Points taken back", ", ".join(map(str, data.annulled))),
-        ("Cameras", clean_text(data.calibration.note or data.calibration.label)),
-        ("Probe", clean_text(data.probe.note or data.probe.label)),
-        ("Reference body", clean_text(data.reference.label)),
-        ("Temperatures", clean_text(view.temperature)),
-        ("Reported at 20 C", "yes" if view.at_20_c else "no"),
-        ("Measured with", f"OCMM {head.software_version}"),
-        ("Reported with", f"OCMM {data.written_by}"),
-        *((f"Doubt {index}", clean_text(note)) for index, note in enumerate(data.notes, start=1)),
-    ]
-    return Table("Job", ("Item", "Value"), tuple(pairs))
 
 
 def _point_row(
@@ -222,6 +201,7 @@ def _point_row(
         point.number,
         data.taken_utc.get(point.number, ""),
         _flag(data, feature, point),
+        data.state_words,
     )
 
 
@@ -290,5 +270,6 @@ def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tup
         result.verdict.value, " + ".join(result.features), " | ".join(reported.datums),
         reported.association, result.frame, tell(name, result.bonus or None),
         tell(name, result.floor), result.rule or data.plan.rule, clean_text(result.note),
+        data.part.word.value, data.state_words,
     )  # fmt: skip
 

@@ -1,4 +1,6 @@
-"""The report as a workbook: four sheets of typed cells.
+"""The report as a workbook: the verdict on the front sheet, then four sheets of typed cells.
+
+What the job must not be taken for (simulated, incomplete) stands above the table of every sheet.
 
 Text is written as text, whatever it begins with: nothing in the workbook is a formula, a link or a
 guess (xlsxwriter's ``strings_to_*`` are off). Numbers are numbers, shown with the digits of the
@@ -9,15 +11,18 @@ from __future__ import annotations
 
 import io
 import re
+import textwrap
 import zipfile
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
 import xlsxwriter
 from lxml import etree
+from xlsxwriter.worksheet import Worksheet
 
 from ocmm_core.export.exporter import Exporter
-from ocmm_core.export.names import check_file_stem
+from ocmm_core.export.head import head_table
+from ocmm_core.export.names import clean_text
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.export.tables import (
@@ -25,14 +30,24 @@ from ocmm_core.export.tables import (
     Number,
     Table,
     features_table,
-    head_table,
     points_table,
     report_table,
 )
+from ocmm_core.tolerances.result import Verdict
 
 _SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _ESCAPED = re.compile(r"_x005F(_x[0-9A-Fa-f]{4}_)")
 _WIDEST = 60
+_FRONT = "Verdict"
+_FRONT_SIGNS = 100
+"""In a line of the front sheet."""
+_COLOURS: dict[Verdict | None, tuple[str, str]] = {
+    Verdict.CONFORM: ("#006100", "#C6EFCE"),
+    Verdict.NOT_CONFORM: ("#9C0006", "#FFC7CE"),
+}
+"""Of the letters and of the cell."""
+_UNDECIDED = ("#7F4F00", "#FFEB9C")
+_WARNING = "#B45309"
 _MOST_BYTES = 200_000_000
 """More than any sheet that was written here; a reader has a limit."""
 
@@ -54,6 +69,35 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     book.set_properties(
         {"title": data.job, "created": _begun(data), "comments": f"OCMM {data.written_by}"}
     )
+    _write_front(book, data)
+    for table in _tables(data, profile):
+        _write_table(book, data, table)
+    book.close()
+    return {_name(data): stream.getvalue()}
+
+
+def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
+    """Write the front sheet: the verdict in large letters, then why."""
+    sheet = _new_sheet(book, data, _FRONT)
+    ink, fill = _COLOURS.get(data.part.verdict, _UNDECIDED)
+    large = book.add_format(
+        {"bold": True, "font_size": 36, "font_color": ink, "bg_color": fill, "align": "vcenter"}
+    )
+    warned = book.add_format({"bold": True, "font_size": 20, "font_color": _WARNING})
+    plain = book.add_format({"font_size": 14, "quote_prefix": True})
+    lines = _front_lines(data)
+    sheet.set_column(0, 0, 110)
+    sheet.set_row(0, 60)
+    sheet.write_string(0, 0, lines[0], large)
+    for row, line in enumerate(lines[1:], start=1):
+        is_state = row <= len(data.states)
+        sheet.set_row(row, 30 if is_state else 20)
+        sheet.write_string(row, 0, line, warned if is_state else plain)
+
+
+def _write_table(book: xlsxwriter.Workbook, data: ReportData, table: Table) -> None:
+    """Write a table on a sheet of its own, below the states of the job."""
+    sheet = _new_sheet(book, data, table.title)
     bold = book.add_format({"bold": True})
     # A text that looks like a formula stays text also when somebody edits its cell.
     plain = book.add_format({"quote_prefix": True})
@@ -61,23 +105,61 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
         count: book.add_format({"num_format": "0." + "0" * count if count else "0"})
         for count in range(10)
     }
+    above = _above(data)
+    for row, line in enumerate(above):
+        warned = book.add_format({"bold": True, "font_size": 16, "font_color": _WARNING})
+        sheet.write_string(row, 0, line, warned)
+    top = len(above)
+    for column, name in enumerate(table.columns):
+        sheet.write_string(top, column, name, bold)
+        sheet.set_column(column, column, _width(table, column))
+    for row, cells in enumerate(table.rows, start=top + 1):
+        for column, cell in enumerate(cells):
+            if isinstance(cell, Number):
+                sheet.write_number(row, column, cell.value, digits[cell.decimals])
+            elif isinstance(cell, int):
+                sheet.write_number(row, column, cell)
+            elif cell:
+                style = plain if cell.lstrip()[:1] in ("=", "+", "-", "@") else None
+                sheet.write_string(row, column, cell, style)
+    sheet.freeze_panes(top + 1, 0)
+
+
+def _new_sheet(book: xlsxwriter.Workbook, data: ReportData, title: str) -> Worksheet:
+    sheet = book.add_worksheet(title)
+    if data.states:
+        # On paper, too, whatever page of the sheet it is.
+        sheet.set_header(f"&C&B{data.state_words}")
+        sheet.set_tab_color(_WARNING)
+    return sheet
+
+
+def _above(data: ReportData) -> tuple[str, ...]:
+    """Return what stands above the table of every sheet."""
+    return (data.state_words,) if data.states else ()
+
+
+def _front_lines(data: ReportData) -> tuple[str, ...]:
+    """Return the lines of the front sheet: verdict, states, reasons, whom it is about."""
+    part, head = data.part, data.head
+    about = (("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator))
+    return (
+        part.word.value,
+        *data.states,
+        *(line for reason in part.reasons for line in textwrap.wrap(reason, _FRONT_SIGNS)),
+        part.summary.counted or "The plan has no characteristics.",
+        *(f"{name}: {clean_text(text)}" for name, text in about),
+        f"Job: {data.job}",
+    )
+
+
+def _cells_of(data: ReportData, profile: Profile) -> dict[str, list[list[Cell]]]:
+    """Return what every sheet holds, row by row."""
+    above: list[list[Cell]] = [[line] for line in _above(data)]
+    sheets: dict[str, list[list[Cell]]] = {_FRONT: [[line] for line in _front_lines(data)]}
     for table in _tables(data, profile):
-        sheet = book.add_worksheet(table.title)
-        for column, name in enumerate(table.columns):
-            sheet.write_string(0, column, name, bold)
-            sheet.set_column(column, column, _width(table, column))
-        for line, row in enumerate(table.rows, start=1):
-            for column, cell in enumerate(row):
-                if isinstance(cell, Number):
-                    sheet.write_number(line, column, cell.value, digits[cell.decimals])
-                elif isinstance(cell, int):
-                    sheet.write_number(line, column, cell)
-                elif cell:
-                    style = plain if cell.lstrip()[:1] in ("=", "+", "-", "@") else None
-                    sheet.write_string(line, column, cell, style)
-        sheet.freeze_panes(1, 0)
-    book.close()
-    return {_name(data): stream.getvalue()}
+        sheets[table.title] = [*above, list(table.columns), *(list(row) for row in table.rows)]
+    return sheets
 
 
 def _differences(
@@ -90,20 +172,20 @@ def _differences(
     except (zipfile.BadZipFile, KeyError, ValueError, etree.XMLSyntaxError) as error:
         return [f"{name}: it cannot be read ({error})."]
     different = []
-    for table in _tables(data, profile):
-        found = sheets.get(table.title)
-        wanted = [[_plain(cell) for cell in row] for row in (table.columns, *table.rows)]
+    for title, rows in _cells_of(data, profile).items():
+        found = sheets.get(title)
+        wanted = [[_plain(cell) for cell in row] for row in rows]
         while wanted and not any(value is not None for value in wanted[-1]):
             wanted.pop()
         if found is None or len(found) != len(wanted):
-            different.append(f"{name}: sheet {table.title} has not the rows that were written.")
+            different.append(f"{name}: sheet {title} has not the rows that were written.")
             continue
         for line, (row, cells) in enumerate(zip(wanted, found, strict=True), start=1):
             cells = cells + [None] * (len(row) - len(cells))
-            for column, value, cell in zip(table.columns, row, cells, strict=False):
+            for column, (value, cell) in enumerate(zip(row, cells, strict=False), start=1):
                 if value != cell:
                     different.append(
-                        f"{name}: sheet {table.title}, row {line}, {column}: {cell!r} instead of "
+                        f"{name}: sheet {title}, row {line}, column {column}: {cell!r} instead of "
                         f"{value!r}."
                     )
     return different
@@ -181,7 +263,8 @@ def _plain(cell: Cell) -> str | float | None:
 
 def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
     (data,) = jobs
-    return _tables(data, profile)
+    front = tuple((line,) for line in _front_lines(data)[1:])
+    return (Table(_FRONT, (data.part.word.value,), front), *_tables(data, profile))
 
 
 def _tables(data: ReportData, profile: Profile) -> tuple[Table, ...]:
@@ -204,7 +287,7 @@ def _shown(cell: Cell) -> str:
 
 
 def _name(data: ReportData) -> str:
-    return f"{check_file_stem(data.stem)}.xlsx"
+    return f"{data.stem}.xlsx"
 
 
 def _begun(data: ReportData) -> datetime:

@@ -42,21 +42,22 @@ EUROPEAN = load_profile(resource("profiles", "european.toml"))
 def test_the_workbook_holds_numbers_as_numbers_and_text_as_text(tmp_path: Path) -> None:
     (path,) = write_report(sample_report(), ("xlsx",), tmp_path)
     book = openpyxl.load_workbook(path)
-    assert book.sheetnames == ["Job", "Characteristics", "Features", "Points"]
+    assert book.sheetnames == ["Verdict", "Job", "Characteristics", "Features", "Points"]
     head = {row[0].value: row[1] for row in book["Job"].iter_rows(min_row=2)}
     # A serial number that looks like a formula is text, and stays so when the cell is edited.
     assert (head["Serial number"].value, head["Serial number"].data_type) == ("=4711", "s")
     assert head["Serial number"].quotePrefix
     assert head["Operator"].value == "Zoë Müller"
     sheet = book["Characteristics"]
-    columns = [cell.value for cell in sheet[1]]
-    measured = sheet.cell(2, columns.index("Measured") + 1)
+    # The state of the job stands above the table.
+    columns = [cell.value for cell in sheet[2]]
+    measured = sheet.cell(3, columns.index("Measured") + 1)
     assert (measured.value, measured.data_type) == (20.00246, "n")
     assert measured.number_format == "0.0000"
-    assert sheet.cell(6, columns.index("Measured") + 1).value is None
+    assert sheet.cell(7, columns.index("Measured") + 1).value is None
     types = {cell.data_type for one in book for row in one.iter_rows() for cell in row}
     assert types <= {"s", "n"}
-    assert len(list(book["Points"].iter_rows())) == 8
+    assert len(list(book["Points"].iter_rows())) == 9
 
 
 def test_the_transfer_file_is_as_agreed_to_the_byte(tmp_path: Path) -> None:
@@ -87,7 +88,7 @@ def test_several_jobs_are_several_values_of_one_file(tmp_path: Path) -> None:
         view = replace(view, job=f"Block_{number}", characteristics=items)
         jobs.append(sample_report(view, head=replace(HEAD, serial=f"S{number}")))
     (path,) = write_report(jobs, ("dfq",), tmp_path)
-    assert path.name == "BLOCK_3_parts.dfq"
+    assert path.name == "BLOCK_3_parts_INCOMPLETE.dfq"
     found = read_transfer(path.read_bytes())
     assert [values[0]["K0001"] for values in found.values] == ["20.0010", "20.0020", "20.0030"]
     assert [line.text for line in found.lines if line.key == "K0014"] == ["S0", "S1", "S2"]
@@ -138,7 +139,7 @@ def test_a_comma_locale_changes_no_format(tmp_path: Path) -> None:
     assert b"20.00246" in told[".json"]
     assert b"\x0f20.0312\x14" in told[".dfq"]
     with zipfile.ZipFile(io.BytesIO(told[".xlsx"])) as archive:
-        assert b"<v>20.00246</v>" in archive.read("xl/worksheets/sheet2.xml")
+        assert b"<v>20.00246</v>" in archive.read("xl/worksheets/sheet3.xml")
 
 
 def test_the_same_job_gives_the_same_bytes(tmp_path: Path) -> None:
@@ -153,7 +154,7 @@ def test_an_outlier_is_flagged_and_not_left_out(tmp_path: Path) -> None:
     flagged = replace(view.features[0], outliers=(3,))
     data = sample_report(replace(view, features=(flagged, *view.features[1:]), held=(3, 4)))
     paths = write_report(data, ("polyworks", "json"), tmp_path, EUROPEAN)
-    rows = list(csv.DictReader(io.StringIO(paths[0].read_text("utf-8-sig")), delimiter=";"))
+    rows = list(csv.DictReader(io.StringIO(paths[1].read_text("utf-8-sig")), delimiter=";"))
     assert [row["Flag"] for row in rows[:4]] == ["", "", "held back + outlier", "held back"]
     plain = json.loads(paths[-1].read_text("utf-8"))
     assert plain["features"][0]["outliers"] == [3]
@@ -175,12 +176,12 @@ def _digit(content: bytes, place: int) -> bytes:
 
 
 def _sheet(content: bytes, place: int) -> bytes:
-    """Return a workbook with one digit of its second sheet changed."""
+    """Return a workbook with one digit of its third sheet changed."""
     changed = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(changed, "w") as new:
         for part in old.namelist():
             data = old.read(part)
-            new.writestr(part, _digit(data, place) if part.endswith("sheet2.xml") else data)
+            new.writestr(part, _digit(data, place) if part.endswith("sheet3.xml") else data)
     return changed.getvalue()
 
 
@@ -322,7 +323,7 @@ def test_a_note_that_a_spreadsheet_would_compute_is_prefixed_and_numbers_are_not
     note = replace(view.characteristics[2], note="=HYPERLINK(A1);+1")
     data = sample_report(replace(view, characteristics=(note,)))
     paths = write_report(data, ("polyworks",), tmp_path, EUROPEAN)
-    (row,) = csv.DictReader(io.StringIO(paths[2].read_text("utf-8-sig")), delimiter=";")
+    (row,) = csv.DictReader(io.StringIO(paths[3].read_text("utf-8-sig")), delimiter=";")
     assert row["Note"] == "'=HYPERLINK(A1),+1"
     assert row["Deviation"] == "-0,0188"
 

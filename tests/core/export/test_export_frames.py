@@ -43,7 +43,7 @@ def test_nominals_are_told_in_the_frame_that_the_datums_make(tmp_path: Path) -> 
     # origin there.
     data = report_by(load_plan(resource("plans", "demo.toml")))
     paths = {path.name: path for path in write_report(data, ("polyworks",), tmp_path)}
-    text = paths["Block_07_features.csv"].read_text("ascii")
+    text = paths["Block_07_INCOMPLETE_features.csv"].read_text("ascii")
     rows = {row["Name"]: row for row in csv.DictReader(io.StringIO(text))}
     for name, wanted in {
         "BORE_A": ("0.0000", "0.0000", "0.0000"),
@@ -80,11 +80,11 @@ def test_a_feature_that_is_still_being_probed_says_so_in_every_table(tmp_path: P
     bore = replace(view.features[0], state=FeatureState.ACTIVE, needed=6)
     data = sample_report(replace(view, features=(bore, *view.features[1:])))
     paths = {path.name: path for path in write_report(data, ("polyworks", "json"), tmp_path)}
-    text = paths["Block_07_features.csv"].read_text("ascii")
+    text = paths["Block_07_INCOMPLETE_features.csv"].read_text("ascii")
     notes = {
         (row["Name"], row["Component"]): row["Note"] for row in csv.DictReader(io.StringIO(text))
     }
     assert notes.pop(("BORE 1", "Measured")) == "Provisional: 4 of 6 points."
     assert set(notes.values()) == {""}
-    told = read_report(paths["Block_07.json"].read_bytes()).features[0]
+    told = read_report(paths["Block_07_INCOMPLETE.json"].read_bytes()).features[0]
     assert told.note == "Provisional: 4 of 6 points."

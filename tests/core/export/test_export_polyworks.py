@@ -13,9 +13,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from ocmm_core import __version__
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import files
+from ocmm_core.export.delimited import told
 from ocmm_core.export.profile import load_profile, polyworks_profile
 from ocmm_core.export.registry import preview, preview_text, write_report
 from ocmm_core.export.report_data import ReportData
@@ -24,6 +26,7 @@ from ocmm_core.features.shapes import Shape, element
 from ocmm_core.tolerances.result import Verdict
 from tests.core.export.sample_report import (
     COLD,
+    HEAD,
     PLATE,
     STATE,
     TIP,
@@ -35,7 +38,9 @@ from tests.core.export.sample_report import (
     with_name,
 )
 
-LAST = f"{STATE},{COLD},{TIP},{PLATE}"
+HELD = f"{STATE},{COLD},{TIP},{PLATE}"
+LAST = f"{HELD},PART DOES NOT CONFORM,INCOMPLETE"
+STEM = "Block_07_INCOMPLETE"
 
 POINTS_PART = (
     b"BORE 1.001,0.0000,-10.0000,0.0000,0.000000,1.000000,0.000000\r\n"
@@ -47,19 +52,22 @@ POINTS_PART = (
     b"FACE.003,7.0000,-80.0000,0.0000,0.000000,0.000000,1.000000\r\n"
 )
 FEATURES_PART = (
-    b"Name,Type,Component,X,Y,Z,I,J,K,Diameter,Length,Angle,Form,RMS,NbPoints,CoordinateSystem,Unit"
-    b"\r\n"
-    b"BORE 1,Circle,Nominal,1.2500,0.0000,0.0000,0.000000,0.000000,1.000000,20.0000,,,,,,Part,mm"
-    b"\r\n"
+    b"Name,Type,Component,X,Y,Z,I,J,K,Diameter,Length,Angle,Form,RMS,NbPoints,CoordinateSystem,Unit,"
+    b"Verdict,Deciding,JobState\r\n"
+    b"BORE 1,Circle,Nominal,1.2500,0.0000,0.0000,0.000000,0.000000,1.000000,20.0000,,,,,,Part,mm,"
+    b",,INCOMPLETE\r\n"
     b"BORE 1,Circle,Measured,1.2500,0.0000,0.0000,0.000000,0.000000,1.000000,20.0025,,,0.0030,"
-    b"0.0016,4,Part,mm\r\n"
-    b"FACE,Plane,Nominal,7.0000,-40.0000,0.0000,0.000000,0.000000,1.000000,,,,,,,Part,mm\r\n"
-    b"FACE,Plane,Measured,7.0000,-40.0000,0.0000,0.000000,0.000000,1.000000,,,,,,3,Part,mm\r\n"
-    b"BALL,Sphere,Nominal,100.0000,0.0000,50.0000,,,,19.9890,,,,,,Part,mm\r\n"
+    b"0.0016,4,Part,mm,NOT CONFORM,Bore too big,INCOMPLETE\r\n"
+    b"FACE,Plane,Nominal,7.0000,-40.0000,0.0000,0.000000,0.000000,1.000000,,,,,,,Part,mm,"
+    b",,INCOMPLETE\r\n"
+    b"FACE,Plane,Measured,7.0000,-40.0000,0.0000,0.000000,0.000000,1.000000,,,,,,3,Part,mm,"
+    b",,INCOMPLETE\r\n"
+    b"BALL,Sphere,Nominal,100.0000,0.0000,50.0000,,,,19.9890,,,,,,Part,mm,"
+    b"NOT MEASURED,Ball diameter,INCOMPLETE\r\n"
 )
 REPORT = (
     "Name,Control,Nominal,Measured,Deviation,TolLower,TolUpper,Test,OutTol,Uncertainty,Unit,"
-    "Calibration,Temperature,Probe,Reference\r\n"
+    "Calibration,Temperature,Probe,Reference,PartVerdict,JobState\r\n"
     "Bore diameter,Diameter,20.0000,20.0025,0.0025,-0.0100,0.0200,Pass,0.0000,0.0038,mm,"
     f"{LAST}\r\n"
     "Bore too big,Diameter,20.0000,20.0312,0.0312,-0.0100,0.0200,Fail,0.0112,0.0038,mm,"
@@ -81,9 +89,48 @@ MACRO_PART = (
         for name, x, y, z, *_ in csv.reader(POINTS_PART.decode("ascii").splitlines())
     )
 ).encode("utf-16")
-KINDS = ("points.csv", "features.csv", "report.csv", "cloud.asc", "import.pwmacro")
+JOB = (
+    "Item,Value\r\n"
+    "Part verdict,PART DOES NOT CONFORM\r\n"
+    "Job state,INCOMPLETE\r\n"
+    "Characteristics NOT CONFORM,Bore too big; Bore too small\r\n"
+    "Characteristics NOT PROVEN,Bore in doubt\r\n"
+    "Features INCOMPLETE,BALL\r\n"
+    "Characteristics NOT MEASURED,Ball diameter\r\n"
+    "Job,Block_07\r\n"
+    f"Job identity,{HEAD.job_uuid}\r\n"
+    "Part,Block\r\n"
+    "Serial number,'=4711\r\n"
+    "Operator,Zo? M?ller\r\n"
+    "Order,\r\n"
+    "Batch,\r\n"
+    f"Begun (UTC),{HEAD.created_utc}\r\n"
+    "Last point (UTC),2026-03-02T07:10:07.000000+00:00\r\n"
+    "Plan,BLOCK\r\n"
+    f"Plan SHA-256,{HEAD.plan_identity}\r\n"
+    "CONFORM,1\r\n"
+    "NOT CONFORM,2\r\n"
+    "NOT PROVEN,1\r\n"
+    "NOT MEASURED,1\r\n"
+    "PROVISIONAL,0\r\n"
+    f"Decision rule,{told(sample_report().rule_words, polyworks_profile())}\r\n"
+    "Coverage factor,U is the expanded uncertainty; k = 2\r\n"
+    "Frame,Part\r\n"
+    "Complete,no\r\n"
+    "Not proven because,\r\n"
+    "Points held back,\r\n"
+    "Points taken back,\r\n"
+    f"Cameras,{STATE}{'0' * 52}\r\n"
+    f"Probe,{TIP}\r\n"
+    f"Reference body,{PLATE}\r\n"
+    f"Temperatures,{COLD}\r\n"
+    "Reported at 20 C,no\r\n"
+    "Measured with,OCMM 0.1.0\r\n"
+    f"Reported with,OCMM {__version__}\r\n"
+).encode("ascii")
+KINDS = ("job.csv", "points.csv", "features.csv", "report.csv", "cloud.asc", "import.pwmacro")
 ALL = dict(
-    zip(KINDS, (POINTS_PART, FEATURES_PART, REPORT, CLOUD_PART, MACRO_PART), strict=True)
+    zip(KINDS, (JOB, POINTS_PART, FEATURES_PART, REPORT, CLOUD_PART, MACRO_PART), strict=True)
 )
 
 
@@ -110,6 +157,7 @@ def test_without_an_alignment_what_was_measured_stays_in_the_world(tmp_path: Pat
         ("Measured", "World"),
     }
     assert [rows[1][axis] for axis in "XYZ"] == ["0.0000", "1.2500", "1000.0000"]
+    # Only the job says in which frame it is.
     assert paths["report.csv"].read_bytes() == REPORT
 
 
@@ -124,7 +172,7 @@ def test_other_programs_read_the_files(tmp_path: Path) -> None:
     macro = paths["import.pwmacro"].read_bytes()
     assert macro.startswith(b"\xff\xfe")
     assert macro.decode("utf-16").isascii()
-    for kind, columns in (("features.csv", 17), ("report.csv", 15)):
+    for kind, columns in (("features.csv", 20), ("report.csv", 17)):
         with paths[kind].open(newline="", encoding="ascii") as stream:
             rows = list(csv.reader(stream))
         assert {len(row) for row in rows} == {columns}
@@ -173,7 +221,7 @@ def test_a_result_without_one_of_its_numbers_never_passes(tmp_path: Path, missin
     }
     view = dataclasses.replace(sample_view(), characteristics=(parts[missing],))
     row = export(sample_report(view), tmp_path)["report.csv"].read_text("ascii").splitlines()[1]
-    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Not measured,,,mm,{LAST}"
+    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Not measured,,,mm,{HELD},NOT COMPLETE,INCOMPLETE"
 
 
 @pytest.mark.parametrize("verdict", [Verdict.NOT_MEASURED, Verdict.PROVISIONAL])
@@ -181,7 +229,7 @@ def test_a_value_that_is_not_trusted_is_not_printed(tmp_path: Path, verdict: Ver
     doubtful = result("Bore diameter", 20.001, verdict)
     view = dataclasses.replace(sample_view(), characteristics=(doubtful,))
     row = export(sample_report(view), tmp_path)["report.csv"].read_text("ascii").splitlines()[1]
-    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Not measured,,,mm,{LAST}"
+    assert row == f"Bore diameter,Diameter,20.0000,,,-0.0100,0.0200,Not measured,,,mm,{HELD},NOT COMPLETE,INCOMPLETE"
 
 
 @pytest.mark.parametrize("folder", ["file.txt", "file.txt/below", "/proc/ocmm", "/dev/null"])
@@ -190,7 +238,7 @@ def test_an_unwritable_folder_is_one_sentence(tmp_path: Path, folder: str) -> No
     with pytest.raises(StorageError) as caught:
         export(sample_report(), tmp_path / folder)
     assert caught.value.code == "export.not_writable"
-    assert "Block_07_points.csv" in caught.value.what
+    assert f"{STEM}_job.csv" in caught.value.what
     assert (tmp_path / "file.txt").read_text() == "a file, no folder"
 
 
@@ -198,23 +246,23 @@ def test_an_unwritable_folder_is_one_sentence(tmp_path: Path, folder: str) -> No
 @pytest.mark.parametrize("blocked", KINDS)
 def test_all_files_or_none(tmp_path: Path, blocked: str, existing: bool) -> None:
     # A folder of the file's name cannot be replaced, whoever runs this.
-    (tmp_path / f"Block_07_{blocked}").mkdir()
+    (tmp_path / f"{STEM}_{blocked}").mkdir()
     others = [kind for kind in KINDS if kind != blocked]
     if existing:
         for kind in others:
-            (tmp_path / f"Block_07_{kind}").write_bytes(b"older export")
+            (tmp_path / f"{STEM}_{kind}").write_bytes(b"older export")
     before = sorted(os.listdir(tmp_path))  # noqa: PTH208 - hidden leftovers count, names suffice
-    with pytest.raises(StorageError, match=f"Block_07_{blocked}"):
+    with pytest.raises(StorageError, match=f"{STEM}_{blocked}"):
         export(sample_report(), tmp_path)
     assert sorted(os.listdir(tmp_path)) == before  # noqa: PTH208 - see above
     for kind in others if existing else []:
-        assert (tmp_path / f"Block_07_{kind}").read_bytes() == b"older export"
+        assert (tmp_path / f"{STEM}_{kind}").read_bytes() == b"older export"
 
 
 def test_the_files_of_a_job_that_proves_nothing_say_so(tmp_path: Path) -> None:
     view = dataclasses.replace(sample_view(), unproven="Measured as uncalibrated.")
     names = [path.name for path in write_report(sample_report(view), ("polyworks",), tmp_path)]
-    assert names == [f"Block_07_UNCALIBRATED_{kind}" for kind in KINDS]
+    assert names == [f"Block_07_INCOMPLETE_UNCALIBRATED_{kind}" for kind in KINDS]
 
 
 def test_a_second_export_replaces_the_first(tmp_path: Path) -> None:
@@ -227,13 +275,13 @@ def test_a_second_export_replaces_the_first(tmp_path: Path) -> None:
 def test_ball_centres_stand_in_files_of_their_own(tmp_path: Path) -> None:
     profile = msgspec.structs.replace(polyworks_profile(), centres=True)
     paths = write_report(sample_report(), ("polyworks",), tmp_path, profile)
-    names = {path.name.removeprefix("Block_07_") for path in paths}
+    names = {path.name.removeprefix(f"{STEM}_") for path in paths}
     assert names == {*KINDS, "points_centres.csv", "cloud_centres.asc"}
-    surface = np.loadtxt(tmp_path / "Block_07_cloud.asc")
-    centres = np.loadtxt(tmp_path / "Block_07_cloud_centres.asc")
+    surface = np.loadtxt(tmp_path / f"{STEM}_cloud.asc")
+    centres = np.loadtxt(tmp_path / f"{STEM}_cloud_centres.asc")
     # The definition of the vector: it leads from the surface to the ball centre, 1.5 mm away.
     assert centres[:, :3] == pytest.approx(surface[:, :3] + 1.5 * surface[:, 3:], abs=1.1e-4)
-    assert (tmp_path / "Block_07_points.csv").read_bytes() == POINTS_PART
+    assert (tmp_path / f"{STEM}_points.csv").read_bytes() == POINTS_PART
 
 
 def test_slots_and_cones_carry_width_and_angle(tmp_path: Path) -> None:
@@ -279,7 +327,7 @@ def test_slots_and_cones_carry_width_and_angle(tmp_path: Path) -> None:
 def test_the_european_profile_has_semicolons_commas_and_the_verdict(tmp_path: Path) -> None:
     profile = load_profile(resource("profiles", "european.toml"))
     paths = write_report(sample_report(), ("polyworks",), tmp_path, profile)
-    text = paths[2].read_text("utf-8-sig")
+    text = paths[3].read_text("utf-8-sig")
     rows = list(csv.DictReader(io.StringIO(text), delimiter=";"))
     assert [row["Measured"] for row in rows] == ["20,0025", "20,0312", "19,9812", "20,0195", ""]
     verdicts = [item.verdict.value for item in sample_view().characteristics]
@@ -287,15 +335,15 @@ def test_the_european_profile_has_semicolons_commas_and_the_verdict(tmp_path: Pa
     assert rows[2]["Deviation"] == "-0,0188"
     assert rows[0]["Temperature"] == COLD.replace(";", ",")
     # The cloud and the macro have no sign to choose.
-    assert paths[3].read_bytes() == CLOUD_PART
+    assert paths[4].read_bytes() == CLOUD_PART
 
 
 def test_inches_are_inches_everywhere_and_degrees_stay(tmp_path: Path) -> None:
     profile = msgspec.structs.replace(polyworks_profile(), lengths="inch", length_decimals=6)
     paths = write_report(sample_report(), ("polyworks",), tmp_path, profile)
-    rows = list(csv.DictReader(io.StringIO(paths[2].read_text("ascii"))))
+    rows = list(csv.DictReader(io.StringIO(paths[3].read_text("ascii"))))
     assert (rows[0]["Measured"], rows[0]["Unit"]) == (f"{20.00246 / 25.4:.6f}", "inch")
-    surface = np.loadtxt(paths[3])
+    surface = np.loadtxt(paths[4])
     assert surface[0, 1] == pytest.approx(-10.0 / 25.4, abs=1e-6)
     assert surface[0, 4] == 1.0
 
@@ -332,7 +380,7 @@ def test_a_file_that_does_not_come_back_as_written_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: int
 ) -> None:
     """A disk that changes one digit of what it is given; the older report stays."""
-    (tmp_path / "Block_07_points.csv").write_bytes(b"older export")
+    (tmp_path / f"{STEM}_points.csv").write_bytes(b"older export")
 
     def write(path: Path, content: bytes) -> None:
         places = [i for i, sign in enumerate(content) if chr(sign).isdigit()]
@@ -346,5 +394,5 @@ def test_a_file_that_does_not_come_back_as_written_is_not_kept(
     with pytest.raises(StorageError) as caught:
         export(sample_report(), tmp_path)
     assert caught.value.code == "export.differs"
-    assert [path.name for path in tmp_path.iterdir()] == ["Block_07_points.csv"]
-    assert (tmp_path / "Block_07_points.csv").read_bytes() == b"older export"
+    assert [path.name for path in tmp_path.iterdir()] == [f"{STEM}_points.csv"]
+    assert (tmp_path / f"{STEM}_points.csv").read_bytes() == b"older export"
