@@ -15,10 +15,23 @@ from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import polyworks_profile
 from ocmm_core.export.registry import EXPORTERS
 from ocmm_core.export.report_data import ReportData
-from ocmm_gui.reports.canvas import BOTTOM, LEFT, PAGE, SMALL, WIDTH, Canvas, paint_text
+from ocmm_core.inspection.job_words import NO_REAL_PART, SIMULATED
+from ocmm_gui.reports.canvas import (
+    BOTTOM,
+    INK,
+    LEFT,
+    PAGE,
+    SMALL,
+    WIDTH,
+    Canvas,
+    Style,
+    paint_text,
+)
 from ocmm_gui.reports.plots import deviations, picture
 from ocmm_gui.reports.sections import basis, features, records, title, verdicts
 
+_BAND_TOP, _BAND_HIGH = 40.0, 72.0
+"""Above what is laid out, so that it covers no number; tenths of a millimetre."""
 _RESOLUTION = 1200
 _UNITS_PER_INCH = 254.0
 
@@ -44,7 +57,7 @@ def page_picture(canvas: Canvas, index: int, data: ReportData, width: int = 1240
     painter = QPainter(image)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.scale(scale, scale)
-    _paint_page(painter, canvas, index, data)
+    paint_page(painter, canvas, index, data)
     painter.end()
     return image
 
@@ -74,7 +87,7 @@ def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
     for index in range(len(canvas.pages)):
         if index:
             writer.newPage()
-        _paint_page(painter, canvas, index, data)
+        paint_page(painter, canvas, index, data)
     painter.end()
     buffer.close()
     made = bytes(content.data())
@@ -120,13 +133,30 @@ def _require_whole(pdf: bytes, pages: int, attachments: Mapping[str, bytes]) -> 
         )
 
 
-def _paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) -> None:
+def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) -> None:
+    """Paint a page with its foot, and with what the report must not be taken for above it."""
+    if data.states:
+        _paint_band(painter, data)
     for draw in canvas.pages[index]:
         draw(painter)
     foot = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
     uuid = data.head.job_uuid
-    paint_text(painter, foot, f"{data.stem}   {uuid}   OCMM {data.written_by}", SMALL)
+    named = "   ".join((data.job, *data.states, uuid, f"OCMM {data.written_by}"))
+    paint_text(painter, foot, named, SMALL)
     paint_text(
         painter, foot, f"{index + 1} / {len(canvas.pages)}", SMALL,
         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
     )  # fmt: skip
+
+
+def _paint_band(painter: QPainter, data: ReportData) -> None:
+    """Paint what the report must not be taken for across the top of a page, above all else."""
+    band = QRectF(LEFT, _BAND_TOP, WIDTH, _BAND_HIGH)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(INK.warn))
+    painter.drawRect(band)
+    words = "   ·   ".join(data.states)
+    if SIMULATED in data.states:
+        words += f"   ({NO_REAL_PART})"
+    style = Style(44.0, bold=True, colour="#ffffff")
+    paint_text(painter, band, words, style, Qt.AlignmentFlag.AlignCenter)

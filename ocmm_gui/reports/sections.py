@@ -9,8 +9,9 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.inspection.job_words import INCOMPLETE, NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartVerdict
+from ocmm_core.tolerances.verdict import PartWord, VerdictSummary
 from ocmm_gui.reports.canvas import (
     BODY,
     INK,
@@ -52,22 +53,23 @@ _FORMS: dict[Shape | None, str] = {
 _RESULT_COLUMNS = (
     Column("", 70.0),
     Column("Characteristic", 380.0),
-    Column("Datums", 240.0),
+    Column("Datums", 200.0),
     Column("Nominal", 160.0, right=True),
     Column("Limits", 170.0, right=True),
     Column("Measured", 180.0, right=True),
     Column("Deviation", 165.0, right=True),
     Column("U (k=2)", 155.0, right=True),
-    Column("Verdict", 280.0),
+    Column("Verdict", 320.0),
 )
 
 _FEATURE_COLUMNS = (
-    Column("Feature", 330.0),
-    Column("Shape", 210.0),
-    Column("Association", 240.0),
-    Column("Points", 110.0, right=True),
-    Column("Form", 140.0, right=True),
-    Column("Actual element", 770.0),
+    Column("Feature", 270.0),
+    Column("Verdict", 370.0),
+    Column("Shape", 160.0),
+    Column("Association", 180.0),
+    Column("Points", 120.0, right=True),
+    Column("Form", 120.0, right=True),
+    Column("Actual element", 580.0),
 )
 
 _BASIS_COLUMNS = (
@@ -83,7 +85,14 @@ _BASIS_COLUMNS = (
 
 def title(canvas: Canvas, data: ReportData) -> None:
     """Write who measured what, and the verdict on the part."""
-    canvas.draw(150.0, partial(_paint_title, data=data, part=data.view.part_verdict))
+    canvas.draw(150.0, partial(_paint_title, data=data))
+    canvas.skip(20.0)
+    part = data.part
+    origin = (f"{SIMULATED}: {NO_REAL_PART}",) if data.view.simulated else ()
+    for line in (*origin, *(part.reasons or (part.summary.counted,))):
+        fails = line.startswith(Verdict.NOT_CONFORM.value)
+        plain = INK.text if line == part.summary.counted else INK.warn
+        canvas.text(line, Style(34.0, bold=True, colour=INK.bad if fails else plain))
     canvas.skip(20.0)
     head = data.head
     facts = (
@@ -141,6 +150,7 @@ def features(canvas: Canvas, data: ReportData) -> None:
         rows.append(
             [
                 Field(feature.name, STRONG),
+                _verdict_field(data.view.verdict_of(feature.name), undone=seen.provisional),
                 Field(feature.shape.value),
                 Field("" if fit is None else fit.criterion.name.lower().replace("_", " ")),
                 Field(count_words(seen)),
@@ -153,6 +163,19 @@ def features(canvas: Canvas, data: ReportData) -> None:
         canvas.skip(10.0)
         numbers = ", ".join(str(number) for number in data.annulled)
         canvas.text(f"Points taken back, and kept in the job file: {numbers}.", SMALL)
+
+
+def _verdict_field(summary: VerdictSummary, *, undone: bool) -> Field:
+    """Return the verdict on a feature, how many share it, which decides, and what is missing."""
+    lines = [INCOMPLETE] if undone else []
+    if summary.verdict is None:
+        colour = INK.warn if undone else INK.muted
+        return Field("\n".join(["no tolerance", *lines]), Style(28.0, bold=undone, colour=colour))
+    if summary.verdict is not Verdict.CONFORM:
+        lines.insert(0, summary.deciding)
+    words = f"{_MARKS[summary.verdict]} {summary.words or summary.verdict.value}"
+    style = Style(28.0, bold=True, colour=verdict_colour(INK, summary.verdict))
+    return Field("\n".join([words, *lines]), style)
 
 
 def basis(canvas: Canvas, data: ReportData) -> None:
@@ -265,17 +288,25 @@ def _paint_symbol(painter: QPainter, box: QRectF, *, kind: str) -> None:
     )  # fmt: skip
 
 
-def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData, part: PartVerdict) -> None:
+def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
+    part = data.part
     paint_text(painter, box, "Measurement report", TITLE)
     paint_text(
         painter, box.adjusted(0.0, 84.0, 0.0, 0.0), f"{data.head.part}   no. {data.head.serial}",
         Style(38.0),
     )  # fmt: skip
-    colour = verdict_colour(INK, part.verdict)
-    frame = QRectF(box.right() - 860.0, box.top(), 860.0, 130.0)
+    # What is missing is a warning on paper, where nobody can go on measuring.
+    undone = part.word is PartWord.NOT_COMPLETE
+    colour = INK.warn if undone else verdict_colour(INK, part.verdict)
+    frame = QRectF(box.right() - 960.0, box.top(), 960.0, 136.0)
     painter.setPen(QPen(QColor(colour), 6.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)
+    if data.states:
+        states = QRectF(frame.left(), frame.top() + 8.0, frame.width(), 36.0)
+        style = Style(28.0, bold=True, colour=INK.warn)
+        paint_text(painter, states, " · ".join(data.states), style, Qt.AlignmentFlag.AlignCenter)
+        frame.setTop(frame.top() + 36.0)
     paint_text(
         painter, frame, f"{_MARKS[part.verdict]} {part.word.value}",
         Style(56.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,

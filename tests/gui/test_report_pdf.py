@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tolerances.verdict import PartWord
 from ocmm_gui.reports import pdf
-from ocmm_gui.reports.canvas import PAGE, Canvas
+from ocmm_gui.reports.canvas import PAGE, Canvas, Draw
 from ocmm_gui.reports.symbols import has_symbol, paint_symbol
 
 
@@ -50,21 +51,41 @@ def data(job_path: Path) -> ReportData:
 
 
 def texts(canvas: Canvas) -> str:
-    """Return every word that is drawn, page by page; lines as they are broken."""
-    found = []
-    for page in canvas.pages:
-        content = QByteArray()
-        buffer = QBuffer(content)
-        buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-        generator = QSvgGenerator()
-        generator.setOutputDevice(buffer)
-        generator.setSize(QSizeF(*PAGE).toSize())
-        painter = QPainter(generator)
+    """Return every word that is laid out, page by page; lines as they are broken."""
+
+    def paint(painter: QPainter, page: list[Draw]) -> None:
         for draw in page:
             draw(painter)
-        painter.end()
-        found += re.findall(r"<text[^>]*>([^<]*)</text>", bytes(content.data()).decode())
-    return " ".join(found)
+
+    return " ".join(drawn(partial(paint, page=page)) for page in canvas.pages)
+
+
+def drawn(paint: Draw) -> str:
+    """Return every word that something draws."""
+    content = QByteArray()
+    buffer = QBuffer(content)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    generator = QSvgGenerator()
+    generator.setOutputDevice(buffer)
+    generator.setSize(QSizeF(*PAGE).toSize())
+    painter = QPainter(generator)
+    paint(painter)
+    painter.end()
+    return " ".join(re.findall(r"<text[^>]*>([^<]*)</text>", bytes(content.data()).decode()))
+
+
+def pages(data: ReportData) -> list[str]:
+    """Return every word of every page as it is printed, with its foot and what stands above it."""
+    canvas = pdf.lay_out(data)
+    return [
+        drawn(partial(pdf.paint_page, canvas=canvas, index=index, data=data))
+        for index in range(len(canvas.pages))
+    ]
+
+
+def of_a_real_part(data: ReportData) -> ReportData:
+    """Return the report as if cameras had seen the part."""
+    return replace(data, view=replace(data.view, simulated=False))
 
 
 @pytest.mark.usefixtures("qapp")
@@ -96,6 +117,73 @@ def test_what_is_not_proven_is_said_large_and_first(data: ReportData) -> None:
     assert said.index("NOT PROVEN") < said.index("Part")
     assert "Measured without a calibration." in said
     assert "The observation 3 was changed." in said
+
+
+@pytest.mark.usefixtures("qapp")
+def test_every_page_says_simulated_and_incomplete_and_only_where_it_is_so(
+    data: ReportData,
+) -> None:
+    last = data.view.features[-1]
+    undone = replace(last, state=FeatureState.SKIPPED)
+    view = replace(data.view, features=(*data.view.features[:-1], undone))
+    shown = tuple(
+        replace(item, seen=undone) if item.name == last.name else item for item in data.features
+    )
+    incomplete = replace(data, view=view, features=shown)
+    for report, words, others in (
+        (data, ["SIMULATED", "No real part was measured."], ["INCOMPLETE"]),
+        (incomplete, ["SIMULATED", "INCOMPLETE"], []),
+        (of_a_real_part(incomplete), ["INCOMPLETE"], ["SIMULATED", "No real part"]),
+        (of_a_real_part(data), [], ["SIMULATED", "INCOMPLETE", "No real part"]),
+    ):
+        said = pages(report)
+        assert len(said) > 1
+        for page in said:
+            # Above all else, and in the foot.
+            for word in words[:1]:
+                assert page.count(word) >= 2
+            assert all(word in page for word in words)
+            assert not any(word in page for word in others)
+    front = pages(incomplete)[0]
+    assert "NOT COMPLETE" in front
+    assert f"INCOMPLETE: {last.name}" in front
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_band_covers_nothing_and_is_not_where_there_is_nothing_to_say(
+    data: ReportData,
+) -> None:
+    real = of_a_real_part(data)
+    banded, plain = (
+        pdf.page_picture(pdf.lay_out(one), 1, one, 840) for one in (data, real)
+    )
+    top = round(840 * 140.0 / PAGE[0])
+    assert banded.pixelColor(420, 28) != plain.pixelColor(420, 28)
+    lowest = max(
+        y for y in range(top) if banded.pixelColor(70, y) != plain.pixelColor(70, y)
+    )
+    # What is laid out begins at the upper margin.
+    assert lowest < top
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_title_says_which_fail_which_are_not_proven_and_every_feature_its_verdict(
+    data: ReportData,
+) -> None:
+    first, second = data.results
+    bad = (
+        replace(first, verdict=Verdict.NOT_CONFORM), replace(second, verdict=Verdict.NOT_PROVEN)
+    )  # fmt: skip
+    spoiled = replace(data, view=replace(data.view, characteristics=bad))
+    said = " ".join(pages(spoiled)[0].split())
+    assert "PART DOES NOT CONFORM" in said
+    assert f"NOT CONFORM: {first.name}" in said
+    assert f"NOT PROVEN: {second.name}" in said
+    assert said.index("NOT PROVEN:") < said.index("Serial number")
+    everything = " ".join(texts(pdf.lay_out(spoiled)).split())
+    table = everything[everything.index("Actual element") :]
+    for result in bad:
+        assert f"{result.verdict.value} {result.name}" in table
 
 
 @pytest.mark.usefixtures("qapp")
