@@ -48,6 +48,9 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     covariance
         Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
         a shift, mm, along them, as the job knew them. Empty in documents that are older.
+    simulated
+        It was measured on a virtual rig. Left out where it was not, so that the hashes of older
+        documents hold.
     sha256
         Of all else (`content_hash`).
     """
@@ -59,6 +62,7 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     translation: Vector3
     control: tuple[ControlPoint, ...] = ()
     covariance: tuple[tuple[float, ...], ...] = ()
+    simulated: bool = False
     sha256: str = ""
     schema: str = SCHEMA
     unit: str = "mm"
@@ -76,6 +80,8 @@ def frame_document(
     T_frame_from_world: RigidTransform,
     control_world: Mapping[str, Float],
     covariance: Float | None = None,
+    *,
+    simulated: bool = False,
 ) -> FrameDocument:
     """Return the document of a frame.
 
@@ -89,6 +95,8 @@ def frame_document(
         Centres (3,), mm, world, of features that will be touched again, by name.
     covariance
         (6, 6), rad and mm, of the frame; None where it is not known.
+    simulated
+        The job was measured on a virtual rig.
     """
     rows = [_vector(row) for row in T_frame_from_world.rotation]
     document = FrameDocument(
@@ -102,6 +110,7 @@ def frame_document(
             for feature, centre in control_world.items()
         ),
         covariance=() if covariance is None else tuple(map(_tuple, covariance)),
+        simulated=simulated,
     )
     return msgspec.structs.replace(document, sha256=content_hash(document))
 
@@ -112,6 +121,8 @@ def content_hash(document: FrameDocument) -> str:
     if not document.covariance:
         # As it was before documents held one: their hashes stay right.
         del content["covariance"]
+    if not document.simulated:
+        del content["simulated"]
     return hashlib.sha256(msgspec.json.encode(content, order="sorted")).hexdigest()
 
 
@@ -194,6 +205,7 @@ def saved_frame(document: FrameDocument) -> SavedFrame:
         rotation=document.rotation,
         translation=document.translation,
         covariance=document.covariance,
+        simulated=document.simulated,
     )
 
 
@@ -213,12 +225,18 @@ def relocation(document: FrameDocument, limit: float) -> Relocation:
             "Save it with at least three features that can be touched after the part is moved.",
         )
     return Relocation(
-        name=document.name, digest=document.sha256, control=document.control, limit=limit
+        name=document.name,
+        digest=document.sha256,
+        control=document.control,
+        limit=limit,
+        simulated=document.simulated,
     )
 
 
 def _text(document: FrameDocument) -> str:
     lines = [f"{field} = {_quoted(getattr(document, field))}" for field in _TEXTS]
+    if document.simulated:
+        lines.append("simulated = true")
     rows = ", ".join(_numbers(row) for row in document.rotation)
     lines += [f"rotation = [{rows}]", f"translation = {_numbers(document.translation)}"]
     if document.covariance:

@@ -210,6 +210,8 @@ class SavedFrame(
     covariance
         Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
         a shift, mm, along them. Empty where it is not known: then nothing is proven in the frame.
+    simulated
+        It was measured on a virtual rig: nothing is proven in it about a real part.
     """
 
     name: str
@@ -217,6 +219,7 @@ class SavedFrame(
     rotation: tuple[Vector3, Vector3, Vector3]
     translation: Vector3
     covariance: tuple[tuple[float, ...], ...] = ()
+    simulated: bool = False
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -245,12 +248,15 @@ class Relocation(
     limit
         mm: a control point that lies farther off after the best fit was moved, or touched wrongly;
         then there is no frame.
+    simulated
+        It was measured on a virtual rig: nothing is proven in it about a real part.
     """
 
     name: str
     digest: str
     control: tuple[ControlPoint, ...]
     limit: float = 0.1
+    simulated: bool = False
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -268,6 +274,15 @@ Alignment: TypeAlias = (
     | Relocation
 )
 """All kinds; in a plan the field ``type`` says which."""
+
+
+def simulated_frame(rule: Alignment | None) -> str:
+    """Return the name of the saved frame of a rule that a virtual rig gave; empty without one."""
+    start = getattr(rule, "start", None)
+    for item in (rule, start):
+        if isinstance(item, SavedFrame | Relocation) and item.simulated:
+            return item.name
+    return ""
 
 
 @dataclass(frozen=True, slots=True)

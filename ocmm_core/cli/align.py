@@ -18,12 +18,14 @@ from ocmm_core.alignment.frame_document import (
     saved_frame,
 )
 from ocmm_core.alignment.report import AlignmentReport, report_lines
+from ocmm_core.cli.headless import print_states
 from ocmm_core.errors import InputError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.construct_checks import CENTRED
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.alignment_preview import alignment_of_points
 from ocmm_core.inspection.evaluation import checked_features
+from ocmm_core.inspection.job_words import NO_REAL_PART, SIMULATED
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.plan_file import save_plan
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
@@ -58,6 +60,7 @@ def align_command(
     opened = reopen_job(job)
     for doubt in opened.doubts:
         console.print(f"{job.name}: {doubt}", style="yellow", highlight=False, markup=False)
+    print_states(console, opened.view)
     report = alignment_of_points(
         opened.plan,
         opened.points,
@@ -91,12 +94,17 @@ def align_plan_command(
 ) -> None:
     """Write a plan that is aligned to a saved frame.
 
-    The new plan holds what it needs of the frame, together with its hash.
+    The new plan holds what it needs of the frame, together with its hash. With a frame of a
+    simulated job it proves nothing about real parts.
     """
     document = load_frame(frame)
+    console = Console(soft_wrap=True)
+    if document.simulated:
+        said = f"{SIMULATED}: the frame {document.name} comes from a virtual rig. {NO_REAL_PART}"
+        console.print(said, style="bold yellow", highlight=False, markup=False)
     rule = saved_frame(document) if relocate is None else relocation(document, relocate)
     save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
-    Console(soft_wrap=True).print(f"Plan  {out}", highlight=False, markup=False)
+    console.print(f"Plan  {out}", highlight=False, markup=False)
 
 
 def _save(
@@ -122,6 +130,7 @@ def _save(
         source=f"{job.plan.part} {job.view.header.serial}, {job.path.name}".strip(),
         T_frame_from_world=report.T_nominal_from_world,
         control_world={feature: centres[feature] for feature in control},
+        simulated=job.view.simulated,
         covariance=frame_covariance(
             job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
         ),

@@ -31,7 +31,14 @@ from ocmm_core.cli.climate import (
 from ocmm_core.cli.compare import compare_command
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.fit import fit_command
-from ocmm_core.cli.headless import exit_code, make_console, print_table, run_job
+from ocmm_core.cli.headless import (
+    exit_code,
+    make_console,
+    missing_sentences,
+    print_table,
+    print_verdict,
+    run_job,
+)
 from ocmm_core.cli.measure_parts import await_part
 from ocmm_core.cli.options import (
     DEFAULT_SEED,
@@ -42,6 +49,7 @@ from ocmm_core.cli.options import (
     CalibrationsOption,
     CheckAfterOption,
     ForceOption,
+    IncompleteOption,
     OutOption,
     PartOption,
     PlanOption,
@@ -83,7 +91,7 @@ app = typer.Typer(
     "Cameras watch the LEDs of a hand-held probe; OCMM computes where its ball is, fits features "
     "to the points that are touched and decides over their tolerances.\n\n"
     "Exit codes: 0 every characteristic conforms, 1 one does not or is not proven to, "
-    "2 could not measure.",
+    "2 could not measure, or not all.",
     epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
     "resources folder are examples for your own.",
 )
@@ -159,6 +167,7 @@ def demo(
         ),
     ] = None,
     theme: Annotated[Theme, typer.Option("--theme", help="Colours of the window.")] = Theme.DARK,
+    incomplete: IncompleteOption = False,
 ) -> None:
     """Measure the demonstration part on the virtual rig.
 
@@ -173,7 +182,7 @@ def demo(
         ]  # fmt: skip
         raise typer.Exit(subprocess.run(command, check=False).returncode)  # noqa: S603 - our own interpreter and module
     request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
-    _measure(request, with_truth=True)
+    _measure(request, with_truth=True, incomplete=incomplete)
 
 
 @app.command()
@@ -247,11 +256,14 @@ def measure(
     stream: StreamOption = None,
     stream_host: StreamHostOption = "127.0.0.1",
     stream_token: StreamTokenOption = None,
+    incomplete: IncompleteOption = False,
 ) -> None:
     """Measure a part by a plan, and write the job file and the PolyWorks report.
 
-    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report is three files
-    beside it: _points.csv, _features.csv and _report.csv.
+    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report is a few files
+    beside it: _job.csv with the verdict on the part, _report.csv, _features.csv, _points.csv, a
+    cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
+    --incomplete no report is written of a job that lacks something.
     """
     if plan is None and go_on is None:
         raise InputError(
@@ -280,7 +292,7 @@ def measure(
         method="thesis" if thesis else "gauss-newton",
         stream=stream_options(stream, stream_host, stream_token),
     )  # fmt: skip
-    _measure(request, with_truth=False, parts=parts)
+    _measure(request, with_truth=False, parts=parts, incomplete=incomplete)
 
 
 @app.command()
@@ -342,7 +354,9 @@ def bench(
         print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
 
 
-def _measure(request: StationRequest, *, with_truth: bool, parts: int = 1) -> None:
+def _measure(
+    request: StationRequest, *, with_truth: bool, parts: int = 1, incomplete: bool = False
+) -> None:
     console = make_console()
     code = 0
     if parts > 1:
@@ -356,11 +370,14 @@ def _measure(request: StationRequest, *, with_truth: bool, parts: int = 1) -> No
                 replayed = request.source.startswith("replay:")
                 await_part(console, part + 1, parts, request.serial, replayed=replayed)
         built = build_station(request)
-        view = run_job(built, request.out, console)
+        view = run_job(built, request.out, console, incomplete=incomplete)
         truth = None
         if with_truth and built.virtual is not None:
             truth = true_values(built.station.plan, built.virtual.part)
         print_table(console, view, truth)
+        print_verdict(console, view)
+        if not view.part_verdict.complete:
+            typer.echo(missing_sentences(view, built.job_path, written=incomplete), err=True)
         code = max(code, exit_code(view))
     raise typer.Exit(code)
 

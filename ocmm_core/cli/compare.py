@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.headless import make_console
-from ocmm_core.inspection.compare import Trend, compare_jobs
+from ocmm_core.inspection.compare import Trend, all_simulated, compare_jobs
+from ocmm_core.inspection.job_words import NO_REAL_PART, SIMULATED, job_states, part_line
 from ocmm_core.inspection.reopen import reopen_job
 
 
@@ -23,10 +24,16 @@ def compare_command(
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
 
     Every job is opened read-only and computed anew from its points. Values in doubt are named and
-    not counted.
+    not counted; so are those of simulated jobs beside real ones.
     """
     console = make_console()
-    trends = compare_jobs([reopen_job(path) for path in jobs])
+    opened = sorted((reopen_job(path) for path in jobs), key=lambda job: job.head.created_utc)
+    trends = compare_jobs(opened)
+    if all_simulated(opened):
+        console.print(f"{SIMULATED}: {NO_REAL_PART}", style="bold yellow", highlight=False)
+    for job in opened:
+        words = "; ".join((*job_states(job.view), part_line(job.view)))
+        console.print(f"{job.path.stem}: {words}", highlight=False, markup=False)
     _print_table(console, trends, len(jobs))
     for trend in trends:
         for line in _lines(trend):

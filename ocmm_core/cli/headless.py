@@ -16,6 +16,7 @@ from ocmm_core.calibration.in_use import Word
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.cli.compose import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError
+from ocmm_core.inspection.job_words import INCOMPLETE, state_lines
 from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_core.measuring.point import Refusal
 from ocmm_core.tolerances.characteristic import FORMS
@@ -33,8 +34,19 @@ _STYLE = {
 }
 
 
-def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
+def run_job(
+    built: BuiltStation, out: Path, console: Console, *, incomplete: bool = False
+) -> JobView:
     """Measure until the job is complete or the source has ended, and write the report.
+
+    Parameters
+    ----------
+    built
+        What measures; closed afterwards.
+    out
+        Folder of the report.
+    incomplete
+        Write the report also where something is missing.
 
     Raises
     ------
@@ -66,14 +78,14 @@ def run_job(built: BuiltStation, out: Path, console: Console) -> JobView:
         _wait(built, console)
         view = station.job()
         status = station.acquisition_status()
+        if view.part_verdict.complete or incomplete:
+            for file in station.export(out):
+                console.print(f"Report  {file}")
         if not view.complete:
             raise _incomplete(view, status, built.job_path)
-        files = station.export(out)
     finally:
         station.close()
         print_counters(console, station.acquisition_status())
-    for file in files:
-        console.print(f"Report  {file}")
     return view
 
 
@@ -124,6 +136,25 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
         )
 
 
+def print_verdict(console: Console, view: JobView) -> None:
+    """Print what the job must not be taken for, and last the verdict on the part with its reasons.
+
+    The last line is the word; a script that reads only that has the answer.
+    """
+    print_states(console, view)
+    for reason in view.part_verdict.reasons:
+        console.print(reason, style="bold yellow", highlight=False, markup=False)
+    verdict = view.part_verdict.verdict
+    style = "" if verdict is None else _STYLE[verdict]
+    console.print(view.part_verdict.word.value, style=style, highlight=False, markup=False)
+
+
+def print_states(console: Console, view: JobView) -> None:
+    """Print a line for everything that a job must not be taken for: SIMULATED, INCOMPLETE."""
+    for line in state_lines(view):
+        console.print(line, style="bold yellow", highlight=False, markup=False)
+
+
 def print_counters(console: Console, status: AcquisitionStatus) -> None:
     """Print what became of every cycle and frame."""
     console.print(
@@ -138,8 +169,22 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
 
 
 def exit_code(view: JobView) -> int:
-    """Return 0 where nothing speaks against the part, and 1 where it is not proven to conform."""
+    """Return 0 where nothing speaks against the part, 1 where it is not proven to conform.
+
+    And 2 where it was not measured completely: nobody knows what the rest would say.
+    """
+    if not view.part_verdict.complete:
+        return 2
     return int(view.part_verdict.word not in (PartWord.CONFORMS, PartWord.NO_TOLERANCE))
+
+
+def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
+    """Return what is missing in a job that has all its points or was left so, and what to do."""
+    missing = ", ".join(view.part_verdict.missing)
+    said = f"{INCOMPLETE}: {missing} not measured."
+    if written:
+        return said
+    return f"{said} No report was written; ocmm report {job_path} --incomplete writes one."
 
 
 def _header(header: JobHeader) -> str:
@@ -211,7 +256,8 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Mea
     return MeasuringError(
         "measure.incomplete",
         f"The source ended before the job was complete; missing: {lacking}.",
-        f"Measure what is missing; the points so far are in {job_path}.",
+        f"Measure what is missing; the points so far are in {job_path}, and "
+        f"ocmm report {job_path} --incomplete reports them.",
     )
 
 

@@ -91,3 +91,11 @@ CheckAfterOption = Annotated[
         help="After so many hours without a point or a check the tip must be checked.",
     ),
 ]
+IncompleteOption = Annotated[
+    bool,
+    typer.Option(
+        "--incomplete",
+        help="Write the report also of a job that was not measured completely; its pages and files "
+        "say INCOMPLETE.",
+    ),
+]

@@ -14,6 +14,7 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.profile import load_profile
 from ocmm_core.export.registry import EXPORTERS, preview, preview_text, write_report
 from ocmm_core.export.report_data import ReportData, report_of_job
+from ocmm_core.inspection.job_words import job_states, part_line
 from ocmm_core.inspection.reopen import reopen_job
 
 _ALL, _PDF = "all", "pdf"
@@ -117,4 +118,6 @@ def _data(path: Path, probes: Path | None, console: Console) -> ReportData:
     job = reopen_job(path, probes)
     for doubt in job.doubts:
         console.print(f"{path.name}: {doubt}", style="yellow", highlight=False, markup=False)
+    words = "; ".join((*job_states(job.view), part_line(job.view)))
+    console.print(f"{path.stem}: {words}", highlight=False, markup=False)
     return report_of_job(job)

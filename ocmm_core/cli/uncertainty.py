@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.headless import make_console, print_states
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.uncertainty import JobUncertainty, job_uncertainty
@@ -47,6 +47,7 @@ def uncertainty_command(
     """
     console = make_console()
     opened = reopen_job(job)
+    print_states(console, opened.view)
     found = job_uncertainty(
         opened.plan, opened.points, opened.sensitivities, opened.rig, opened.body, opened.options
     )

@@ -11,6 +11,7 @@ import numpy as np
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.job_words import NO_REAL_PART, SIMULATED
 from ocmm_core.inspection.quarantine import held_below
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
 from ocmm_core.measuring.uncertainty import COVERAGE_FACTOR
@@ -91,12 +92,15 @@ class Comparison:
         One for every characteristic.
     left_out
         Why files of the folder are not compared, a sentence each.
+    simulated
+        What is counted came from a virtual rig.
     """
 
     plan: str
     jobs: tuple[str, ...]
     trends: tuple[Trend, ...]
     left_out: tuple[str, ...]
+    simulated: bool = False
 
 
 def compare_folder(
@@ -139,14 +143,16 @@ def compare_folder(
     ]
     trends = compare_jobs(same)
     names = tuple(job.path.stem for job in same)
-    return Comparison(same[0].plan.name, names, trends, tuple(left_out))
+    return Comparison(
+        same[0].plan.name, names, trends, tuple(left_out), simulated=all_simulated(same)
+    )
 
 
 def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     """Return what the jobs of one plan say together, characteristic by characteristic.
 
     A value that rests on points in doubt, or on an uncalibrated machine, is shown and not counted:
-    a trend must not be made of it.
+    a trend must not be made of it. Nor are values of simulated jobs beside those of real ones.
 
     Raises
     ------
@@ -181,13 +187,19 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     )
 
 
+def all_simulated(jobs: Sequence[ReopenedJob]) -> bool:
+    """Return whether all jobs came from virtual rigs, so that what they say together did, too."""
+    return all(job.view.simulated for job in jobs)
+
+
 def _trend(index: int, item: Characteristic, jobs: Sequence[ReopenedJob]) -> Trend:
     results = [job.view.characteristics[index] for job in jobs]
     left_out = []
     counted = []
     parts = []
+    computed = all_simulated(jobs)
     for job, result in zip(jobs, results, strict=True):
-        why = _why_not_counted(job, result)
+        why = _why_not_counted(job, result, simulated=computed)
         stated = None if why else result.stated
         if stated is None:
             left_out.append(f"{job.path.stem}: {why}")
@@ -218,7 +230,18 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[ReopenedJob]) -> Tre
     )
 
 
-def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
+def _why_not_counted(
+    job: ReopenedJob, result: CharacteristicResult, *, simulated: bool
+) -> str:
+    """Return why a value is not counted; empty where it is.
+
+    Parameters
+    ----------
+    simulated
+        All jobs are, so that one more is no stranger among them.
+    """
+    if job.view.simulated and not simulated:
+        return f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs by themselves."
     if job.doubts:
         return job.doubts[0]
     if job.view.unproven:

@@ -6,6 +6,7 @@ back by a new row with a new number that repeats its observation; the event says
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -61,6 +62,17 @@ class JobPoints:
         self.held = {ward: held_back(events, ward) for ward in Ward}
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
+
+    def snapshot(self) -> JobPoints:
+        """Return the points as they are now, to be looked at while others change them."""
+        twin = copy.copy(self)
+        vars(twin).update(
+            counting=list(self.counting),
+            held={ward: dict(held) for ward, held in self.held.items()},
+            _out=dict(self._out),
+            _successor=dict(self._successor),
+        )
+        return twin
 
     def sensitivities(self, reference: ReferenceUse) -> list[TipSensitivity]:
         """Return those of the points that count, in their order; errors of ``reference``."""

@@ -6,9 +6,11 @@ lock guards them, and every change makes a new frozen `JobView`.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable
 from dataclasses import replace
 
+from ocmm_core.alignment.rules import simulated_frame
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float, RigidTransform
@@ -19,12 +21,13 @@ from ocmm_core.inspection.evaluation import checked_features, frame_of
 from ocmm_core.inspection.guidance import aligned_nominals
 from ocmm_core.inspection.header import header_of
 from ocmm_core.inspection.job_view import JobState, view_of
+from ocmm_core.inspection.job_words import SIMULATED
 from ocmm_core.inspection.meaning import meant_for
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.quarantine import Ward
 from ocmm_core.inspection.reference_use import ReferenceUse
-from ocmm_core.inspection.steps import JobSteps
+from ocmm_core.inspection.steps import JobSteps, UnderWay
 from ocmm_core.inspection.teach import taught_plan
 from ocmm_core.inspection.view import JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
@@ -82,17 +85,35 @@ class InspectionSession(JobSteps):
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
         self._conditions = Conditions(job, options, begun=begun)
         self._header = header_of(job.head, job.events())
+        self._evaluating = threading.Lock()
+        """Held by who computes the view; never taken by who holds the lock of the job."""
 
     @property
     def view(self) -> JobView:
-        """Return the job as it stands; computed when somebody looks after a change."""
-        with self._lock:
-            if self._view is None:
-                self._view = self._evaluate()
-            if self._view.looked_at != self._looked_at:
-                # Looking back computes nothing anew, and so can change nothing.
-                self._view = replace(self._view, looked_at=self._looked_at)
-            return self._view
+        """Return the job as it stands; computed when somebody looks after a change.
+
+        That takes up to some seconds. One computes at a time, and nobody who takes a point or
+        decides something waits for it: what was changed meanwhile is in the next view.
+        """
+        with self._evaluating:
+            with self._lock:
+                known = self._view
+                if isinstance(known, JobView):
+                    return self._looking(known, known)
+                state, points = self._state(), self._points.snapshot()
+                begun = self._view = UnderWay()
+            made = view_of(self._plan, self._rig, self._body, self._options, points, state)
+            with self._lock:
+                return self._looking(made, begun)
+
+    def _looking(self, view: JobView, kept: JobView | UnderWay) -> JobView:
+        """Return a view with what somebody looks at, kept where nothing has changed meanwhile."""
+        if view.looked_at != self._looked_at:
+            # Looking back computes nothing anew, and so can change nothing.
+            view = replace(view, looked_at=self._looked_at)
+        if self._view is kept:
+            self._view = view
+        return view
 
     @property
     def T_part_from_world(self) -> RigidTransform | None:
@@ -319,25 +340,26 @@ class InspectionSession(JobSteps):
         points = reported_points(self._points.counting, self._options.climate.part)
         return aligned_nominals(self._plan, checked_features(self._plan, points, self._options))
 
-    def _evaluate(self) -> JobView:
+    def _frame_doubt(self) -> str:
+        """Return why the frame of the plan proves nothing about a real part; empty where it may."""
+        name = simulated_frame(self._plan.alignment)
+        if not name or self._conditions.simulated:
+            return ""
+        return f"The frame {name} of the plan is {SIMULATED}: it says nothing about a real part."
+
+    def _state(self) -> JobState:
+        """Return what the job is, beside its points."""
         deed, undone = self._log.last, self._log.last_undone
-        return view_of(
-            self._plan,
-            self._rig,
-            self._body,
-            self._options,
-            self._points,
-            JobState(
-                job=self._job.path.stem,
-                header=self._header,
-                progress=self._progress,
-                methods={name: self.compensation_of(name) for name in self._progress.names},
-                sensitivities=tuple(self._points.sensitivities(self._reference)),
-                refusal=self._refusal,
-                paused=self._paused,
-                unproven=self._conditions.unproven,
-                undo=deed.words if deed is not None else "",
-                redo=undone.words if undone is not None else "",
-                simulated=self._conditions.simulated,
-            ),
+        return JobState(
+            job=self._job.path.stem,
+            header=self._header,
+            progress=self._progress,
+            methods={name: self.compensation_of(name) for name in self._progress.names},
+            sensitivities=tuple(self._points.sensitivities(self._reference)),
+            refusal=self._refusal,
+            paused=self._paused,
+            unproven=self._conditions.unproven or self._frame_doubt(),
+            undo=deed.words if deed is not None else "",
+            redo=undone.words if undone is not None else "",
+            simulated=self._conditions.simulated,
         )

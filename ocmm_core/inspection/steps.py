@@ -20,6 +20,10 @@ from ocmm_core.storage.job_file import JobFile
 _LONGEST_REASON = 200
 
 
+class UnderWay:
+    """Stands in for a view that somebody computes, as long as nothing has changed meanwhile."""
+
+
 class JobSteps:
     """Keep the points and the progress of a job, and every step that changed them.
 
@@ -45,7 +49,8 @@ class JobSteps:
         self._looked_at = ""
         """Feature that the inspector looks back at; that changes nothing."""
         self._refusal: Refusal | None = None
-        self._view: JobView | None = None
+        self._view: JobView | UnderWay | None = None
+        """The view as far as it is known; whoever changes the job sets it to None."""
 
     def undo(self) -> None:
         """Take back the last step, also one of an earlier run; errors as `StepLog.undo`."""
