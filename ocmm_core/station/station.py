@@ -281,9 +281,10 @@ class MeasuringStation:
         )
         self._session.note_climate()
         self._session.note_limits()
-        self._session.note_origin(simulated=self._is_simulated())
+        self._session.note_origin(simulated=self.simulated)
 
-    def _is_simulated(self) -> bool:
+    @property
+    def simulated(self) -> bool:
         """Return whether the frames come from a virtual rig, as far as is known by now."""
         report = self.bus_report()
         return self._options.simulated or (
@@ -627,7 +628,7 @@ class MeasuringStation:
             feature = intent(touch.first_frame) if intent is not None else None
             try:
                 # A service names its interface only once it runs: before the first point it has.
-                self._session.note_origin(simulated=self._is_simulated())
+                self._session.note_origin(simulated=self.simulated)
                 outcome = self._session.take_touch(touch, feature)
             except OcmmError as error:
                 # A point that could not be made durable is no point; measuring goes on.

@@ -36,6 +36,8 @@ class StreamClient:
         Number of the next message that it gets.
     told_state
         Which change of the state it was told last; 0 for none.
+    told_verdict
+        Which verdict it was told last; 0 for none.
     """
 
     connection: socket.socket
@@ -48,6 +50,7 @@ class StreamClient:
     poses: bool = True
     next_seq: int = 1
     told_state: int = 0
+    told_verdict: int = 0
 
     @property
     def listens(self) -> bool:

@@ -5,7 +5,7 @@ message has ``v`` (version of this form) and ``type``:
 
 ``hello``
     First line of the server: ``stream`` (changes when the server starts anew), ``job``,
-    ``first_seq`` and ``last_seq`` of what can be resumed, ``token_needed``.
+    ``first_seq`` and ``last_seq`` of what can be resumed, ``token_needed``, ``simulated``.
 ``point``
     A durable point: ``seq``, ``number``, ``feature``, ``t``, ``pos`` (ball centre), ``surface``
     (compensated), ``dir`` (leaves the material), ``tip_radius``, ``approach``, ``cov`` (of the
@@ -17,6 +17,13 @@ message has ``v`` (version of this form) and ``type``:
     ``frame``, ``t``, and ``held_s`` of a release whose press was seen, else null.
 ``status``
     The state of the machine is another one now: ``job``, ``status``, ``reason``, ``t``.
+``verdict``
+    The job was evaluated after a change: ``job``, ``after`` (holds everything up to this ``seq``),
+    ``part`` (word of the verdict on the part), ``verdict`` (the same in the words of the
+    characteristics), ``complete``, ``missing``, ``not_conform``, ``not_proven`` (names),
+    ``simulated``, ``unproven``, ``features`` (``name``, ``state``, ``verdict``, ``deciding``),
+    ``characteristics`` (``name``, ``verdict``), and ``reason``: why there is no verdict, where
+    ``part`` is null.
 ``pose``
     What the machine sees now: ``frame``, ``t``, ``status``, ``reason``, ``btn`` (button down), and
     ``pos``, ``q`` (x, y, z, w; world from probe), ``u`` (expanded, k = 2): null unless the number
@@ -34,9 +41,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.view import LiveView
+from ocmm_core.inspection.view import FeatureView, JobView, LiveView
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.station.probe_button import ButtonChange
+from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.verdict import VerdictSummary
 
 VERSION = 1
 UNITS = "mm"
@@ -69,6 +78,7 @@ class Hello:
     first_seq: int
     last_seq: int
     token_needed: bool
+    simulated: bool
 
 
 def read_request(line: bytes) -> Request:
@@ -101,7 +111,8 @@ def hello_line(hello: Hello) -> bytes:
     return _line(
         "hello",
         stream=hello.stream, job=hello.job, first_seq=hello.first_seq, last_seq=hello.last_seq,
-        token_needed=hello.token_needed, units=UNITS, frame_id="world",
+        token_needed=hello.token_needed, simulated=hello.simulated, units=UNITS,
+        frame_id="world",
     )  # fmt: skip
 
 
@@ -134,6 +145,40 @@ def button_line(seq: int, job: str, change: ButtonChange) -> bytes:
 def status_line(job: str, live: LiveView) -> bytes:
     """Return the line of a change of the state."""
     return _line("status", job=job, t=live.time_s, status=live.status.value, reason=live.reason)
+
+
+def verdict_line(view: JobView, after: int) -> bytes:
+    """Return the line of the verdicts on a job that holds everything up to a sequence number."""
+    part = view.part_verdict
+    return _line(
+        "verdict",
+        job=view.job, after=after, part=part.word.value, verdict=_word(part.verdict),
+        complete=part.complete, missing=part.missing, not_conform=part.failing,
+        not_proven=part.unproven, simulated=view.simulated, unproven=view.unproven,
+        features=[_feature(item, view.verdict_of(item.name)) for item in view.features],
+        characteristics=[
+            {"name": item.name, "verdict": item.verdict.value} for item in view.characteristics
+        ],
+        reason="",
+    )  # fmt: skip
+
+
+def no_verdict_line(job: str, after: int, reason: str) -> bytes:
+    """Return the line that takes back the verdicts of before: the job cannot be evaluated."""
+    return _line("verdict", job=job, after=after, part=None, verdict=None, reason=reason)
+
+
+def _feature(feature: FeatureView, summary: VerdictSummary) -> dict[str, str | None]:
+    return {
+        "name": feature.name,
+        "state": feature.state.value,
+        "verdict": _word(summary.verdict),
+        "deciding": summary.deciding,
+    }
+
+
+def _word(verdict: Verdict | None) -> str | None:
+    return None if verdict is None else verdict.value
 
 
 def pose_line(live: LiveView, *, pressed: bool) -> bytes:

@@ -5,7 +5,8 @@ only with a token. Clients can read, nothing else. One thread serves all of them
 
 Points and the button are never dropped: each message is kept (`stream_log`), and a client that was
 away resumes after the last number it has. Poses are for looking: a client that reads too slowly
-misses some, and of several changes of the state in between it is told the latest.
+misses some, and of several changes of the state in between it is told the latest. So with the
+verdicts, which a thread of their own computes (`verdict_watch`).
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from typing import Protocol
 from psygnal import SignalInstance
 
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
-from ocmm_core.inspection.view import LiveView
+from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_core.station.probe_button import ButtonChange
 from ocmm_core.station.stream_client import (
     LONGEST_REQUEST,
@@ -47,6 +48,7 @@ from ocmm_core.station.stream_messages import (
 )
 from ocmm_core.station.stream_options import StreamOptions as StreamOptions
 from ocmm_core.station.stream_options import check_stream
+from ocmm_core.station.verdict_watch import VerdictWatch
 from ocmm_core.storage.job_steps import JobStep
 
 _log = logging.getLogger(__name__)
@@ -73,6 +75,15 @@ class StreamSource(Protocol):
     @property
     def job_path(self) -> Path:
         """Return the file of the job that is measured."""
+        ...
+
+    @property
+    def simulated(self) -> bool:
+        """Return whether the frames come from a virtual rig, as far as is known by now."""
+        ...
+
+    def job(self) -> JobView:
+        """Return the job as it stands; takes up to some seconds."""
         ...
 
     def live(self) -> LiveView:
@@ -114,6 +125,14 @@ class StreamServer:
         self._storing = threading.Lock()
         """Guards which step of which job was taken last."""
         self._pressed = False
+        self._changed = threading.Event()
+        """The job is another one than that of the latest verdict."""
+        self._verdicts = VerdictWatch(
+            source.job,
+            lambda: source.job_path.stem,
+            lambda: len(self._messages),
+            self._wake,
+        )
         self._state: tuple[str, ...] = ()
         self._states = 0
         self._clients: dict[socket.socket, StreamClient] = {}
@@ -155,6 +174,7 @@ class StreamServer:
         self._source.changed.connect(self._on_change)
         self._source.button.connect(self._on_button)
         self._on_change()
+        self._verdicts.start()
         self._thread = threading.Thread(target=self._run, name="ocmm-stream")
         self._thread.start()
         address = self._listener.getsockname()
@@ -169,12 +189,16 @@ class StreamServer:
         ):
             with contextlib.suppress(ValueError):
                 signal.disconnect(slot)
+        until = time.monotonic() + timeout_s
         self._stopping.set()
         self._wake()
         if self._thread is not None:
             self._thread.join(timeout_s)
             if self._thread.is_alive():
                 return False
+        # It may be evaluating a job; the clients have had their goodbye by now.
+        if not self._verdicts.close(max(until - time.monotonic(), 0.0)):
+            return False
         self._messages.close()
         for item in (self._wake_read, self._wake_write):
             item.close()
@@ -198,6 +222,7 @@ class StreamServer:
             except OcmmError:
                 # Told elsewhere; the next change tries again.
                 _log.exception("The stream could not read the points.")
+        self._changed.set()
         self._wake()
 
     def _on_button(self, change: ButtonChange) -> None:
@@ -274,7 +299,9 @@ class StreamServer:
             return
         job = "" if self._job is None else self._job.stem
         needed = bool(self._options.token)
-        client.waiting += hello_line(Hello(self._id, job, 1, len(self._messages), needed))
+        simulated = self._source.simulated
+        hello = Hello(self._id, job, 1, len(self._messages), needed, simulated)
+        client.waiting += hello_line(hello)
 
     def _read(self, client: StreamClient) -> None:
         try:
@@ -325,6 +352,9 @@ class StreamServer:
         listening = [client for client in self._clients.values() if client.listens]
         if not listening:
             return
+        if self._changed.is_set():
+            self._changed.clear()
+            self._verdicts.ask()
         live = self._source.live()
         job = self._source.job_path.stem
         state = (job, live.status.value, live.reason)
@@ -335,11 +365,22 @@ class StreamServer:
             if client.told_state != self._states and client.has_room:
                 client.waiting += status_line(job, live)
                 client.told_state = self._states
+            elif self._tell_verdict(client):
+                pass
             elif client.poses and client.waiting:
                 # One pose may wait; where one does already, this one comes too soon.
                 self.poses_missed += 1
             elif client.poses:
                 client.waiting += pose
+
+    def _tell_verdict(self, client: StreamClient) -> bool:
+        """Give a client the latest verdict, where it has not had it, and say whether so."""
+        latest = self._verdicts.latest
+        if client.told_verdict == latest.count or not client.has_room:
+            return False
+        client.waiting += latest.line
+        client.told_verdict = latest.count
+        return True
 
     def _fill_and_prune(self, now: float) -> None:
         for client in list(self._clients.values()):
@@ -367,6 +408,8 @@ class StreamServer:
         while self._clients and time.monotonic() < until:
             last = len(self._messages)
             for client in self._clients.values():
+                if client.listens:
+                    self._tell_verdict(client)
                 if not client.ending and (not client.begun or client.next_seq > last):
                     self._end(client, "the station was closed")
             self._fill_and_prune(time.monotonic())
