@@ -54,7 +54,7 @@ def test_a_valid_calibration_is_measured_with_and_named(ocmm_here: Ocmm, tmp_pat
     done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal")
     assert (done.returncode, done.stderr) == (0, "")
     assert f"VALID {digest[:12]}" in done.stdout
-    with (tmp_path / "out/QUICK-001_report.csv").open(newline="") as stream:
+    with (tmp_path / "out/QUICK-001_SIMULATED_report.csv").open(newline="") as stream:
         assert {row["Calibration"] for row in csv.DictReader(stream)} == {f"VALID {digest[:12]}"}
 
 
@@ -80,7 +80,7 @@ def test_who_insists_gets_a_report_that_proves_nothing(ocmm_here: Ocmm, tmp_path
     assert "never calibrated" in done.stdout
     assert re.search(r"Ball diameter .*NOT PROVEN", done.stdout)
     assert "CONFORM" not in done.stdout.replace("NOT CONFORM", "")
-    with (tmp_path / "out/QUICK-001_UNCALIBRATED_report.csv").open(newline="") as stream:
+    with (tmp_path / "out/QUICK-001_SIMULATED_UNCALIBRATED_report.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert {row["Test"] for row in rows} == {"Not proven"}
     assert all(row["Calibration"].startswith("UNCALIBRATED ") for row in rows)

@@ -31,7 +31,7 @@ def test_measure_conforms_with_exit_code_0_and_writes_job_and_report(
 ) -> None:
     done = ocmm("measure", "--plan", QUICK, "--out", "out", "--seed", "3")
     assert (done.returncode, done.stderr) == (0, "")
-    with (tmp_path / "out/QUICK-001_report.csv").open(newline="") as stream:
+    with (tmp_path / "out/QUICK-001_SIMULATED_report.csv").open(newline="") as stream:
         rows = {row["Name"]: row for row in csv.DictReader(stream)}
     truth = {"Ball diameter": 19.989, "Block step": 20.342}
     assert rows.keys() == truth.keys()
@@ -41,7 +41,7 @@ def test_measure_conforms_with_exit_code_0_and_writes_job_and_report(
         assert abs(float(rows[name]["Measured"]) - true) < 2.0 * stated < 0.08
         assert rows[name]["Test"] == "Pass"
         assert rows[name]["Measured"] in done.stdout
-    assert len((tmp_path / "out/QUICK-001_points.csv").read_text().splitlines()) == 14
+    assert len((tmp_path / "out/QUICK-001_SIMULATED_points.csv").read_text().splitlines()) == 14
     with JobFile.open(tmp_path / "out/QUICK-001.ocmm", read_only=True) as job:
         assert len(job.points()) == 14
         assert job.verify() == []
@@ -54,13 +54,16 @@ def test_a_part_out_of_tolerance_gives_exit_code_1(
     done = ocmm_here("measure", "--rig", slow_rig, "--plan", plan, "--out", "out")
     assert done.returncode == 1
     assert re.search(r"Ball diameter .*NOT CONFORM", done.stdout)
+    assert done.stdout.splitlines()[-2:] == [
+        "NOT CONFORM: Ball diameter", "PART DOES NOT CONFORM"
+    ]  # fmt: skip
 
 
 def test_a_value_at_its_limit_is_not_proven_and_gives_exit_code_1(
     ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
     assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
-    with (tmp_path / "out/QUICK-001_report.csv").open(newline="") as stream:
+    with (tmp_path / "out/QUICK-001_SIMULATED_report.csv").open(newline="") as stream:
         step = float(list(csv.DictReader(stream))[1]["Measured"])
     # The same measurement again, with the upper limit (nominal + 0.08) where its value lies.
     plan = edited(tmp_path / "plan.toml", QUICK, "nominal = 20.34", f"nominal = {step - 0.08:.4f}")
@@ -77,7 +80,7 @@ def test_the_same_seed_gives_the_same_report_and_another_seed_another(
             "measure", "--rig", slow_rig, "--plan", QUICK, "--out", folder, "--seed", seed
         )
         assert done.returncode == 0
-    report = {f: (tmp_path / f / "QUICK-001_report.csv").read_bytes() for f in "abc"}
+    report = {f: (tmp_path / f / "QUICK-001_SIMULATED_report.csv").read_bytes() for f in "abc"}
     assert report["a"] == report["b"] != report["c"]
 
 
@@ -94,7 +97,7 @@ def test_a_recording_is_measured_to_the_same_report(ocmm_here: Ocmm, tmp_path: P
     assert "Part 2 of 2 was not begun" in done.stderr
     assert "--serial A-10 --parts 1" in done.stderr
     assert len(list((tmp_path / "again").glob("*.ocmm"))) == 1
-    reports = [tmp_path / folder / "QUICK-001_report.csv" for folder in ("live", "again")]
+    reports = [tmp_path / folder / "QUICK-001_SIMULATED_report.csv" for folder in ("live", "again")]
     assert reports[0].read_bytes() == reports[1].read_bytes()
 
 
@@ -111,6 +114,9 @@ def test_headless_demo_prints_measured_and_true_values(ocmm: Ocmm) -> None:
     done = ocmm("demo", "--headless", "--plan", QUICK)
     assert done.returncode == 0
     assert re.search(r"Ball diameter +19\.9890 .* 19\.9890 +[+-]0\.0\d+ +CONFORM", done.stdout)
+    assert done.stdout.splitlines()[-2:] == [
+        "SIMULATED: No real part was measured.", "PART CONFORMS"
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("command", ["", "demo", "measure", "record", "rig", "bench"])
@@ -195,7 +201,7 @@ def test_an_existing_job_is_never_overwritten(
     first = (tmp_path / "out/QUICK-001.ocmm").read_bytes()
     assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
     assert (tmp_path / "out/QUICK-001.ocmm").read_bytes() == first
-    assert (tmp_path / "out/QUICK-002_report.csv").exists()
+    assert (tmp_path / "out/QUICK-002_SIMULATED_report.csv").exists()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="named interfaces are made on Linux only")

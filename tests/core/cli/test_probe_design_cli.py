@@ -69,7 +69,8 @@ def test_both_compensations_are_in_the_job_and_in_the_report(
     )  # fmt: skip
     assert done.stderr == ""
     assert "calibrated at 20.0 °C, compensated." in done.stdout
-    with (tmp_path / "out/QUICK-001_report.csv").open(newline="", encoding="ascii") as stream:
+    report = tmp_path / "out/QUICK-001_SIMULATED_report.csv"
+    with report.open(newline="", encoding="ascii") as stream:
         (said,) = {row["Temperature"] for row in csv.DictReader(stream)}
     assert "Probe: 24.0 +- 0.5 C; calibrated at 20.0 C; compensated." in said
     assert "results reported at 20 C with 11.5 +- 1.0 ppm/K" in said

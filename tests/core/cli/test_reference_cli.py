@@ -44,14 +44,38 @@ def test_a_job_with_a_reference_body_names_it_in_its_report(
     done = ocmm_here(
         "measure", "--plan", plan, "--out", "out",
         "--probe", resource("probes", "standard4.toml"),
-        "--reference", resource("references", "plate.toml"),
+        "--reference", resource("references", "plate.toml"), "--incomplete",
     )  # fmt: skip
-    assert done.returncode in (0, 1), done.stderr
+    # Three points say nothing about form: what the plan asks for is not all measured.
+    assert (done.returncode, done.stderr) == (2, "INCOMPLETE: Flatness not measured.\n")
     assert "Reference  plate " in done.stdout
-    (report,) = (tmp_path / "out").glob("*_report.csv")
+    (report,) = (tmp_path / "out").glob("STEP-001_SIMULATED_INCOMPLETE_report.csv")
     with report.open(newline="", encoding="ascii") as stream:
         (row,) = csv.DictReader(stream)
     assert row["Reference"].startswith("plate ")
+
+
+def test_a_job_that_lacks_a_value_gives_no_report_unless_it_is_asked_for(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
+    plan = tmp_path / "step.toml"
+    plan.write_text(PLAN, encoding="utf-8")
+    done = ocmm_here("measure", "--plan", plan, "--out", "out")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "INCOMPLETE: Flatness not measured. No report was written; "
+        "ocmm report out/STEP-001.ocmm --incomplete writes one.\n"
+    )
+    lines = done.stdout.splitlines()
+    assert lines[-4:] == [
+        "SIMULATED: No real part was measured.",
+        "INCOMPLETE: Missing: Flatness.",
+        "NOT MEASURED: Flatness",
+        "NOT COMPLETE",
+    ]
+    # The table is printed all the same, and the points are safe.
+    assert any(line.strip().startswith("Flatness") for line in lines)
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["STEP-001.ocmm"]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from ocmm_core.alignment.frame_document import frame_document, load_frame, save_frame
-from ocmm_core.alignment.rules import SavedFrame
+from ocmm_core.alignment.rules import SavedFrame, simulated_frame
 from ocmm_core.cli.app import app
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
@@ -101,6 +101,28 @@ def test_a_plan_takes_a_saved_frame_over(tmp_path: Path) -> None:
     assert isinstance(refused.exception, InputError)
     assert "names 'A', which is not a feature of the plan" in str(refused.exception)
     assert not (tmp_path / "b.toml").exists()
+
+
+def test_a_frame_of_a_simulated_job_says_so_wherever_it_goes(bench: Bench) -> None:
+    path, frame = _job(bench, SAVED), bench.folder / "frame.toml"
+    real = bench.folder / "real.toml"
+    assert "SIMULATED" not in _align(path, "--save", real).output
+    assert not load_frame(real).simulated
+    assert "simulated" not in real.read_text()
+    with JobFile.open(path) as job:
+        job.append_event("simulated", "Points come from a virtual rig.")
+    shown = _align(path, "--save", frame)
+    assert "SIMULATED: No real part was measured." in shown.output
+    assert load_frame(frame).simulated
+    # Nobody takes the word out by hand.
+    text = frame.read_text()
+    frame.write_text(text.replace("simulated = true\n", ""))
+    with pytest.raises(InputError, match="does not fit its hash"):
+        load_frame(frame)
+    frame.write_text(text)
+    made = _align_plan(PLAN, "--frame", frame, "--out", bench.folder / "plan.toml")
+    assert "SIMULATED: the frame frame comes from a virtual rig." in made.output
+    assert simulated_frame(load_plan(bench.folder / "plan.toml").alignment) == "frame"
 
 
 def _align_plan(*arguments: object) -> Result:

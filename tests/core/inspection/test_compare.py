@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_core.cli.app import app
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
@@ -86,6 +87,29 @@ def test_a_value_held_back_is_not_counted(batch: tuple[ReopenedJob, ...]) -> Non
     assert compare_jobs([first, *batch[1:]])[0].left_out == ()
 
 
+def test_simulated_and_real_jobs_stand_in_no_chart_together(
+    batch: tuple[ReopenedJob, ...],
+) -> None:
+    assert all(job.view.simulated for job in batch)
+    assert compare_jobs(batch)[0].left_out == ()
+    real = [replace(job, view=replace(job.view, simulated=False)) for job in batch[:3]]
+    for trend in compare_jobs([*real, *batch[3:]]):
+        assert [part.value is None for part in trend.parts] == [False] * 3 + [True] * 3
+        assert all("SIMULATED. No real part" in why for why in trend.left_out)
+        assert len(trend.left_out) == 3
+    assert all(trend.left_out == () for trend in compare_jobs(real))
+
+
+def test_a_batch_of_simulated_jobs_says_so(batch: tuple[ReopenedJob, ...]) -> None:
+    said = CliRunner().invoke(app, ["compare", *(str(job.path) for job in batch)])
+    assert said.exit_code == 0, said.output
+    lines = said.output.splitlines()
+    assert lines[0] == "SIMULATED: No real part was measured."
+    for line, job in zip(lines[1:], batch, strict=False):
+        assert line.startswith(f"{job.path.stem}: SIMULATED; {job.view.part_verdict.word.value}")
+    assert compare_folder(batch[0].path.parent).simulated
+
+
 def test_a_provisional_value_is_not_counted(batch: tuple[ReopenedJob, ...]) -> None:
     view = batch[0].view
     waiting = tuple(
@@ -143,7 +167,6 @@ def test_a_folder_is_compared_by_the_plan_of_its_latest_job(
 def test_the_command_prints_what_a_stranger_can_read(
     batch: tuple[ReopenedJob, ...], tmp_path: Path
 ) -> None:
-    from ocmm_core.cli.app import app
 
     paths = [str(shutil.copy(job.path, tmp_path / job.path.name)) for job in batch]
     said = CliRunner().invoke(app, ["compare", *paths])

@@ -340,7 +340,9 @@ def test_the_command_reports_a_job_in_every_format_of_data(
     done = CliRunner().invoke(app, [*command, "--out", "out"])
     assert (done.exit_code, done.stderr) == (0, "")
     written = sorted(file.name for file in (path.parent / "out").iterdir())
-    assert [f"Report  out/{name}" for name in written] == sorted(done.stdout.splitlines())
+    verdict, *told = done.stdout.splitlines()
+    assert verdict.startswith(f"{path.stem}: PART CONFORMS: ")
+    assert [f"Report  out/{name}" for name in written] == sorted(told)
     kinds = {file.rpartition(".")[2] for file in written}
     assert kinds == {"csv", "asc", "pwmacro", "qif", "dfq", "xlsx", "json"}
     report = (path.parent / "out" / f"{path.stem}_report.csv").read_text("ascii")

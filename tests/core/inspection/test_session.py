@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
 from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment.rules import SavedFrame
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
+from ocmm_core.inspection.job_view import view_of
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import FeatureState
+from ocmm_core.inspection.view import FeatureState, JobView
 from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.storage.job_file import JobFile
@@ -69,6 +73,55 @@ def test_a_job_goes_on_where_it_was_interrupted_with_the_same_results(bench: Ben
     with JobFile.open(path) as again:
         assert bench.session(again).view.characteristics == whole.characteristics
         assert bench.session(again).view.complete
+
+
+def test_whoever_looks_never_holds_up_a_touch(
+    bench: Bench, job: JobFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = bench.session(job)
+    for touch in bench.touches[:4]:
+        session.take_touch(touch)
+    looking, go_on = threading.Event(), threading.Event()
+
+    def slow(*arguments: Any) -> JobView:
+        looking.set()
+        assert go_on.wait(10.0)
+        return view_of(*arguments)
+
+    monkeypatch.setattr("ocmm_core.inspection.session.view_of", slow)
+    seen: list[JobView] = []
+    thread = threading.Thread(target=lambda: seen.append(session.view))
+    thread.start()
+    assert looking.wait(10.0)
+    # The view is being computed, and points are taken and taken back all the same.
+    assert isinstance(session.take_touch(bench.touches[4]), MeasuredPoint)
+    session.undo()
+    assert isinstance(session.take_touch(bench.touches[4]), MeasuredPoint)
+    assert not seen
+    go_on.set()
+    thread.join(10.0)
+    # It is the job of when somebody looked; the next look sees what came.
+    assert [len(item.points) for item in seen[0].features] == [4, 0, 0]
+    assert [len(item.points) for item in session.view.features] == [4, 1, 0]
+    assert session.view is session.view
+
+
+def test_the_frame_of_a_virtual_rig_proves_nothing_about_a_real_part(
+    bench: Bench, job: JobFile
+) -> None:
+    frame = SavedFrame(
+        name="bed", digest="", rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        translation=(0.0, 0.0, 0.0), simulated=True,
+    )  # fmt: skip
+    plan = msgspec.structs.replace(bench.plan, alignment=frame)
+    session = InspectionSession(plan, bench.rig, bench.body, job, SessionOptions())
+    take_all(session, bench)
+    assert "The frame bed of the plan is SIMULATED" in session.view.unproven
+    assert session.view.part_verdict.word is PartWord.NOT_PROVEN
+    # On a virtual rig it is as good as the part.
+    session.note_origin(simulated=True)
+    assert session.view.unproven == ""
+    assert session.view.part_verdict.word is PartWord.CONFORMS
 
 
 def test_an_interrupted_touch_gives_no_point(bench: Bench, job: JobFile) -> None:

@@ -127,12 +127,15 @@ def test_take_arms_a_point_and_stop_comes_within_two_seconds(
     station.close()
 
 
-def test_export_writes_the_three_files(build: Callable[..., BuiltStation], tmp_path: Path) -> None:
+def test_export_writes_the_verdict_and_the_three_tables(
+    build: Callable[..., BuiltStation], tmp_path: Path
+) -> None:
     station = build().station
     station.start()
     assert station.wait_finished(30.0)
     names = [path.name for path in station.export(tmp_path / "report")]
-    assert names[:3] == [f"QUICK-001_{kind}.csv" for kind in ("points", "features", "report")]
+    kinds = ("job", "points", "features", "report")
+    assert names[:4] == [f"QUICK-001_SIMULATED_{kind}.csv" for kind in kinds]
 
 
 @pytest.mark.slow

@@ -90,7 +90,7 @@ def test_a_job_is_measured_with_the_record_and_says_so(build: Build, tmp_path: P
     assert view.complete
     assert view.unproven == ""
     assert {result.verdict for result in view.characteristics} == {Verdict.CONFORM}
-    report = station.export(tmp_path / "report")[2]
+    report = station.export(tmp_path / "report")[3]
     with report.open(newline="") as stream:
         assert {row["Calibration"] for row in csv.DictReader(stream)} == {
             f"VALID {station.rig.identity[:12]}"
@@ -134,7 +134,7 @@ def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_p
     assert view.simulated
     assert all(view.unproven in result.note for result in view.characteristics)
     names = [path.name for path in station.export(tmp_path / "report")]
-    assert names[2] == "QUICK-001_UNCALIBRATED_report.csv"
+    assert names[3] == "QUICK-001_SIMULATED_UNCALIBRATED_report.csv"
     station.close()
     # Opened again, by a program that knows nothing of that day, it proves nothing either.
     with JobFile.open(built.job_path) as job:

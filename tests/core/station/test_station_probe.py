@@ -75,7 +75,7 @@ def test_a_job_keeps_tip_record_and_due_date(build: Build, tmp_path: Path) -> No
     assert view.complete
     assert {result.verdict for result in view.characteristics} == {Verdict.CONFORM}
     due = min(tips.record.valid_until_utc, tips.qualified.valid_until_utc)[:10]
-    with station.export(tmp_path / "report")[2].open(newline="") as stream:
+    with station.export(tmp_path / "report")[3].open(newline="") as stream:
         assert {row["Probe"] for row in csv.DictReader(stream)} == {
             f"VALID standard/{TIP} {station.body.identity[:12]} due {due}"
         }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing
@@ -18,13 +19,14 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
-from ocmm_core.inspection.view import JobHeader
+from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_core.station import stream_client
 from ocmm_core.station.probe_button import ButtonChange, ButtonWatch
 from ocmm_core.station.station import MeasuringStation
 from ocmm_core.station.stream_client import LONGEST_REQUEST, MOST_WAITING, StreamClient
 from ocmm_core.station.stream_log import BLOCK, IN_MEMORY, StreamLog
 from ocmm_core.station.stream_server import StreamOptions, StreamServer
+from ocmm_core.station.verdict_watch import VerdictWatch
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test
 TIMEOUT_S = 30.0
@@ -250,6 +252,81 @@ def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation
         assert [line["type"] for line in late.steps(POINTS + 3)[POINTS:]] == [
             "annulled", "annulled", "point",
         ]  # fmt: skip
+
+
+def told_until(client: Client, last_seq: int) -> dict[str, Any]:
+    """Return the first verdict that holds everything up to a number."""
+    while (found := client.until("verdict"))["after"] < last_seq:
+        pass
+    return found
+
+
+def test_the_verdict_follows_every_change_and_is_that_of_the_job(
+    station: MeasuringStation,
+) -> None:
+    with (
+        StreamServer(station, StreamOptions()) as server,
+        closing(Client(server.address, '{"poses": false}')) as client,
+    ):
+        assert client.hello["simulated"] is True
+        first = client.until("verdict")
+        assert (first["part"], first["complete"]) == ("NOT COMPLETE", False)
+        assert {item["verdict"] for item in first["characteristics"]} <= {
+            "NOT MEASURED", "PROVISIONAL",
+        }  # fmt: skip
+        station.start()
+        points = client.steps(POINTS)
+        last = told_until(client, points[-1]["seq"])
+        assert station.wait_finished(TIMEOUT_S)
+        view = station.job()
+        part = view.part_verdict
+        assert last["part"] == part.word.value == "PART CONFORMS"
+        assert (last["job"], last["simulated"], last["missing"]) == (JOB, True, [])
+        assert {item["name"]: item["verdict"] for item in last["characteristics"]} == {
+            item.name: item.verdict.value for item in view.characteristics
+        }
+        for item in last["features"]:
+            summary = view.verdict_of(item["name"])
+            wanted = None if summary.verdict is None else summary.verdict.value
+            assert (item["verdict"], item["deciding"]) == (wanted, summary.deciding)
+            assert item["state"] == "done"
+        # A point that goes takes the verdict with it.
+        station.undo()
+        (gone,) = client.steps(1)
+        after = told_until(client, gone["seq"])
+        assert after["part"] == station.job().part_verdict.word.value == "NOT COMPLETE"
+        assert after["missing"][0] == points[-1]["feature"]
+
+
+def test_a_job_that_cannot_be_evaluated_takes_the_verdict_back(
+    station: MeasuringStation,
+) -> None:
+    class Broken:
+        """Cannot evaluate twice, then it can."""
+
+        def __init__(self) -> None:
+            self.errors = [MeasuringError("x.y", "It broke.", "Mend it."), ValueError("bug")]
+
+        def __call__(self) -> JobView:
+            if self.errors:
+                raise self.errors.pop(0)
+            return station.job()
+
+    made = threading.Semaphore(0)
+    watch = VerdictWatch(Broken(), lambda: JOB, lambda: 7, made.release)
+    watch.start()
+    lines = []
+    for _ in range(3):
+        watch.ask()
+        assert made.acquire(timeout=TIMEOUT_S)
+        lines.append(json.loads(watch.latest.line))
+    assert watch.close(TIMEOUT_S)
+    assert [(line["part"], line["reason"]) for line in lines] == [
+        (None, "It broke. Mend it."),
+        (None, "The job could not be evaluated."),
+        ("NOT COMPLETE", ""),
+    ]
+    assert {(line["type"], line["job"], line["after"]) for line in lines} == {("verdict", JOB, 7)}
 
 
 def test_the_points_of_the_next_part_follow_under_its_own_name(
