@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -23,7 +24,9 @@ from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.results.result_table import ResultTable
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.words import part_line
+from tests.core.export.sample_report import sample_report
 from tests.generated_jobs import generated_job
+from tests.gui.pdf_texts import pages
 
 JOBS = 1000
 CHUNKS = 4
@@ -162,6 +165,25 @@ def test_no_sound_is_greener_than_the_worst_characteristic(
             ), seed
     assert heard >= JOBS // 2
     ear.close()
+
+
+@pytest.mark.usefixtures("qapp")
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_no_page_is_greener_than_the_worst_characteristic(chunk: int) -> None:
+    for seed in range(chunk, JOBS, CHUNKS):
+        job, nominals = generated_job(seed)
+        said = pages(sample_report(job, nominals=nominals))[0]
+        word = job.part_verdict.word.value
+        assert word in said, seed
+        for other in PartWord:
+            assert other is PartWord.NOT_PROVEN or other.value == word or other.value not in said
+        told = Counter(promises(said))
+        green = sum(item.verdict is Verdict.CONFORM for item in job.characteristics)
+        # The first page may end before the last characteristic, and features repeat theirs.
+        greens = green + len(job.features) + (word == PartWord.CONFORMS.value) + 1
+        assert told[Verdict.CONFORM] <= greens, seed
+        assert ("SIMULATED" in said) == job.simulated, seed
+        assert ("INCOMPLETE" in said) == (not job.part_verdict.complete), seed
 
 
 def test_ratio_and_verdict_never_contradict() -> None:

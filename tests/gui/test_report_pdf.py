@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSizeF, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
-from PySide6.QtSvg import QSvgGenerator
 from typer.testing import CliRunner
 
 from ocmm_core.cli.app import app
@@ -26,8 +24,9 @@ from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tolerances.verdict import PartWord
 from ocmm_gui.reports import pdf
-from ocmm_gui.reports.canvas import PAGE, Canvas, Draw
+from ocmm_gui.reports.canvas import PAGE, Canvas
 from ocmm_gui.reports.symbols import has_symbol, paint_symbol
+from tests.gui.pdf_texts import pages, texts
 
 
 @pytest.fixture(scope="module")
@@ -48,39 +47,6 @@ def job_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def data(job_path: Path) -> ReportData:
     """Return what is reported about it."""
     return report_of_job(reopen_job(job_path))
-
-
-def texts(canvas: Canvas) -> str:
-    """Return every word that is laid out, page by page; lines as they are broken."""
-
-    def paint(painter: QPainter, page: list[Draw]) -> None:
-        for draw in page:
-            draw(painter)
-
-    return " ".join(drawn(partial(paint, page=page)) for page in canvas.pages)
-
-
-def drawn(paint: Draw) -> str:
-    """Return every word that something draws."""
-    content = QByteArray()
-    buffer = QBuffer(content)
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    generator = QSvgGenerator()
-    generator.setOutputDevice(buffer)
-    generator.setSize(QSizeF(*PAGE).toSize())
-    painter = QPainter(generator)
-    paint(painter)
-    painter.end()
-    return " ".join(re.findall(r"<text[^>]*>([^<]*)</text>", bytes(content.data()).decode()))
-
-
-def pages(data: ReportData) -> list[str]:
-    """Return every word of every page as it is printed, with its foot and what stands above it."""
-    canvas = pdf.lay_out(data)
-    return [
-        drawn(partial(pdf.paint_page, canvas=canvas, index=index, data=data))
-        for index in range(len(canvas.pages))
-    ]
 
 
 def of_a_real_part(data: ReportData) -> ReportData:
