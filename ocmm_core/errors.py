@@ -60,3 +60,7 @@ class MeasuringError(OcmmError):
 
 class StorageError(OcmmError):
     """A job, a record or a report cannot be written or read."""
+
+
+class InternalError(OcmmError):
+    """A part of the program failed in a way that nobody foresaw; see `ocmm_core.failure`."""

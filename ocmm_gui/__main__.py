@@ -12,6 +12,12 @@ if __name__ == "__main__":
     multiprocessing.freeze_support()
     use_one_thread()
 
-    from ocmm_gui.app import main
+    from ocmm_core.failure import EXIT_INTERNAL, contained
 
+    try:
+        from ocmm_gui.app import main
+    except Exception as error:
+        told = contained(error, "The loading of the window")
+        sys.stderr.write(f"{told.what}\n{told.remedy}\n")
+        sys.exit(EXIT_INTERNAL)
     sys.exit(main())

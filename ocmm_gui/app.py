@@ -16,7 +16,8 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication, QLabel
 
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import InputError, InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_gui.climate_arguments import add_climate, climate_request
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, apply_theme, text_font
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from ocmm_gui.main_window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
+_SAFE = "Every point that was taken is in its job file."
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,13 +90,18 @@ def make_application() -> QApplication:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the window and return the exit code: 0, or 2 if it could not be started."""
+    """Run the window and return the exit code.
+
+    That is 0, 2 if it could not be started, or 3 if something that nobody foresaw ended it or the
+    measuring in it.
+    """
     parsed = _parser().parse_args(arguments)
     try:
         return run(parsed, _window_options(parsed))
-    except OcmmError as error:
-        sys.stderr.write(f"{error.what}\n{error.remedy}\n")
-        return EXIT_FAILED
+    except Exception as error:
+        told = contained(error, "The window", _SAFE)
+        sys.stderr.write(f"{told.what}\n{told.remedy}\n")
+        return EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED
 
 
 def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
@@ -121,7 +128,11 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
         splash.close()
         splash.deleteLater()
     notices = NoticeCentre()
-    bridge = StationBridge(built.station)
+    try:
+        bridge = StationBridge(built.station)
+    except BaseException:
+        built.station.close()
+        raise
     code = EXIT_OK
     try:
         with ErrorHooks(notices):
@@ -144,6 +155,10 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 code = EXIT_FAILED
     finally:
         bridge.close()
+    fault = built.station.fault
+    if fault is not None and isinstance(fault.error, InternalError):
+        sys.stderr.write(f"{fault.error.what}\n{fault.error.remedy}\n")
+        return EXIT_INTERNAL
     return code
 
 

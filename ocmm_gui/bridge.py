@@ -20,8 +20,10 @@ from ocmm_core.calibration.overview import CalibrationOverview
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview
 from ocmm_core.errors import MeasuringError, OcmmError
+from ocmm_core.failure import contained
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import JobHeader, JobView, LiveView, Probing
+from ocmm_core.inspection.withdrawn import withdrawn
 from ocmm_core.measuring.compensation import METHODS
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.station.bus_watch import BusView
@@ -89,11 +91,14 @@ class StationBridge(QObject):
         self._failed_elsewhere.connect(self.failed, queued)
         self._written_elsewhere.connect(self.cameras_written, queued)
         # Fits and uncertainties cost neither the window its time nor the thread that tracks.
-        self._evaluator = Evaluator(station.job, self._changed_elsewhere.emit)
-        station.changed.connect(self._on_changed)
-        station.point_taken.connect(self._on_taken)
-        station.point_refused.connect(self._on_refused)
-        station.failed.connect(self._on_failed)
+        self._evaluator = Evaluator(
+            station.job, self._changed_elsewhere.emit, self._on_not_evaluated
+        )
+        # Before any listener that may fail: what comes after that one is not told.
+        station.changed.connect(self._on_changed, priority=1)
+        station.point_taken.connect(self._on_taken, priority=1)
+        station.point_refused.connect(self._on_refused, priority=1)
+        station.failed.connect(self._on_failed, priority=1)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(LIVE_MS)
@@ -316,8 +321,8 @@ class StationBridge(QObject):
         def write() -> None:
             try:
                 self._station.write_to_cameras()
-            except OcmmError as error:
-                self._failed_elsewhere.emit(error)
+            except Exception as error:
+                self._failed_elsewhere.emit(contained(error, "Writing to the cameras"))
             else:
                 self._written_elsewhere.emit()
 
@@ -337,8 +342,8 @@ class StationBridge(QObject):
             return False
         try:
             call()
-        except OcmmError as error:
-            self.failed.emit(error)
+        except Exception as error:
+            self.failed.emit(contained(error, "The command"))
             return False
         return True
 
@@ -356,6 +361,13 @@ class StationBridge(QObject):
 
     def _on_changed(self) -> None:
         self._evaluator.wake()
+
+    def _on_not_evaluated(self, error: Exception) -> None:
+        # On the thread of the evaluator; the station tells why.
+        self._station.fail(error, "The evaluation")
+        fault = self._station.fault
+        if fault is not None:
+            self._changed_elsewhere.emit(withdrawn(self._job, fault.error.what))
 
     def _on_taken(self, point: MeasuredPoint) -> None:
         self._taken_elsewhere.emit(point)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable
 
-from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.view import JobView
 
 _PAUSE_S = 0.04
 """Between two evaluations: whoever waits for the job meanwhile gets his turn."""
 _JOIN_S = 3.0
-
-_log = logging.getLogger(__name__)
 
 
 class Evaluator:
@@ -25,10 +21,17 @@ class Evaluator:
         Gives the job as it stands.
     tell
         Gets it, on this thread.
+    failed
+        Gets what was raised instead: what was told before is not true any more.
     """
 
-    def __init__(self, evaluate: Callable[[], JobView], tell: Callable[[JobView], None]) -> None:
-        self._evaluate, self._tell = evaluate, tell
+    def __init__(
+        self,
+        evaluate: Callable[[], JobView],
+        tell: Callable[[JobView], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        self._evaluate, self._tell, self._failed = evaluate, tell, failed
         self._changed, self._stop = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
 
@@ -55,15 +58,9 @@ class Evaluator:
             if self._stop.is_set():
                 return
             try:
-                job = self._evaluate()
-            except OcmmError:
-                # A job that was closed meanwhile has nothing to show any more.
-                _log.exception("The job could not be evaluated.")
-                continue
-            except Exception:
-                # The window would go on showing what it showed, and nobody would know: it is
-                # told, and the next point gets its evaluation.
-                _log.exception("The results are not those of the last points.")
-                continue
-            self._tell(job)
+                self._tell(self._evaluate())
+            except Exception as error:
+                # Without a word the window would go on showing what it showed.
+                if not self._stop.is_set():
+                    self._failed(error)
             self._stop.wait(_PAUSE_S)

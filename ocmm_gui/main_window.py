@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from datetime import datetime
@@ -20,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.inspection.view import JobView, LiveView
+from ocmm_core.inspection.withdrawn import withdrawn
 from ocmm_gui.actions import ACTIONS, Mode, bind_actions, make_actions, show_mode
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
@@ -37,6 +39,7 @@ from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
 from ocmm_gui.words import reference_words
 
+_PART = "The window"
 _IN_WIZARDS = ("theme", "log")
 """Actions of the window that a wizard leaves as they are."""
 
@@ -252,6 +255,19 @@ class MainWindow(QMainWindow):
 
     def _on_live(self, live: LiveView) -> None:
         self._live = live
+        try:
+            self._show_live(live)
+        except Exception as error:
+            # What cannot be shown must not leave standing what was shown before it.
+            self._bridge.station.fail(error, _PART)
+            for readout in (self.desk.readout, self.far.readout()):
+                readout.withdraw(self._why_failed())
+
+    def _why_failed(self) -> str:
+        fault = self._bridge.station.fault
+        return "" if fault is None else fault.error.what
+
+    def _show_live(self, live: LiveView) -> None:
         place = Place.FAR if self.is_far() else Place.DESK
         if self.mode() is Mode.MAINTAIN:
             place = Place.MAINTAIN
@@ -265,6 +281,14 @@ class MainWindow(QMainWindow):
         self._echo.way(target, live.tip_world)
 
     def _on_job(self, job: JobView) -> None:
+        try:
+            self._take_job(job)
+        except Exception as error:
+            self._bridge.station.fail(error, _PART)
+            with contextlib.suppress(Exception):
+                self._show_job(withdrawn(job, self._why_failed()))
+
+    def _take_job(self, job: JobView) -> None:
         previous, self._job = self._job, job
         self.simulated.setVisible(job.simulated)
         self._show_job(job)

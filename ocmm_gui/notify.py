@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import threading
+import time
 import traceback
 from collections import deque
 from dataclasses import dataclass
@@ -16,10 +17,12 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
-from ocmm_core.errors import OcmmError, StorageError
+from ocmm_core.errors import StorageError
+from ocmm_core.failure import contained
 from ocmm_gui.theme import Theme
 
 INFO_SECONDS = 12
+_AGAIN_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,22 +72,10 @@ class NoticeCentre(QObject):
         self.post(Notice(False, what, "", "", datetime.now().astimezone()))
 
     def error(self, error: BaseException) -> None:
-        """Show an error: an `OcmmError` in its own words, any other as an internal one."""
+        """Show an error: an `OcmmError` in its own words, any other as `failure.contained`."""
         detail = "".join(traceback.format_exception(error))
-        now = datetime.now().astimezone()
-        if isinstance(error, OcmmError):
-            self.post(Notice(True, error.what, error.remedy, detail, now))
-        else:
-            name = type(error).__name__
-            self.post(
-                Notice(
-                    True,
-                    f"Something inside the program failed ({name}).",
-                    "Go on measuring if the readout is READY; press L to save the log for support.",
-                    detail,
-                    now,
-                )
-            )
+        told = contained(error, "The window")
+        self.post(Notice(True, told.what, told.remedy, detail, datetime.now().astimezone()))
 
     def save(self, path: Path) -> None:
         """Write all kept notices with their full text to a file.
@@ -121,6 +112,7 @@ class ErrorHooks(logging.Handler):
         super().__init__(logging.WARNING)
         self._centre = centre
         self._previous = (sys.excepthook, threading.excepthook)
+        self._told_at: dict[tuple[str, int], float] = {}
 
     def __enter__(self) -> ErrorHooks:
         self._previous = (sys.excepthook, threading.excepthook)
@@ -150,8 +142,19 @@ class ErrorHooks(logging.Handler):
     ) -> None:
         if issubclass(kind, KeyboardInterrupt):
             self._previous[0](kind, error, where)
-        else:
+        elif self._is_news(error):
             self._centre.error(error)
+
+    def _is_news(self, error: BaseException) -> bool:
+        """Return whether a line of the program fails for the first time in a while.
+
+        What is painted or polled fails thirty times a second.
+        """
+        trace = traceback.extract_tb(error.__traceback__)
+        place = (trace[-1].filename, trace[-1].lineno or 0) if trace else ("", 0)
+        now = time.monotonic()
+        before, self._told_at[place] = self._told_at.get(place), now
+        return before is None or now - before > _AGAIN_S
 
     def _on_thread_error(self, args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None:

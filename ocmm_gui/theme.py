@@ -120,6 +120,7 @@ def status_colour(theme: Theme, status: StatusWord) -> str:
         StatusWord.NOT_READY: theme.warn,
         StatusWord.INACCURATE: theme.warn,
         StatusWord.LOST: theme.bad,
+        StatusWord.FAILED: theme.bad,
     }[status]
 
 

@@ -15,6 +15,7 @@ from collections import deque
 from collections.abc import Callable
 
 from ocmm_core.errors import OcmmError
+from ocmm_core.failure import contained
 from ocmm_core.fieldbus.requests import (
     MAX_LINE_BYTES,
     CancelRequest,
@@ -91,6 +92,8 @@ class CommandPort:
         Descriptors of the streams; they stay open.
     on_end
         Called, once and in another thread, when the input ends: whoever asked is gone.
+    on_failure
+        Called before that with what ended the thread, where something nobody foresaw did.
 
     Attributes
     ----------
@@ -100,10 +103,16 @@ class CommandPort:
         Answers that had no room.
     """
 
-    def __init__(self, input_: int, output: int, on_end: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        input_: int,
+        output: int,
+        on_end: Callable[[], None],
+        on_failure: Callable[[Exception], None] = lambda error: None,
+    ) -> None:
         self._input = input_
         self._output = output
-        self._on_end = on_end
+        self._on_end, self._on_failure = on_end, on_failure
         self._requests: deque[ObjectRequest | EepromRequest] = deque()
         self._replies: deque[ObjectReply] = deque()
         self._cancelled: deque[int] = deque(maxlen=_MAX_CANCELLED)
@@ -120,13 +129,17 @@ class CommandPort:
         self._thread.start()
 
     @classmethod
-    def from_standard_streams(cls, on_end: Callable[[], None]) -> CommandPort:
+    def from_standard_streams(
+        cls,
+        on_end: Callable[[], None],
+        on_failure: Callable[[Exception], None] = lambda error: None,
+    ) -> CommandPort:
         """Return the port on standard input and output.
 
         What was read from ``sys.stdin`` before may have taken requests with it; read the
         configuration with `read_first_line`.
         """
-        return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end)
+        return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
 
     def take(self) -> ObjectRequest | EepromRequest | None:
         """Return the next request, or None; never waits."""
@@ -173,12 +186,17 @@ class CommandPort:
             return
 
     def _run(self) -> None:
-        while not self._closing:
-            self._step(None)
-        if self._output_waits():
-            self._step(_LAST_WORDS_S)
-        while self._output_waits() and self._step(0.0):
-            pass
+        try:
+            while not self._closing:
+                self._step(None)
+            if self._output_waits():
+                self._step(_LAST_WORDS_S)
+            while self._output_waits() and self._step(0.0):
+                pass
+        except Exception as error:
+            # Without this thread nobody would notice that whoever asked is gone.
+            self._on_failure(contained(error, "The line to the application"))
+            self._on_end()
 
     def _output_waits(self) -> bool:
         return not self._mute and bool(self._pending or self._replies)

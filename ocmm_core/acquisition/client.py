@@ -16,8 +16,9 @@ from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.launch import bus_command
 from ocmm_core.acquisition.remote_objects import ObjectLine
 from ocmm_core.acquisition.ring import FrameRing, Word
-from ocmm_core.acquisition.worker import AcquisitionState, StopReason
+from ocmm_core.acquisition.worker import AcquisitionState, StopReason, leave_error
 from ocmm_core.errors import AcquisitionError, BusError
+from ocmm_core.failure import EXIT_INTERNAL, contained
 
 _KILL_S = 2.0
 _SEND_S = 2.0
@@ -103,7 +104,7 @@ class ChildProcess:
                 "Install the program completely.",
             ) from error
         self._watch = threading.Thread(
-            target=self._until_end, args=(self._process,), name="ocmm-bus-watch"
+            target=self._watch_over, args=(self._process,), name="ocmm-bus-watch"
         )
         self._watch.start()
 
@@ -166,6 +167,18 @@ class ChildProcess:
                 except BrokenPipeError:
                     raise _gone("has ended") from None
 
+    def _watch_over(self, process: subprocess.Popen[bytes]) -> None:
+        try:
+            self._until_end(process)
+        except Exception as error:
+            # A process that nobody watches any more must not go on filling the ring.
+            process.kill()
+            process.wait()
+            leave_error(self._ring, error)
+            self._ring.set_word(Word.STOP_REASON, StopReason.FAILED)
+            self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
+            self._objects.end(_gone("has ended"))
+
     def _until_end(self, process: subprocess.Popen[bytes]) -> None:
         """Feed the process, wait for its end and leave the reason in the ring."""
         if process.stdin is None or process.stdout is None or process.stderr is None:
@@ -195,6 +208,7 @@ class ChildProcess:
             return
         if code and not (self._stop_asked and code < 0):
             self._ring.set_text(complaint or f"The bus process ended unexpectedly (code {code}).")
+            self._ring.set_word(Word.INTERNAL, int(code == EXIT_INTERNAL))
             self._ring.set_word(Word.STOP_REASON, StopReason.FAILED)
         else:
             self._ring.set_word(Word.STOP_REASON, StopReason.REQUESTED)
@@ -202,11 +216,16 @@ class ChildProcess:
 
 
     def _read_answers(self, descriptor: int) -> None:
-        lines = LineBuffer()
-        while content := os.read(descriptor, _READ_BYTES):
-            for line in lines.push(content):
-                self._objects.receive(line)
-        self._objects.end(_gone("has ended"))
+        end = _gone("has ended")
+        try:
+            lines = LineBuffer()
+            while content := os.read(descriptor, _READ_BYTES):
+                for line in lines.push(content):
+                    self._objects.receive(line)
+        except Exception as error:
+            told = contained(error, "Reading the answers of the bus process")
+            end = BusError(told.code, told.what, told.remedy)
+        self._objects.end(end)
 
 
 def _gone(why: str) -> BusError:

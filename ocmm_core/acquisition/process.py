@@ -12,6 +12,7 @@ import gc
 import signal
 import sys
 import threading
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -26,9 +27,10 @@ from ocmm_core.acquisition.realtime import (
     take_processor,
 )
 from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason
+from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason, leave_error, read_status
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.fieldbus.bus import BusSettings
 
 EXIT_FAILED = 2
@@ -42,9 +44,10 @@ def main() -> None:
     """
     try:
         sys.exit(_run(sys.argv[1:]))
-    except OcmmError as error:
-        sys.stderr.write(f"{error}\n")
-        sys.exit(EXIT_FAILED)
+    except Exception as error:
+        told = contained(error, "The bus process")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
 
 
 def _run(arguments: list[str]) -> int:
@@ -68,7 +71,7 @@ def _run(arguments: list[str]) -> int:
         for note in notes:
             sys.stderr.write(f"note: {note}\n")
         if from_parent:
-            port = CommandPort.from_standard_streams(stop.set)
+            port = CommandPort.from_standard_streams(stop.set, partial(leave_error, ring))
         source = EthercatSource(_settings(config), ring.set_report, port, notes)
         worker = AcquisitionWorker(source, ring, stop)
         for number in (signal.SIGTERM, signal.SIGINT):
@@ -80,7 +83,7 @@ def _run(arguments: list[str]) -> int:
         reason = worker.run()
         if reason is StopReason.FAILED:
             sys.stderr.write(f"{ring.text()}\n")
-            return EXIT_FAILED
+            return EXIT_INTERNAL if read_status(ring).internal else EXIT_FAILED
         return 0
     finally:
         if port is not None:

@@ -67,6 +67,8 @@ class Word(IntEnum):
     REPORT_LENGTH = 22
     LAST_FRAMES_NS = 23
     """When frames last came, `time.monotonic_ns` (one clock for all processes); 0 before."""
+    INTERNAL = 24
+    """1 where the writer ended by an error that nobody foresaw."""
 
 
 class FrameRing:

@@ -12,7 +12,8 @@ import msgspec
 from ocmm_core.acquisition.bus_commands import read_first_line
 from ocmm_core.acquisition.launch import bus_command
 from ocmm_core.acquisition.rights import NEEDED, give_up_all_but
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import InputError, InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.fieldbus.interface import check_interface
 from ocmm_core.fieldbus.scan import RawLine, encode_scan, scan_devices
 
@@ -46,12 +47,13 @@ def scan_command() -> list[str]:
 
 def main() -> None:
     """Look at the wire; see the module."""
-    give_up_all_but(NEEDED)
     try:
+        give_up_all_but(NEEDED)
         _run(read_first_line(sys.stdin.fileno()))
-    except OcmmError as error:
-        sys.stderr.write(f"{error}\n")
-        sys.exit(EXIT_FAILED)
+    except Exception as error:
+        told = contained(error, "The look at the wire")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
 
 
 def _run(content: bytes) -> None:

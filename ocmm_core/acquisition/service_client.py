@@ -18,7 +18,8 @@ from pathlib import Path
 from ocmm_core.acquisition.bus_config import BusConfig
 from ocmm_core.acquisition.client import ChildProcess
 from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.errors import BusError, OcmmError
+from ocmm_core.errors import BusError, InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
 
 SERVICE_SOCKET = Path("/run/ocmm/acq.sock")
 EXIT_FAILED = 2
@@ -119,11 +120,12 @@ def main() -> None:
     """Be the relay: ``python -m ocmm_core.acquisition.service_client SOCKET``."""
     try:
         ours = relay(sys.argv[1], sys.stdin.fileno(), sys.stdout.fileno())
-    except OcmmError as error:
-        sys.stderr.write(f"{error}\n")
-        sys.exit(EXIT_FAILED)
     except (BrokenPipeError, ConnectionResetError):
         ours = False
+    except Exception as error:
+        told = contained(error, "The relay to the camera bus service")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
     if not ours:
         sys.stderr.write(
             "The camera bus service ended or refused; another window may be using it. "

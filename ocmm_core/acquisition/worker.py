@@ -10,7 +10,8 @@ from enum import IntEnum
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.acquisition.source import FrameSource
-from ocmm_core.errors import AcquisitionError, OcmmError
+from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
+from ocmm_core.failure import CODE, contained
 
 _WAIT_S = 0.002
 _VERDICT_WORD = {
@@ -51,6 +52,8 @@ class AcquisitionStatus:
         Cycles; ``good + late + lost + bad == elapsed``.
     frames, frames_lost, overrun
         Frames delivered, frames that never arrived, frames that the reader was too slow for.
+    internal
+        It stopped on an error that nobody foresaw; ``message`` names it.
     """
 
     state: AcquisitionState
@@ -64,6 +67,13 @@ class AcquisitionStatus:
     frames: int
     frames_lost: int
     overrun: int
+    internal: bool = False
+
+    def error(self, code: str, remedy: str) -> OcmmError:
+        """Return the message of a worker that failed, with what to do, as an error."""
+        if self.internal:
+            return InternalError(CODE, self.message, remedy)
+        return AcquisitionError(code, self.message, remedy)
 
 
 def read_status(ring: FrameRing) -> AcquisitionStatus:
@@ -80,7 +90,15 @@ def read_status(ring: FrameRing) -> AcquisitionStatus:
         frames=ring.word(Word.FRAMES),
         frames_lost=ring.word(Word.FRAMES_LOST),
         overrun=ring.word(Word.OVERRUN),
+        internal=ring.word(Word.INTERNAL) != 0,
     )
+
+
+def leave_error(ring: FrameRing, error: Exception) -> None:
+    """Leave in a ring why its writer ends."""
+    told = contained(error, "The acquisition")
+    ring.set_text(str(told))
+    ring.set_word(Word.INTERNAL, int(isinstance(told, InternalError)))
 
 
 class AcquisitionWorker:
@@ -127,7 +145,7 @@ class AcquisitionWorker:
         return not self._thread.is_alive()
 
     def run(self) -> StopReason:
-        """Open, read until the end, close; never raises what the source raises."""
+        """Open, read until the end, close; what the source raises is told by the ring."""
         reason = StopReason.FAILED
         self._ring.set_word(Word.STATE, AcquisitionState.OPENING)
         try:
@@ -135,17 +153,19 @@ class AcquisitionWorker:
             self._source.open()
             self._ring.set_word(Word.STATE, AcquisitionState.RUNNING)
             reason = self._read_until_end()
-        except OcmmError as error:
-            self._ring.set_text(str(error))
         except Exception as error:
-            self._ring.set_text(f"The acquisition stopped on an internal error: {error!r}.")
-            raise
-        finally:
-            try:
-                self._source.close()
-            finally:
-                self._ring.set_word(Word.STOP_REASON, reason)
-                self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
+            leave_error(self._ring, error)
+        try:
+            self._source.close()
+        except Exception as error:
+            if reason is not StopReason.FAILED:
+                reason = StopReason.FAILED
+                leave_error(self._ring, error)
+        if self._ring.word(Word.INTERNAL):
+            # Another thread of this process ended it so.
+            reason = StopReason.FAILED
+        self._ring.set_word(Word.STOP_REASON, reason)
+        self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
         return reason
 
     def _read_until_end(self) -> StopReason:

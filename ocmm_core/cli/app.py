@@ -80,7 +80,7 @@ from ocmm_core.cli.truth import true_values
 from ocmm_core.cli.uncertainty import uncertainty_command
 from ocmm_core.cli.verify_fits import verify_fits_command
 from ocmm_core.cli.write_cameras import write_cameras
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.batch import next_serial
 
 app = typer.Typer(
@@ -91,7 +91,8 @@ app = typer.Typer(
     "Cameras watch the LEDs of a hand-held probe; OCMM computes where its ball is, fits features "
     "to the points that are touched and decides over their tolerances.\n\n"
     "Exit codes: 0 every characteristic conforms, 1 one does not or is not proven to, "
-    "2 could not measure, or not all.",
+    "2 could not measure, or not all, 3 the program failed: the message names the cause and a log "
+    "file.",
     epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
     "resources folder are examples for your own.",
 )
@@ -359,6 +360,7 @@ def _measure(
 ) -> None:
     console = make_console()
     code = 0
+    beside: list[OcmmError] = []
     if parts > 1:
         # Better before the first part than after it.
         next_serial(request.serial)
@@ -379,6 +381,10 @@ def _measure(
         if not view.part_verdict.complete:
             typer.echo(missing_sentences(view, built.job_path, written=incomplete), err=True)
         code = max(code, exit_code(view))
+        beside += [fault.error for fault in built.station.faults_beside]
+    if beside:
+        # The parts are measured; what was wanted besides, e.g. a recording, is not there.
+        raise beside[0]
     raise typer.Exit(code)
 
 

@@ -163,7 +163,7 @@ def _await_operation(session: BusSession) -> None:
     while True:
         status = read_status(session.feed.ring)
         if status.state is AcquisitionState.STOPPED:
-            raise BusError("bus.start", status.message, "Correct that and repeat the command.")
+            raise status.error("bus.start", "Correct that and repeat the command.")
         report = session.report()
         running = status.state is AcquisitionState.RUNNING
         if running and (report is None or report.phase is BusPhase.OPERATION):

@@ -8,7 +8,6 @@ from rich.console import Console
 
 from ocmm_core.acquisition.worker import AcquisitionState, read_status
 from ocmm_core.cli.bus_session import BusSession
-from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.station.bus_watch import BusWatch, bus_text
 
@@ -57,5 +56,5 @@ def watch_bus(
     if text:
         console.out(text, highlight=False, end="")
     if stopped:
-        raise BusError("bus.watch", status.message, "Correct that and repeat the command.")
+        raise status.error("bus.watch", "Correct that and repeat the command.")
     return text, report is not None and report.phase is BusPhase.OPERATION

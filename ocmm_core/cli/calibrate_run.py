@@ -233,6 +233,10 @@ def collect(
         view = procedure.base
         hint = view.live.hint
         why = f"{view.step.gate.reason} At its end: {hint}" if hint else view.step.gate.reason
+        if status.internal:
+            raise status.error(
+                "calibrate.source", "What was taken is stored: start the command again."
+            )
         if status.stop_reason is StopReason.FAILED and status.message:
             why = status.message
         raise CalibrationError(

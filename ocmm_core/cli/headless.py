@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -15,7 +16,7 @@ from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, St
 from ocmm_core.calibration.in_use import Word
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.cli.compose import BuiltStation
-from ocmm_core.errors import CalibrationError, MeasuringError
+from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
 from ocmm_core.inspection.job_words import INCOMPLETE, state_lines
 from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_core.measuring.point import Refusal
@@ -54,6 +55,8 @@ def run_job(
         The source ended or failed before the job was complete; the points stay in the job file.
     CalibrationError
         The calibration does not allow points, or not any more.
+    InternalError
+        The station has failed; the points stay in the job file.
     """
     station = built.station
     console.print(f"Source  {built.description.name}")
@@ -69,13 +72,15 @@ def run_job(
         console.print(f"[yellow]{warning}[/]", highlight=False)
     try:
         station.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
-        station.failed.connect(lambda error: console.print(f"[red]{error.what}[/] {error.remedy}"))
+        station.failed.connect(lambda error: _print_error(built, console, error))
         station.start()
         if station.stream is not None:
             host, port = station.stream.address
             console.print(f"Stream  {host}:{port}", highlight=False)
         _print_probe(console, station.probe_view())
         _wait(built, console)
+        if station.fault is not None:
+            raise station.fault.error
         view = station.job()
         status = station.acquisition_status()
         if view.part_verdict.complete or incomplete:
@@ -213,6 +218,8 @@ def _wait(built: BuiltStation, console: Console) -> None:
             progress.update(task, completed=total - left, description=doing)
             if not missing or _script_is_over(built):
                 return
+            if station.fault is not None:
+                return
             _require_calibration(built)
 
 
@@ -245,20 +252,26 @@ def _script_is_over(built: BuiltStation) -> bool:
     return built.station.live().frame_counter >= built.virtual.n_frames
 
 
-def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> MeasuringError:
+def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> OcmmError:
     lacking = ", ".join(
         f"{feature.name} ({len(feature.points)} of {feature.needed} points)"
         for feature in view.features
         if len(feature.points) < feature.needed
     )
     if status.stop_reason is StopReason.FAILED and status.message:
-        return MeasuringError("measure.source", status.message, f"Missing: {lacking}.")
+        return status.error("measure.source", f"Missing: {lacking}.")
     return MeasuringError(
         "measure.incomplete",
         f"The source ended before the job was complete; missing: {lacking}.",
         f"Measure what is missing; the points so far are in {job_path}, and "
         f"ocmm report {job_path} --incomplete reports them.",
     )
+
+
+def _print_error(built: BuiltStation, console: Console, error: OcmmError) -> None:
+    # What ends the command is told at its end.
+    if built.station.fault is None:
+        console.print(f"[red]{escape(error.what)}[/] {escape(error.remedy)}")
 
 
 def _print_refusal(console: Console, refusal: Refusal) -> None:

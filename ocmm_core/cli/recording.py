@@ -12,7 +12,6 @@ from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
 from ocmm_core.cli.compose import StationRequest, calibration_of, make_feed
 from ocmm_core.cli.headless import print_counters
-from ocmm_core.errors import AcquisitionError
 from ocmm_core.inspection.plan import load_plan
 
 _BATCH = 800
@@ -55,9 +54,7 @@ def record_source(
         status = feed.end()
     print_counters(console, status)
     if status.stop_reason is StopReason.FAILED:
-        raise AcquisitionError(
-            "record.source", status.message, f"The {frames} frames before that are in {path}."
-        )
+        raise status.error("record.source", f"The {frames} frames before that are in {path}.")
     console.print(f"Recording  {path}: {frames} frames")
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.plan_edit import usual_points
@@ -47,7 +47,7 @@ def features_from_step(
     worker = context.Process(target=read_step, args=(str(path), asked), daemon=True)
     worker.start()
     asked.close()
-    found: list[StepFace] | str = "reading ended without an answer"
+    found: list[StepFace] | str | OcmmError = "reading ended without an answer"
     try:
         if answer.poll(timeout_s):
             found = answer.recv()
@@ -60,6 +60,8 @@ def features_from_step(
         worker.join()
         worker.close()
         answer.close()
+    if isinstance(found, OcmmError):
+        raise found
     if found == "MISSING":
         raise InputError(
             "plan.step_extra",

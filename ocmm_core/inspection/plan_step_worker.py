@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ocmm_core.failure import contained
+
 _ROUND_TO = 6
 _LEAST_TURN = np.radians(170.0)
 """A round face that spans less, with those beside it, is a fillet and no feature."""
@@ -62,6 +64,8 @@ def read_step(path: str, answer: Connection) -> None:
         answer.send("MISSING")
     except ValueError as error:
         answer.send(str(error))
+    except Exception as error:
+        answer.send(contained(error, "Reading the STEP file"))
     finally:
         answer.close()
 

@@ -261,6 +261,11 @@ class JobSteps:
             self._job.append_event("gone on", f"by {operator}")
             self.resume()
 
+    @property
+    def paused(self) -> bool:
+        """Return whether touches are refused until `resume`."""
+        return self._paused
+
     def missing(self) -> list[tuple[str, int]]:
         """Return the features that are not done and how many points each still needs."""
         with self._lock:

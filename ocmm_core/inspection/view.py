@@ -34,6 +34,7 @@ class StatusWord(Enum):
     NOT_READY = "NOT READY"
     INACCURATE = "INACCURATE"
     LOST = "LOST"
+    FAILED = "FAILED"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +93,8 @@ class LiveView:
         reference body.
     reference
         The reference body; None without one.
+    faults
+        What has failed beside the measuring, a sentence each; they stay until a new start.
     """
 
     status: StatusWord
@@ -108,6 +111,7 @@ class LiveView:
     acquisition: AcquisitionStatus
     slot_references: Int | None = None
     reference: ReferenceView | None = None
+    faults: tuple[str, ...] = ()
 
 
 class FeatureState(Enum):

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from ocmm_core.errors import OcmmError
+from ocmm_core.failure import contained
 
 T = TypeVar("T")
 
@@ -48,8 +49,8 @@ class Job(Generic[T]):
         _lower_priority()
         try:
             self.result = self._work()
-        except OcmmError as error:
-            self.error = error
+        except Exception as error:
+            self.error = contained(error, "The work of a software camera")
 
 
 def _lower_priority() -> None:

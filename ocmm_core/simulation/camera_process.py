@@ -18,7 +18,8 @@ import msgspec
 
 from ocmm_core.acquisition.realtime import CAMERA_PRIORITY, take_priority
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import InputError, InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.chain import Chain, Unit
 from ocmm_core.simulation.faults import Faults
@@ -27,6 +28,7 @@ from ocmm_core.simulation.software_camera import CHUNK_FRAMES
 from ocmm_core.simulation.wire import Wire
 
 READY = "ready"
+EXIT_FAILED = 2
 
 
 class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -132,9 +134,10 @@ def main() -> None:
     """Run the software cameras: ``python -m ocmm_core.simulation.camera_process [CONFIG.json]``."""
     try:
         _run(sys.argv[1:])
-    except OcmmError as error:
-        sys.stderr.write(f"{error}\n")
-        sys.exit(2)
+    except Exception as error:
+        told = contained(error, "The program of the software cameras")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
 
 
 def _run(arguments: list[str]) -> None:

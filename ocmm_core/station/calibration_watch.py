@@ -54,6 +54,8 @@ class CalibrationWatch:
         The cameras, where they can be asked; None where there are none.
     clock
         The time of day, with its zone.
+    failed
+        Told what ended the asking, where something nobody foresaw did.
     """
 
     def __init__(
@@ -62,11 +64,13 @@ class CalibrationWatch:
         bus: BusWatch | None,
         objects: Objects | None,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+        failed: Callable[[Exception], object] = lambda error: None,
     ) -> None:
         self.in_use = in_use
         self._bus = bus
         self._objects = objects
         self._clock = clock
+        self._failed = failed
         self._lock = threading.Lock()
         self._view: CalibrationView | None = None
         self._looked_at = -float("inf")
@@ -151,6 +155,12 @@ class CalibrationWatch:
         return None if self._bus is None or self._objects is None else self.in_use.record
 
     def _run(self) -> None:
+        try:
+            self._ask_again_and_again()
+        except Exception as error:
+            self._failed(error)
+
+    def _ask_again_and_again(self) -> None:
         record, bus, objects = self._record_in_cameras(), self._bus, self._objects
         if record is None or bus is None or objects is None:
             return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -13,15 +12,12 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.acquisition.worker import AcquisitionState, read_status
 from ocmm_core.camera.rig import Rig
-from ocmm_core.errors import OcmmError
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.measuring.trigger import Touch, TouchCollector
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
 from ocmm_core.tracking.reference_body import ReferenceBody
 from ocmm_core.tracking.result import ReferenceHome, TrackBlock
-
-_log = logging.getLogger(__name__)
 
 _BATCH = 800
 """Most frames that are tracked at once; 10 ms at 8 kHz come to 80."""
@@ -84,6 +80,8 @@ class FrameLoop:
         Told why the loop had to give up.
     recorder
         Gets every raw frame.
+    unrecorded
+        Told why the recorder gets no more; measuring goes on.
     """
 
     def __init__(
@@ -98,15 +96,16 @@ class FrameLoop:
         home: ReferenceHome | None,
         pulled: Callable[[], bool],
         measure: Callable[[Tracked], None],
-        failed: Callable[[OcmmError], None],
+        failed: Callable[[Exception], object],
         recorder: FrameSink | None = None,
+        unrecorded: Callable[[Exception], object] = lambda error: None,
     ) -> None:
         self._ring = ring
         self._rig, self._body, self._reference = rig, body, reference
         self._tracking, self._point = tracking, point
         self._pulled, self._measure, self._failed = pulled, measure, failed
-        self._recorder = recorder
-        self._pipeline = self._new_pipeline(home)
+        self._recorder, self._unrecorded = recorder, unrecorded
+        self._pipeline = self.pipeline_from(home)
         self._collector: TouchCollector | None = None
         self._between = threading.RLock()
         self._take = threading.Event()
@@ -126,14 +125,17 @@ class FrameLoop:
         """Return what keeps blocks from being measured while it is held."""
         return self._between
 
-    def measure_from(self, home: ReferenceHome) -> None:
-        """Give everything relative to another first place of the reference body from now on.
+    def pipeline_from(self, home: ReferenceHome | None) -> TrackingPipeline:
+        """Return what tracks relative to a first place of the reference body; see `track_by`."""
+        return TrackingPipeline(self._rig, self._body, self._tracking, self._reference, home)
+
+    def track_by(self, pipeline: TrackingPipeline) -> None:
+        """Track by another pipeline, to another first place of the reference body, from now on.
 
         Labels are sought anew, and a touch that has begun is dropped: it belongs to neither place.
         """
         with self._between:
-            self._pipeline = self._new_pipeline(home)
-            self._collector = None
+            self._pipeline, self._collector = pipeline, None
 
     def request_stop(self) -> None:
         """Ask it to end; returns at once."""
@@ -150,31 +152,35 @@ class FrameLoop:
         """Wait until the source has ended and all its frames are measured; say whether so."""
         return self._drained.wait(timeout_s)
 
-    def _new_pipeline(self, home: ReferenceHome | None) -> TrackingPipeline:
-        return TrackingPipeline(self._rig, self._body, self._tracking, self._reference, home)
-
     def _run(self) -> None:
         try:
             while not self._stop.is_set():
-                ended = read_status(self._ring).state is AcquisitionState.STOPPED
+                status = read_status(self._ring)
+                ended = status.state is AcquisitionState.STOPPED
                 # What is written before the source says that it ended is read after that.
                 block = self._ring.read(_BATCH)
                 if block is not None:
                     with self._between:
                         self._feed(block)
                 elif ended:
+                    if status.internal:
+                        raise status.error("acquisition.failed", "")
                     return
                 else:
                     self._stop.wait(_IDLE_S)
-        except OcmmError as error:
-            _log.exception("The reconstruction stopped.")
+        except Exception as error:
+            # Whatever it is: without this thread the last number would stand for good.
             self._failed(error)
         finally:
             self._drained.set()
 
     def _feed(self, block: FrameBlock) -> None:
         if self._recorder is not None:
-            self._recorder.append(block)
+            try:
+                self._recorder.append(block)
+            except Exception as error:
+                self._recorder = None
+                self._unrecorded(error)
         track = self._pipeline.process(block)
         collector = self._collector
         if collector is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import uuid
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,8 @@ from ocmm_core.inspection.view import JobHeader
 from ocmm_core.storage.audit import now_utc
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobHead
+
+_log = logging.getLogger(__name__)
 
 
 def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFile:
@@ -48,16 +51,31 @@ def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFi
         serial=header.serial,
     )
     job = JobFile.create(free_path(folder, plan), head)
-    job.append_event(EVENT, header_text(header))
+    try:
+        job.append_event(EVENT, header_text(header))
+    except BaseException:
+        job.close()
+        job.path.unlink(missing_ok=True)
+        raise
     return job
 
 
 def drop_if_empty(job: JobFile) -> None:
-    """Close a job, and remove its file where no point was ever taken in it."""
+    """Close a job, and remove its file where no point was ever taken in it.
+
+    Raises
+    ------
+    StorageError
+        It cannot be read; it is still open then.
+    """
     empty = job.next_number() == 1
     job.close()
     if empty:
-        job.path.unlink(missing_ok=True)
+        try:
+            job.path.unlink(missing_ok=True)
+        except OSError as error:
+            # An empty file is left over; nothing is lost by it.
+            _log.warning("%s was not removed: %s", job.path, error.strerror)
 
 
 def free_path(folder: Path, plan: Plan) -> Path:

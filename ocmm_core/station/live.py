@@ -106,7 +106,9 @@ class LiveState:
         self._track = track
         self._fed_at = now
 
-    def view(self, acquisition: AcquisitionStatus, obstacle: str) -> LiveView:
+    def view(
+        self, acquisition: AcquisitionStatus, obstacle: str, faults: tuple[str, ...] = ()
+    ) -> LiveView:
         """Return the snapshot (any thread).
 
         Parameters
@@ -115,6 +117,8 @@ class LiveState:
             Its state now.
         obstacle
             Why the calibration allows no points, or empty.
+        faults
+            What has failed beside the measuring.
         """
         raw, track, rate = self._raw, self._track, list(self._rate)
         word, reason = self._judge(acquisition, track, obstacle)
@@ -141,11 +145,34 @@ class LiveState:
             acquisition=acquisition,
             slot_references=self._references,
             reference=self._reference_view,
+            faults=faults,
+        )
+
+    def failed(
+        self, acquisition: AcquisitionStatus, reason: str, faults: tuple[str, ...] = ()
+    ) -> LiveView:
+        """Return a snapshot in which nothing is seen any more; it computes nothing."""
+        return LiveView(
+            status=StatusWord.FAILED,
+            reason=reason,
+            tip_world=None,
+            tip_uncertainty=None,
+            rotation_world_from_probe=None,
+            origin_world=None,
+            spots=self._no_spots,
+            slot_leds=self._no_labels,
+            frame_counter=-1,
+            time_s=0.0,
+            frames_per_second=0.0,
+            acquisition=acquisition,
+            faults=faults,
         )
 
     def _judge(
         self, acquisition: AcquisitionStatus, track: TrackBlock | None, obstacle: str
     ) -> tuple[StatusWord, str]:
+        if acquisition.internal:
+            return StatusWord.FAILED, acquisition.message
         if acquisition.stop_reason is StopReason.FAILED:
             return StatusWord.NOT_READY, acquisition.message or "The acquisition has failed."
         if acquisition.state is AcquisitionState.STOPPED:

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
-from psygnal import Signal
+from psygnal import EmitLoopError, Signal, SignalInstance
 
 from ocmm_core.acquisition.client import Acquisition, ChildProcess
 from ocmm_core.acquisition.frames import FrameBlock
@@ -25,9 +25,10 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import (
     AcquisitionState,
     AcquisitionStatus,
+    StopReason,
     read_status,
 )
-from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle
+from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle, Word
 from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
@@ -37,6 +38,7 @@ from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.registry import write_report
 from ocmm_core.export.report_data import Instrument, ReportData, report_data
+from ocmm_core.failure import contained
 from ocmm_core.fieldbus.interface import is_virtual_interface
 from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.inspection.options import SessionOptions
@@ -47,6 +49,7 @@ from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.station.bus_watch import BusView, BusWatch, bus_text
 from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.change_watch import ChangeWatch
+from ocmm_core.station.faults import Fault, Faults
 from ocmm_core.station.frame_loop import FrameLoop, FrameSink, Tracked
 from ocmm_core.station.jobs import drop_if_empty, job_for
 from ocmm_core.station.live import LiveState
@@ -63,6 +66,11 @@ from ocmm_core.tracking.result import TrackBlock, in_rig
 _log = logging.getLogger(__name__)
 
 _STOP_S = 1.5
+_EVALUATION = "The evaluation"
+_NOTHING_CHANGED = "The job before is measured as it was."
+_UNKNOWN = AcquisitionStatus(
+    AcquisitionState.STOPPED, StopReason.FAILED, "", 0, 0, 0, 0, 0, 0, 0, 0
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,11 +168,17 @@ class MeasuringStation:
         objects = None
         if isinstance(acquisition, ChildProcess):
             objects = partial(RemoteObjects, acquisition)
-        self._calibration = CalibrationWatch(calibration, self._bus, objects)
+        self._calibration = CalibrationWatch(
+            calibration,
+            self._bus,
+            objects,
+            failed=lambda error: self._faults.fail(error, "The watch over the calibration"),
+        )
         self._changes = ChangeWatch(calibration, body, self._session)
         self._probe = ProbeWatch(probe, self._session, job, options.pause)
         self._button = ButtonWatch()
         self._watcher: Callable[[FrameBlock], None] | None = None
+        self._faults = Faults(self._tell_fault, self._stop_measuring, self._what_is_safe)
         self._frames = FrameLoop(
             ring,
             rig,
@@ -175,14 +189,17 @@ class MeasuringStation:
             home=self._session.reference_home,
             pulled=lambda: self._session.awaits_pull,
             measure=self._measure,
-            failed=self.failed.emit,
+            failed=lambda error: self._faults.fail(error, "The reconstruction"),
             recorder=recorder,
+            unrecorded=lambda error: self._faults.note(error, "The recording"),
         )
         self._last_status: AcquisitionStatus | None = None
         self.stream: StreamServer | None = None
         """What other programs read points and poses from; None where they do not."""
         if options.stream is not None:
-            self.stream = StreamServer(self, options.stream)
+            self.stream = StreamServer(
+                self, options.stream, lambda error: self._faults.note(error, "The live stream")
+            )
 
     def start(self) -> None:
         """Start acquisition and reconstruction, and the stream where one is wanted.
@@ -191,13 +208,38 @@ class MeasuringStation:
         ------
         MeasuringError
             The address of the stream cannot be had; nothing runs then.
+        InternalError
+            Nobody foresaw it; the station is FAILED then, as it is after any other error.
         """
-        if self.stream is not None:
-            self.stream.start()
-        self._note_start()
-        self._acquisition.start()
-        self._calibration.start()
-        self._frames.start()
+        try:
+            if self.stream is not None:
+                self.stream.start()
+            self._note_start(self._session, self._probe)
+            self._acquisition.start()
+            self._calibration.start()
+            self._frames.start()
+        except Exception as error:
+            raise self._faults.fail(error, "The start", tell=False) from error
+
+    @property
+    def fault(self) -> Fault | None:
+        """Return why nothing is measured any more until a new start; None while it is."""
+        return self._faults.measuring
+
+    @property
+    def faults_beside(self) -> tuple[Fault, ...]:
+        """Return what has failed beside the measuring: stream, recording, listeners."""
+        return self._faults.beside
+
+    def fail(self, error: Exception, part: str) -> None:
+        """Measure no more: something that shows or judges what is measured has failed.
+
+        Parameters
+        ----------
+        part
+            What failed, as the beginning of a sentence.
+        """
+        self._faults.fail(error, part)
 
     def next_part(self, header: JobHeader) -> None:
         """Go on with a new job for another part by the same plan; errors as `job_for`."""
@@ -243,45 +285,80 @@ class MeasuringStation:
         """
         job = JobFile.open(path)
         return self._begin(
-            job, lambda: plan_of(job, self._job.head, self._use, self._plan_files)
+            job, lambda: plan_of(job, self._job.head, self._use, self._plan_files), made=False
         )
 
-    def _begin(self, job: JobFile, by: Callable[[], PlanInUse]) -> str:
-        """Measure into another job file; the one before is closed. Nothing changes on an error."""
-        words = ""
+    def _begin(self, job: JobFile, by: Callable[[], PlanInUse], *, made: bool = True) -> str:
+        """Measure into another job file; the one before is closed.
+
+        All or nothing: whatever is raised, the job before is measured as it was, and the other
+        file is closed, and removed where it was ``made`` for this and holds no point.
+        """
+        before, was_paused, words = self._work, self._session.paused, ""
         try:
             use = by()
             session = InspectionSession(use.plan, self.rig, self.body, job, use.options)
-            if use is not self._use:
-                words = pause_unfinished(self._session, self._job)
-        except BaseException:
-            job.close()
-            raise
-        with self._frames.between():
-            before, self._job, self._session, self._use = self._job, job, session, use
-            self._changes = ChangeWatch(self._calibration.in_use, self.body, session)
-            self._probe = ProbeWatch(self._probe.in_use, session, job, self._options.pause)
+            changes = ChangeWatch(self._calibration.in_use, self.body, session)
+            probe = ProbeWatch(self._probe.in_use, session, job, self._options.pause)
+            pipeline = None
             if session.reference_home is not None:
                 # Its points are relative to where the reference body stood when it was begun.
-                self._frames.measure_from(session.reference_home)
-            self._note_start()
-        drop_if_empty(before)
-        self.changed.emit()
+                pipeline = self._frames.pipeline_from(session.reference_home)
+            with self._frames.between():
+                self._note_start(session, probe)
+                if use is not self._use:
+                    words = pause_unfinished(self._session, self._job)
+                self._work = (job, session, use, changes, probe)
+                drop_if_empty(before[0])
+                if pipeline is not None:
+                    self._frames.track_by(pipeline)
+        except BaseException as error:
+            self._work = before
+            self._give_back(job, made=made)
+            if words and not was_paused:
+                before[1].resume()
+            if isinstance(error, OcmmError) or not isinstance(error, Exception):
+                raise
+            raise contained(error, "The change of the job", _NOTHING_CHANGED) from error
+        self._emit(self.changed)
         return words
 
-    def _note_start(self) -> None:
+    @property
+    def _work(self) -> tuple[JobFile, InspectionSession, PlanInUse, ChangeWatch, ProbeWatch]:
+        """Return everything that belongs to the job that is measured."""
+        return self._job, self._session, self._use, self._changes, self._probe
+
+    @_work.setter
+    def _work(
+        self, work: tuple[JobFile, InspectionSession, PlanInUse, ChangeWatch, ProbeWatch]
+    ) -> None:
+        self._job, self._session, self._use, self._changes, self._probe = work
+
+    @staticmethod
+    def _give_back(job: JobFile, *, made: bool) -> None:
+        """Close a job that is not measured after all, and remove it where it was made for that."""
+        try:
+            if made:
+                drop_if_empty(job)
+        except Exception as error:
+            # What is told is why it is not measured.
+            _log.error("%s was not removed: %s", job.path, contained(error, "The removal"))
+        finally:
+            job.close()
+
+    def _note_start(self, session: InspectionSession, probe: ProbeWatch) -> None:
         """Store with what the points from now on are taken."""
-        self._probe.start()
-        calibration, probe = self.calibration(), self.probe_view()
+        probe.start()
+        calibration, view = self.calibration(), probe.view()
         unproven = calibration.unproven
-        if unproven and probe.obstacle is not None:
-            unproven = f"{unproven} {probe.obstacle.what}"
-        self._session.note_calibration(
-            f"{calibration.word.value} {calibration.identity}", probe.note, unproven
+        if unproven and view.obstacle is not None:
+            unproven = f"{unproven} {view.obstacle.what}"
+        session.note_calibration(
+            f"{calibration.word.value} {calibration.identity}", view.note, unproven
         )
-        self._session.note_climate()
-        self._session.note_limits()
-        self._session.note_origin(simulated=self.simulated)
+        session.note_climate()
+        session.note_limits()
+        session.note_origin(simulated=self.simulated)
 
     @property
     def simulated(self) -> bool:
@@ -290,6 +367,44 @@ class MeasuringStation:
         return self._options.simulated or (
             report is not None and is_virtual_interface(report.interface)
         )
+
+    def _emit(self, signal: SignalInstance, *arguments: object) -> None:
+        """Tell who listens; a listener that fails is none of the measuring's business."""
+        try:
+            signal.emit(*arguments)
+        except EmitLoopError as error:
+            self._faults.note(error, f"A listener to '{signal.name}'")
+
+    def _tell_fault(self, error: OcmmError) -> None:
+        try:
+            self.failed.emit(error)
+        except EmitLoopError as fault:
+            # Nobody is left who could be told; the state says it.
+            told = contained(fault, "A listener to 'failed'")
+            _log.error("%s", told)
+
+    def _stop_measuring(self) -> None:
+        self._frames.request_stop()
+
+    def _what_is_safe(self) -> str:
+        return f"All points taken are saved in {self._job.path}."
+
+    def _done(self, verb: Callable[[], object]) -> None:
+        """Change the job and tell of it; what nobody foresaw leaves the job in doubt.
+
+        Raises
+        ------
+        OcmmError
+            What the verb raises; nothing is told then.
+        """
+        try:
+            verb()
+        except OcmmError:
+            raise
+        except Exception as error:
+            # The file may know of a step that the memory does not: only a new start reads it.
+            raise self._faults.fail(error, "The change of the job", tell=False) from error
+        self._emit(self.changed)
 
     def request_stop(self) -> None:
         """Ask both to end; returns at once."""
@@ -317,7 +432,11 @@ class MeasuringStation:
             self._bus.close()
         self._ring.close()
         if self._recorder is not None:
-            self._recorder.close()
+            try:
+                self._recorder.close()
+            except Exception as error:
+                # The points come before the recording: the job is closed all the same.
+                self._faults.note(error, "The recording")
         self._job.close()
 
     def wait_finished(self, timeout_s: float) -> bool:
@@ -330,12 +449,29 @@ class MeasuringStation:
 
     def live(self) -> LiveView:
         """Return what the machine sees now."""
-        obstacle = self._obstacle()
-        return self._live.view(self.acquisition_status(), str(obstacle or ""))
+        status = _UNKNOWN
+        try:
+            status = self.acquisition_status()
+            if self._faults.measuring is None:
+                obstacle = self._obstacle()
+                return self._live.view(status, str(obstacle or ""), self._words_beside)
+        except Exception as error:
+            self._faults.fail(error, "The judging of what is seen")
+        return self._live.failed(status, self._faults.reason, self._words_beside)
+
+    @property
+    def _words_beside(self) -> tuple[str, ...]:
+        return tuple(fault.error.what for fault in self._faults.beside)
 
     def calibration(self) -> CalibrationView:
         """Return what is to be said about the calibration, at most 0.2 s old."""
-        return self._calibration.view()
+        try:
+            return self._calibration.view()
+        except Exception as error:
+            told = self._faults.fail(error, "The watch over the calibration")
+            return CalibrationView(
+                Word.UNUSABLE, self.rig.name, self.rig.identity, Obstacle(told.what, told.remedy)
+            )
 
     def calibration_overview(self) -> CalibrationOverview:
         """Return what the store of the rig holds; reads all its records."""
@@ -348,7 +484,18 @@ class MeasuringStation:
 
     def probe_view(self) -> ProbeView:
         """Return what is to be said about probe and tip, at most 0.2 s old."""
-        return self._probe.view()
+        try:
+            return self._probe.view()
+        except Exception as error:
+            told = self._faults.fail(error, "The watch over the probe")
+            return ProbeView(
+                Word.UNUSABLE,
+                self.body.name,
+                self._probe.in_use.tip,
+                self.body.identity,
+                2.0 * self.body.tip_radius,
+                Obstacle(told.what, told.remedy),
+            )
 
     def probe_overview(self) -> ProbeOverview:
         """Return what the records of the probe hold; reads all of them."""
@@ -393,7 +540,7 @@ class MeasuringStation:
             It could not be made durable.
         """
         self._probe.mount(tip)
-        self.changed.emit()
+        self._emit(self.changed)
 
     def probe_records_changed(self) -> None:
         """Look at the records of the probe anew: something was appended to them.
@@ -403,7 +550,7 @@ class MeasuringStation:
         """
         self._probe.forget()
         self._probe.settle()
-        self.changed.emit()
+        self._emit(self.changed)
 
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in the cameras and read them back.
@@ -428,8 +575,23 @@ class MeasuringStation:
         self._watcher = watcher
 
     def job(self) -> JobView:
-        """Return the job as it stands."""
-        return self._session.view
+        """Return the job as it stands.
+
+        Raises
+        ------
+        OcmmError
+            It cannot be evaluated: the station is FAILED then, and what was told before is void.
+        """
+        fault = self._faults.measuring
+        if fault is not None and fault.part == _EVALUATION:
+            raise fault.error
+        try:
+            return self._session.view
+        except Exception as error:
+            if self._last_status is not None:
+                # A job that was closed meanwhile has nothing to show any more.
+                raise
+            raise self._faults.fail(error, _EVALUATION) from error
 
     @property
     def job_path(self) -> Path:
@@ -481,7 +643,7 @@ class MeasuringStation:
         Where the machine is not ready the answer is a refusal, and nothing is taken later.
         """
         live = self.live()
-        if live.status is not StatusWord.NOT_READY:
+        if live.status not in (StatusWord.NOT_READY, StatusWord.FAILED):
             self._frames.arm()
             return
         self._refuse(
@@ -492,23 +654,19 @@ class MeasuringStation:
 
     def undo(self) -> None:
         """Take back the last step."""
-        self._session.undo()
-        self.changed.emit()
+        self._done(self._session.undo)
 
     def finish(self) -> None:
         """Accept the active feature with the points it has."""
-        self._session.finish()
-        self.changed.emit()
+        self._done(self._session.finish)
 
     def select(self, feature: str) -> None:
         """Make a feature the active one."""
-        self._session.select(feature)
-        self.changed.emit()
+        self._done(lambda: self._session.select(feature))
 
     def flip(self) -> None:
         """Turn the compensation of the last point to the other side."""
-        self._session.flip()
-        self.changed.emit()
+        self._done(self._session.flip)
 
     def change(self, verb: Callable[[InspectionSession], object]) -> None:
         """Let the session do something, such as ``InspectionSession.skip``, and tell of it.
@@ -518,8 +676,7 @@ class MeasuringStation:
         OcmmError
             What the session raises; nothing is told then.
         """
-        verb(self._session)
-        self.changed.emit()
+        self._done(lambda: verb(self._session))
 
     def missing(self) -> list[tuple[str, int]]:
         """Return the features that are not done and how many points each still needs."""
@@ -574,32 +731,32 @@ class MeasuringStation:
         try:
             turned = self._changes.feed(in_rig(track), self._calibration.view())
         except OcmmError as error:
-            self.failed.emit(error)
+            self._tell_fault(error)
             turned = True
         if turned:
             self._calibration.forget()
-            self.changed.emit()
+            self._emit(self.changed)
 
     def _watch_probe(self, block: FrameBlock) -> None:
         """Look for what can change the tip; what it holds back is told as a change of the job."""
         try:
             changed = self._probe.feed(block)
         except OcmmError as error:
-            self.failed.emit(error)
+            self._tell_fault(error)
             changed = True
         if changed:
-            self.changed.emit()
+            self._emit(self.changed)
 
     def _refuse(self, refusal: Refusal) -> None:
         self._session.refuse(refusal)
-        self.point_refused.emit(refusal)
-        self.changed.emit()
+        self._emit(self.point_refused, refusal)
+        self._emit(self.changed)
 
     def _measure(self, tracked: Tracked) -> None:
         """Measure a block of frames; on the reconstruction thread."""
         block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
         for change in self._button.feed(block):
-            self.button.emit(change)
+            self._emit(self.button, change)
         if pipeline.home is not None and self._session.reference_home is None:
             # Durable before the first point that rests on it.
             self._session.keep_reference(pipeline.home)
@@ -607,7 +764,12 @@ class MeasuringStation:
         self._watch_probe(block)
         watcher = self._watcher
         if watcher is not None:
-            watcher(block)
+            try:
+                watcher(block)
+            except Exception as error:
+                # It is still waved through the volume: no points, whoever looks.
+                self._watcher = _look_away
+                self._faults.note(error, "The calibration procedure")
             return
         self._watch_changes(track)
         if not tracked.touches:
@@ -632,10 +794,14 @@ class MeasuringStation:
                 outcome = self._session.take_touch(touch, feature)
             except OcmmError as error:
                 # A point that could not be made durable is no point; measuring goes on.
-                self.failed.emit(error)
+                self._tell_fault(error)
                 continue
             if not isinstance(outcome, Refusal):
                 self._probe.used()
             signal = self.point_refused if isinstance(outcome, Refusal) else self.point_taken
-            signal.emit(outcome)
-            self.changed.emit()
+            self._emit(signal, outcome)
+            self._emit(self.changed)
+
+
+def _look_away(block: FrameBlock) -> None:
+    """Watch nothing."""

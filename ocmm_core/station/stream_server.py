@@ -19,6 +19,7 @@ import socket
 import threading
 import time
 import uuid
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Protocol
@@ -107,6 +108,8 @@ class StreamServer:
         What is streamed.
     options
         See `StreamOptions`.
+    failed
+        Told what ended the stream or a client of it, where something nobody foresaw did.
 
     Raises
     ------
@@ -114,8 +117,14 @@ class StreamServer:
         The address is open to others and there is no token worth the name.
     """
 
-    def __init__(self, source: StreamSource, options: StreamOptions) -> None:
+    def __init__(
+        self,
+        source: StreamSource,
+        options: StreamOptions,
+        failed: Callable[[Exception], None] = lambda error: None,
+    ) -> None:
         check_stream(options)
+        self._failed = failed
         self._source = source
         self._options = options
         self._id = uuid.uuid4().hex
@@ -171,8 +180,9 @@ class StreamServer:
         self._wake_write.setblocking(False)
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._selector.register(self._wake_read, selectors.EVENT_READ)
-        self._source.changed.connect(self._on_change)
-        self._source.button.connect(self._on_button)
+        # Before any listener that may fail: what comes after that one is not told.
+        self._source.changed.connect(self._on_change, priority=1)
+        self._source.button.connect(self._on_button, priority=1)
         self._on_change()
         self._verdicts.start()
         self._thread = threading.Thread(target=self._run, name="ocmm-stream")
@@ -222,14 +232,24 @@ class StreamServer:
             except OcmmError:
                 # Told elsewhere; the next change tries again.
                 _log.exception("The stream could not read the points.")
+            except Exception as error:
+                self._give_up(error)
         self._changed.set()
         self._wake()
 
     def _on_button(self, change: ButtonChange) -> None:
-        job = self._source.job_path.stem
-        self._pressed = change.event == "press"
-        self._messages.append(partial(button_line, job=job, change=change))
+        try:
+            job = self._source.job_path.stem
+            self._pressed = change.event == "press"
+            self._messages.append(partial(button_line, job=job, change=change))
+        except Exception as error:
+            self._give_up(error)
         self._wake()
+
+    def _give_up(self, error: Exception) -> None:
+        """End the stream: with a message that is missing it would not be what it says it is."""
+        self._stopping.set()
+        self._failed(error)
 
     def _take_steps(self) -> bool:
         """Take over what was stored since the last time, and say whether there was something."""
@@ -259,6 +279,8 @@ class StreamServer:
                     self._look()
                 self._fill_and_prune(now)
             self._say_goodbye()
+        except Exception as error:
+            self._failed(error)
         finally:
             for client in list(self._clients.values()):
                 self._drop(client)
@@ -276,10 +298,20 @@ class StreamServer:
                     self._wake_read.recv(_READ)
             elif isinstance(item, socket.socket) and item in self._clients:
                 client = self._clients[item]
-                if mask & selectors.EVENT_READ:
-                    self._read(client)
-                if mask & selectors.EVENT_WRITE and item in self._clients:
-                    self._write(client)
+                with self._dropping(client):
+                    if mask & selectors.EVENT_READ:
+                        self._read(client)
+                    if mask & selectors.EVENT_WRITE and item in self._clients:
+                        self._write(client)
+
+    @contextlib.contextmanager
+    def _dropping(self, client: StreamClient) -> Iterator[None]:
+        """Drop a client over which something nobody foresaw happens; the others stay."""
+        try:
+            yield
+        except Exception as error:
+            self._drop(client)
+            self._failed(error)
 
     def _accept(self, listener: socket.socket) -> None:
         try:
@@ -384,21 +416,25 @@ class StreamServer:
 
     def _fill_and_prune(self, now: float) -> None:
         for client in list(self._clients.values()):
-            if client.listens:
-                try:
-                    client.fill(self._messages)
-                except OSError as error:
-                    self._end(client, f"older messages cannot be read any more ({error})")
-            if client.waiting:
-                self._write(client)
-            else:
-                client.moved_s = now
-                if client.ending:
-                    self._drop(client)
-            if client.is_silent(now):
-                self._end(client, f"no request came within {REQUEST_TIMEOUT_S:g} s")
-            if client.is_stalled(now):
+            with self._dropping(client):
+                self._fill(client, now)
+
+    def _fill(self, client: StreamClient, now: float) -> None:
+        if client.listens:
+            try:
+                client.fill(self._messages)
+            except OSError as error:
+                self._end(client, f"older messages cannot be read any more ({error})")
+        if client.waiting:
+            self._write(client)
+        else:
+            client.moved_s = now
+            if client.ending:
                 self._drop(client)
+        if client.is_silent(now):
+            self._end(client, f"no request came within {REQUEST_TIMEOUT_S:g} s")
+        if client.is_stalled(now):
+            self._drop(client)
 
     def _say_goodbye(self) -> None:
         """Give everybody what is left and the reason of the end; who stalls has to do without."""

@@ -9,6 +9,7 @@ from multiprocessing.connection import Connection
 
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import MeasuringError, OcmmError
+from ocmm_core.failure import contained
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloReport, Tell, simulate
 from ocmm_core.tolerances.monte_carlo_trials import Task
 
@@ -20,15 +21,6 @@ _END_S = 1.0
 class _Step:
     what: str
     share: float
-
-
-@dataclass(frozen=True, slots=True)
-class _Failed:
-    """An `OcmmError` on its way back."""
-
-    code: str
-    what: str
-    remedy: str
 
 
 def simulate_elsewhere(
@@ -46,7 +38,7 @@ def simulate_elsewhere(
 
     Raises
     ------
-    MeasuringError
+    OcmmError
         It failed, was given up, or the process died.
     """
     # The child reads this before it imports numpy; its threads each have their own batches.
@@ -71,8 +63,8 @@ def simulate_elsewhere(
             said = receiver.recv()
             if isinstance(said, _Step):
                 tell(said.what, said.share)
-            elif isinstance(said, _Failed):
-                raise MeasuringError(said.code, said.what, said.remedy)
+            elif isinstance(said, OcmmError):
+                raise said
             else:
                 report: MonteCarloReport = said
                 return report
@@ -94,10 +86,10 @@ def simulate_elsewhere(
 
 def _run(task: Task, options: MonteCarloOptions, sender: Connection) -> None:
     """Simulate and answer; what runs in the process."""
-    said: MonteCarloReport | _Failed
+    said: MonteCarloReport | OcmmError
     try:
         said = simulate(task, options, lambda what, share: sender.send(_Step(what, share)))
-    except OcmmError as error:
-        said = _Failed(error.code, error.what, error.remedy)
+    except Exception as error:
+        said = contained(error, "The simulation")
     sender.send(said)
     sender.close()

@@ -14,6 +14,7 @@ from multiprocessing.context import SpawnProcess
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.failure import contained
 
 _LOOK_MS = 50
 _END_S = 1.0
@@ -34,13 +35,6 @@ class _Step:
 @dataclass(frozen=True, slots=True)
 class _Done:
     answer: object
-
-
-@dataclass(frozen=True, slots=True)
-class _Failed:
-    code: str
-    what: str
-    remedy: str
 
 
 class SideProcess(QObject):
@@ -110,18 +104,18 @@ class SideProcess(QObject):
                 self.advanced.emit(said.what, said.share)
                 continue
             self.cancel()
-            if isinstance(said, _Failed):
-                self.failed.emit(CalibrationError(said.code, said.what, said.remedy))
+            if isinstance(said, OcmmError):
+                self.failed.emit(said)
             else:
                 self.finished.emit(said.answer)
 
 
 def _run(work: Work, sender: Connection) -> None:
     """Calculate and answer; what runs in the process."""
-    said: _Done | _Failed
+    said: _Done | OcmmError
     try:
         said = _Done(work(lambda what, share: sender.send(_Step(what, share))))
-    except OcmmError as error:
-        said = _Failed(error.code, error.what, error.remedy)
+    except Exception as error:
+        said = contained(error, "The calculation")
     sender.send(said)
     sender.close()

@@ -52,6 +52,7 @@ def status_mark(status: StatusWord) -> Mark:
         StatusWord.NOT_READY: Mark.DOUBT,
         StatusWord.INACCURATE: Mark.DOUBT,
         StatusWord.LOST: Mark.BAD,
+        StatusWord.FAILED: Mark.BAD,
     }[status]
 
 

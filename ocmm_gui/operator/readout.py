@@ -63,6 +63,10 @@ class Readout(QWidget):
             frame = "world frame" if live.reference is None else f"by '{live.reference.name}'"
             self._show((x, y, z), f"ball centre, mm, {frame}   ±{uncertainty} (k=2)")
 
+    def withdraw(self, reason: str) -> None:
+        """Show no number any more, and why."""
+        self._show((DASHES, DASHES, DASHES), reason)
+
     def values(self) -> tuple[str, str, str]:
         """Return what the three rows hold; dashes while the reason stands in their place."""
         return self._values

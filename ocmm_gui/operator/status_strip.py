@@ -88,9 +88,10 @@ class StatusStrip(QFrame):
         else:
             colour = status_colour(self._theme, live.status)
             self._word.show_text(live.status.value, colour, status_mark(live.status))
-        if self._reason.text() != live.reason:
-            self._reason.setText(live.reason)
-            self._reason.setToolTip(live.reason)
+        reason = " ".join((live.reason, *live.faults)).strip()
+        if self._reason.text() != reason:
+            self._reason.setText(reason)
+            self._reason.setToolTip(reason)
         self._show_reference(live.reference)
         counts = live.acquisition
         for name, value in (

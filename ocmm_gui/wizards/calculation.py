@@ -9,23 +9,14 @@ from __future__ import annotations
 import multiprocessing
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.failure import contained
 from ocmm_gui.wizards.shown import ShownProcedure
 
 _LOOK_S = 0.05
 _END_S = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class _Failed:
-    """An `OcmmError` on its way to the window."""
-
-    code: str
-    what: str
-    remedy: str
 
 
 class ProcessCalculation:
@@ -85,8 +76,8 @@ class ProcessCalculation:
                 process.join()
             process.close()
             receiver.close()
-        if isinstance(answer, _Failed):
-            raise CalibrationError(answer.code, answer.what, answer.remedy)
+        if isinstance(answer, OcmmError):
+            raise answer
         return answer
 
 
@@ -102,7 +93,7 @@ def _calculate(resume: Callable[[], ShownProcedure], sender: Connection) -> None
                 "calculation.nothing", "The calculation gave no result.", "Calculate again."
             )
         answer = outcome
-    except OcmmError as error:
-        answer = _Failed(error.code, error.what, error.remedy)
+    except Exception as error:
+        answer = contained(error, "The calculation")
     sender.send(answer)
     sender.close()

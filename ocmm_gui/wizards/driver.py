@@ -18,7 +18,8 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.procedure import Decision
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InternalError, OcmmError
+from ocmm_core.failure import contained
 from ocmm_gui.wizards.shown import Calculation, Seen, ShownProcedure, Tap, Warmth
 
 LOOK_S = 0.02
@@ -37,6 +38,9 @@ PREDICT_S = 2.0
 
 CLOSE_LIMIT_S = 3.0
 """How long a command that is under way may take when the wizard is left."""
+
+_PART = "The calibration procedure"
+_SAFE = "Every observation taken so far is in the session."
 
 _log = logging.getLogger(__name__)
 
@@ -90,6 +94,8 @@ class WizardDriver(QObject):
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
+        self._blind = False
+        """The procedure failed over a block of frames; it gets no more."""
         self._commands: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
         self._worker: threading.Thread | None = None
@@ -196,8 +202,11 @@ class WizardDriver(QObject):
                 return
             try:
                 command()
-            except OcmmError as error:
-                self._failed_elsewhere.emit(error)
+            except Exception as error:
+                if not isinstance(error, OcmmError):
+                    # What is taken by itself would fail by itself, again and again.
+                    self._automatic = False
+                self._failed_elsewhere.emit(contained(error, _PART, _SAFE))
             self._view = self.procedure.view
 
     def _run_predictions(self) -> None:
@@ -208,14 +217,21 @@ class WizardDriver(QObject):
             count = sum(step.done for step in base.steps)
             if count != known and base.decision is Decision.OPEN:
                 known = count
-                self._predict()
+                try:
+                    self._predict()
+                except Exception as error:
+                    self._failed_elsewhere.emit(contained(error, "The prediction", _SAFE))
+                    return
 
     def _watch(self, block: FrameBlock) -> None:
         # On the thread that reads the frames: it must not end over what one of them holds.
+        if self._blind:
+            return
         try:
             self.procedure.watch(block)
-        except OcmmError as error:
-            self._failed_elsewhere.emit(error)
+        except Exception as error:
+            self._blind = not isinstance(error, OcmmError)
+            self._failed_elsewhere.emit(contained(error, _PART, _SAFE))
 
     def _look(self) -> None:
         """Note the warmth, and take what is ready where nobody has to press a key."""
@@ -238,9 +254,12 @@ class WizardDriver(QObject):
         self._taken_elsewhere.emit()
 
     def _calculate(self) -> None:
-        # What went wrong is in the snapshot, and stays there.
-        with suppress(OcmmError):
+        try:
             self._calculation.run()
+        except Exception as error:
+            # What went wrong and was foreseen is in the snapshot, and stays there.
+            if isinstance(error, InternalError) or not isinstance(error, OcmmError):
+                self._failed_elsewhere.emit(contained(error, "The calculation", _SAFE))
         # Whoever sees that the calculation is over must see what it gave.
         self._view = self.procedure.view
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import pytest
 
@@ -17,7 +18,7 @@ from ocmm_core.acquisition.worker import (
     StopReason,
     read_status,
 )
-from ocmm_core.errors import AcquisitionError, BusError
+from ocmm_core.errors import AcquisitionError, BusError, InternalError
 
 MakeBlock = Callable[[int, int], FrameBlock]
 
@@ -120,14 +121,16 @@ def test_a_read_that_fails_ends_the_acquisition(
     assert source.closed == 1
 
 
-def test_an_internal_error_is_told_and_raised(
+def test_an_internal_error_is_told_with_its_cause_and_its_log(
     ring: FrameRing, description: SourceDescription
 ) -> None:
     source = ScriptedSource(description, [ZeroDivisionError("x")])
-    with pytest.raises(ZeroDivisionError):
-        AcquisitionWorker(source, ring).run()
+    assert AcquisitionWorker(source, ring).run() is StopReason.FAILED
     status = read_status(ring)
-    assert "internal error" in status.message
+    assert status.message.startswith("The acquisition failed: ZeroDivisionError: x (")
+    assert "Traceback" in Path(status.message.rpartition(": ")[2]).read_text("utf-8")
+    assert status.internal
+    assert isinstance(status.error("x", "y"), InternalError)
     assert (status.state, status.stop_reason) == (AcquisitionState.STOPPED, StopReason.FAILED)
     assert source.closed == 1
 
@@ -142,9 +145,10 @@ def test_a_close_that_fails_does_not_leave_it_running(
     ring: FrameRing, description: SourceDescription
 ) -> None:
     source = UnclosableSource(description, [Cycle(CycleVerdict.GOOD, finished=True)])
-    with pytest.raises(BusError):
-        AcquisitionWorker(source, ring).run()
-    assert read_status(ring).state is AcquisitionState.STOPPED
+    assert AcquisitionWorker(source, ring).run() is StopReason.FAILED
+    status = read_status(ring)
+    assert (status.state, status.internal) == (AcquisitionState.STOPPED, False)
+    assert status.message == "The bus does not close. Pull the plug."
 
 
 @pytest.mark.parametrize("by_word", [False, True])

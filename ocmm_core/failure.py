@@ -1,0 +1,162 @@
+"""The one boundary for the unexpected: any exception becomes a sentence, a log file and a remedy.
+
+Every thread, every process and every command ends in it. What is expected is an `OcmmError` already
+and passes through unchanged; anything else is a defect of the program and becomes an
+`InternalError`, whose full traceback is in a file that the remedy names.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import platform
+import threading
+import traceback
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+
+import platformdirs
+from psygnal import EmitLoopError
+
+from ocmm_core import __version__
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InternalError, OcmmError
+
+EXIT_INTERNAL = 3
+"""Exit code of every command that met the unexpected."""
+
+CODE = "internal.failure"
+MOST_LOGS = 50
+"""Older log files of failures are removed."""
+_LONGEST_MESSAGE = 200
+
+_numbers = itertools.count(1)
+
+
+def contained(error: BaseException, part: str, safe: str = "") -> OcmmError:
+    """Return what to tell of an exception; the traceback of an unexpected one is in a file then.
+
+    Never raises, whatever is wrong with the disk or with the exception itself.
+
+    Parameters
+    ----------
+    error
+        What was caught.
+    part
+        What failed, as the beginning of a sentence: "The reconstruction".
+    safe
+        Sentence that says what is not lost; may be empty.
+    """
+    told = described(error, part, safe)
+    if not isinstance(told, InternalError) or told is cause_of(error):
+        return told
+    return InternalError(told.code, told.what, f"{told.remedy} {_kept(error, part)}")
+
+
+def described(error: BaseException, part: str, safe: str = "") -> OcmmError:
+    """Return what to tell of an exception, as `contained`, at once: nothing is written."""
+    cause = cause_of(error)
+    if isinstance(cause, OcmmError):
+        return cause
+    what = f"{part} failed: {_named(cause)}{_place(cause)}."
+    return InternalError(CODE, what, f"{safe} Restart OCMM.".strip())
+
+
+def cause_of(error: BaseException) -> BaseException:
+    """Return what a listener of a signal raised, or the exception itself."""
+    while isinstance(error, EmitLoopError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+def log_folder() -> Path:
+    """Return the folder of the log files of failures."""
+    return platformdirs.user_log_path("ocmm")
+
+
+class ThreadNet:
+    """Catch, while the context is open, what a thread without a boundary of its own raises.
+
+    Parameters
+    ----------
+    tell
+        Gets what to tell, on the thread that failed.
+
+    Attributes
+    ----------
+    caught
+        Everything that was told.
+    """
+
+    def __init__(self, tell: Callable[[OcmmError], None]) -> None:
+        self._tell = tell
+        self._previous = threading.excepthook
+        self.caught: list[OcmmError] = []
+
+    def __enter__(self) -> ThreadNet:
+        """Begin to catch."""
+        self._previous = threading.excepthook
+        threading.excepthook = self._on_error
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Leave threads to whoever had them before."""
+        threading.excepthook = self._previous
+
+    def _on_error(self, args: threading.ExceptHookArgs) -> None:
+        if args.exc_value is None:
+            return
+        name = args.thread.name if args.thread is not None else "unknown"
+        told = contained(args.exc_value, f"The thread {name}")
+        self.caught.append(told)
+        self._tell(told)
+
+
+def _named(error: BaseException) -> str:
+    """Return type and message of an exception on one line."""
+    try:
+        message = " ".join(str(error).split())
+    except Exception:
+        message = "its message cannot be read"
+    if len(message) > _LONGEST_MESSAGE:
+        message = f"{message[: _LONGEST_MESSAGE - 3]}..."
+    name = type(error).__name__
+    return f"{name}: {message.rstrip('.')}" if message else name
+
+
+def _place(error: BaseException) -> str:
+    """Return file and line that raised, the innermost one of this program where there is one."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if "ocmm_" in frame.filename]
+    if not frames:
+        return ""
+    frame = (own or frames)[-1]
+    return f" ({Path(frame.filename).name}, line {frame.lineno})"
+
+
+def _kept(error: BaseException, part: str) -> str:
+    """Write the traceback into a file and return a sentence that names it."""
+    try:
+        folder = log_folder()
+        folder.mkdir(parents=True, exist_ok=True)
+        now = datetime.now(UTC)
+        path = folder / f"failure-{now:%Y%m%dT%H%M%S%f}-{os.getpid()}-{next(_numbers)}.log"
+        head = (
+            f"{now.isoformat()} {part} failed\n"
+            f"ocmm {__version__}, Python {platform.python_version()}, {platform.platform()}, "
+            f"process {os.getpid()}, thread {threading.current_thread().name}\n\n"
+        )
+        text = head + "".join(traceback.format_exception(error))
+        write_atomic(path, text.encode("utf-8", errors="replace"))
+        for old in sorted(folder.glob("failure-*.log"))[:-MOST_LOGS]:
+            old.unlink(missing_ok=True)
+    except Exception as fault:
+        return f"The log could not be written ({_named(fault)})."
+    return f"Log for support: {path}"
