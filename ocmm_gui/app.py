@@ -155,9 +155,9 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 code = EXIT_FAILED
     finally:
         bridge.close()
-    fault = built.station.fault
-    if fault is not None and isinstance(fault.error, InternalError):
-        sys.stderr.write(f"{fault.error.what}\n{fault.error.remedy}\n")
+    failure = built.station.why_failed()
+    if isinstance(failure, InternalError):
+        sys.stderr.write(f"{failure.what}\n{failure.remedy}\n")
         return EXIT_INTERNAL
     return code
 

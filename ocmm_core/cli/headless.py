@@ -79,8 +79,9 @@ def run_job(
             console.print(f"Stream  {host}:{port}", highlight=False)
         _print_probe(console, station.probe_view())
         _wait(built, console)
-        if station.fault is not None:
-            raise station.fault.error
+        failure = station.why_failed()
+        if failure is not None:
+            raise failure
         view = station.job()
         status = station.acquisition_status()
         if view.part_verdict.complete or incomplete:

@@ -16,6 +16,10 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained, described
 
 
+_LOG_S = 2.0
+"""Whoever ends because of a fault waits so long at most for its log."""
+
+
 @dataclass(frozen=True, slots=True)
 class Fault:
     """A part that has failed.
@@ -57,11 +61,18 @@ class Faults:
         self._tell, self._stop, self._safe = tell, stop, safe
         self._lock = threading.Lock()
         self._measuring: Fault | None = None
+        self._logged = threading.Event()
         self._beside: dict[str, Fault] = {}
 
     @property
     def measuring(self) -> Fault | None:
         """Return why nothing is measured any more; None while it is."""
+        return self._measuring
+
+    def with_log(self) -> Fault | None:
+        """Return `measuring` once its log is written, or after a moment without."""
+        if self._measuring is not None:
+            self._logged.wait(_LOG_S)
         return self._measuring
 
     @property
@@ -99,6 +110,7 @@ class Faults:
             return told
         with self._lock:
             self._measuring = replace(fault, error=told)
+        self._logged.set()
         if tell:
             self._tell(told)
         return told

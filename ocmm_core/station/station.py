@@ -231,6 +231,11 @@ class MeasuringStation:
         """Return what has failed beside the measuring: stream, recording, listeners."""
         return self._faults.beside
 
+    def why_failed(self) -> OcmmError | None:
+        """Return what to tell of `fault`, with the name of its log: waits until that is written."""
+        fault = self._faults.with_log()
+        return None if fault is None else fault.error
+
     def fail(self, error: Exception, part: str) -> None:
         """Measure no more: something that shows or judges what is measured has failed.
 

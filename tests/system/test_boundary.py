@@ -1,0 +1,387 @@
+"""An exception that nobody foresaw, raised at each of many places of the measuring chain.
+
+Each case is the real command on the virtual rig; one function of it raises after some points were
+taken. A reader looks at the station all the while, as a window does. What measuring rests on makes
+the station FAILED, what runs beside it is told, and in both cases every point that was acknowledged
+is in the job file, and the command ends with code 3 and the true cause.
+"""
+
+from __future__ import annotations
+
+import importlib
+import io
+import json
+import re
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ocmm_core.cli import app as cli_app
+from ocmm_core.cli import main
+from ocmm_core.cli.compose import BuiltStation
+from ocmm_core.documents import resource
+from ocmm_core.errors import InternalError, OcmmError
+from ocmm_core.inspection.view import JobView, LiveView, StatusWord
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.station.station import MeasuringStation
+from ocmm_core.storage.job_file import JobFile
+from ocmm_gui.evaluator import Evaluator
+
+QUICK = resource("plans", "quick.toml")
+PLAN = """
+schema = "ocmm.plan/1"
+unit = "mm"
+name = "BALL"
+part = "DEMO_PART"
+
+[[features]]
+name = "SPHERE"
+shape = "Sphere"
+points = 6
+point = [-140.0, 0.0, 50.0]
+direction = [0.0, 0.0, 1.0]
+diameter = 19.989
+side = "outer"
+
+[[characteristics]]
+name = "Ball diameter"
+kind = "diameter"
+features = ["SPHERE"]
+nominal = 19.989
+lower = -0.08
+upper = 0.08
+"""
+ALL_POINTS = 6
+BEFORE = 3
+"""So many points are taken before something fails."""
+SHOWN_S = 0.2
+PATIENCE_S = 20.0
+MESSAGE = "injected for the test"
+
+FAILED, BESIDE, COMMAND = "failed", "beside", "command"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something raises, what, and what comes of it."""
+
+    where: str
+    raises: type[Exception]
+    becomes: str = FAILED
+    more: tuple[str, ...] = ()
+
+
+PLACES = (
+    # Tracking, and the snapshot of it.
+    Place("ocmm_core.tracking.pipeline.TrackingPipeline.process", ValueError),
+    Place("ocmm_core.tracking.body_tracker.solve_leds", ZeroDivisionError),
+    Place("ocmm_core.tracking.pipeline.TrackingPipeline.slot_leds", RuntimeError),
+    Place("ocmm_core.station.live.tip_sensitivity", FloatingPointError),
+    Place("ocmm_core.station.live.LiveState._judge_tip", TypeError),
+    # Trigger and point.
+    Place("ocmm_core.measuring.trigger.TouchCollector.feed", IndexError),
+    Place("ocmm_core.inspection.acceptance.average", ArithmeticError),
+    Place("ocmm_core.inspection.session.judge_touch", KeyError),
+    Place("ocmm_core.inspection.session.meant_for", AttributeError),
+    Place("ocmm_core.inspection.session.InspectionSession.take_touch", RecursionError),
+    # Storage.
+    Place("ocmm_core.storage.job_file.insert_point", MemoryError),
+    Place("ocmm_core.storage.tables.insert_audited", OverflowError),
+    Place("ocmm_core.inspection.step_log.deed_event", ValueError),
+    # Fit and evaluation.
+    Place("ocmm_core.features.actual.compensation", np.linalg.LinAlgError),
+    Place("ocmm_core.inspection.job_view.evaluate_job", RuntimeError),
+    Place("ocmm_core.inspection.evaluation.evaluate_all", ValueError),
+    Place("ocmm_core.inspection.evaluation.joint_covariance", MemoryError),
+    Place("ocmm_core.inspection.job_view.coverage_of", IndexError),
+    Place("ocmm_core.inspection.job_view.targets_of", ZeroDivisionError),
+    # Monitor and watches.
+    Place("ocmm_core.calibration.monitor.CalibrationMonitor.feed", ValueError),
+    Place("ocmm_core.calibration.blows.BlowSense.feed", OSError),
+    Place("ocmm_core.station.probe_watch.judge_probe", LookupError),
+    Place("ocmm_core.station.calibration_watch.judge", AssertionError),
+    Place("ocmm_core.station.probe_button.ButtonWatch.feed", NotImplementedError),
+    # Acquisition.
+    Place("ocmm_core.simulation.source.SimulatedSource.read", EOFError),
+    Place("ocmm_core.acquisition.ring.FrameRing.read", BufferError),
+    Place("ocmm_core.acquisition.ring.FrameRing.write", ValueError),
+    # Recorder, stream and listeners run beside it.
+    Place("ocmm_core.acquisition.recorder.encode_chunk", RuntimeError, BESIDE, ("--record", "r")),
+    Place("ocmm_core.station.stream_server.pose_line", TypeError, BESIDE, ("--stream", "0")),
+    Place("ocmm_core.station.stream_server.point_line", MemoryError, BESIDE, ("--stream", "0")),
+    Place("ocmm_core.station.stream_client.StreamClient.write", KeyError, BESIDE, ("--stream", "0")),
+    Place(f"{__name__}.listen", ValueError, BESIDE),
+    # Export, and the command itself.
+    Place("ocmm_core.station.station.report_data", ValueError, COMMAND),
+    Place("ocmm_core.export.polyworks._points", ZeroDivisionError, COMMAND),
+    Place("ocmm_core.export.registry.write_together", RuntimeError, COMMAND),
+    Place("ocmm_core.cli.app.print_table", EOFError, COMMAND),
+)
+
+
+def listen(point: MeasuredPoint) -> None:
+    """Listen to the points, as another program's part of the station would."""
+
+
+@dataclass
+class Trap:
+    """Raises at a place, once it is armed; the time of the first raise is kept."""
+
+    place: Place
+    armed: threading.Event = field(default_factory=threading.Event)
+    raised_at: float | None = None
+
+    def set(self, patch: pytest.MonkeyPatch) -> None:
+        owner, name = _owner(self.place.where)
+        real = getattr(owner, name)
+
+        def trapped(*arguments: Any, **named: Any) -> Any:
+            if self.armed.is_set():
+                if self.raised_at is None:
+                    self.raised_at = time.monotonic()
+                raise self.place.raises(MESSAGE)
+            return real(*arguments, **named)
+
+        patch.setattr(owner, name, trapped)
+
+
+def _owner(where: str) -> tuple[Any, str]:
+    path, _, name = where.rpartition(".")
+    try:
+        return importlib.import_module(path), name
+    except ModuleNotFoundError:
+        module, _, kind = path.rpartition(".")
+        return getattr(importlib.import_module(module), kind), name
+
+
+class Reader:
+    """Looks at a station as a window does: snapshots by polling, results after every change."""
+
+    def __init__(self, built: BuiltStation, trap: Trap) -> None:
+        self.station: MeasuringStation = built.station
+        self.job_path = built.job_path
+        self.seen: list[tuple[float, LiveView]] = []
+        self.jobs: list[JobView] = []
+        self.told: list[OcmmError] = []
+        self.acknowledged: list[int] = []
+        self._trap = trap
+        self._digits = threading.Event()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._poll, name="reader")
+        self._evaluator = Evaluator(
+            self.station.job,
+            self.jobs.append,
+            lambda error: self.station.fail(error, "The evaluation"),
+        )
+        self._client: socket.socket | None = None
+        self.station.failed.connect(self.told.append)
+        self.station.point_taken.connect(self._taken)
+        self.station.point_taken.connect(lambda point: listen(point))
+        self.station.changed.connect(self._evaluator.wake)
+
+    def __enter__(self) -> Reader:
+        self._thread.start()
+        self._evaluator.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # Also after the end of the command nothing may come back.
+        until = time.monotonic() + 0.05
+        while time.monotonic() < until:
+            time.sleep(0.005)
+        self._stop.set()
+        self._thread.join()
+        self._evaluator.close()
+        if self._client is not None:
+            self._client.close()
+
+    def _taken(self, point: MeasuredPoint) -> None:
+        self.acknowledged.append(point.number)
+        if len(self.acknowledged) == 1 and self.station.stream is not None:
+            self._client = socket.create_connection(self.station.stream.address, PATIENCE_S)
+            self._client.sendall(json.dumps({"poses": True}).encode() + b"\n")
+        if len(self.acknowledged) == BEFORE:
+            # There are digits on the screen now that could be left standing.
+            assert self._digits.wait(PATIENCE_S)
+            self._trap.armed.set()
+            if self._trap.place.becomes == BESIDE and "stream" in self._trap.place.where:
+                # The script of the virtual rig is over sooner than a client of it is served.
+                self._await_raise()
+
+    def _await_raise(self) -> None:
+        until = time.monotonic() + PATIENCE_S
+        while not self.station.faults_beside and time.monotonic() < until:
+            if "point_line" in self._trap.place.where:
+                return
+            time.sleep(0.005)
+
+    def _poll(self) -> None:
+        while not self._stop.is_set():
+            began = time.monotonic()
+            live = self.station.live()
+            self.seen.append((began, live))
+            if live.tip_world is not None:
+                self._digits.set()
+            time.sleep(0.005)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What a command left behind."""
+
+    code: int
+    out: str
+    err: str
+    reader: Reader
+
+
+@pytest.fixture
+def run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], slow: Path
+) -> Callable[[Trap], Ended]:
+    """Return what runs ``ocmm measure`` with a trap in it, and a reader beside it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+
+    def ended(trap: Trap) -> Ended:
+        readers: list[Reader] = []
+        run_job = cli_app.run_job
+
+        def watched(built: BuiltStation, *arguments: Any) -> JobView:
+            with Reader(built, trap) as reader:
+                readers.append(reader)
+                return run_job(built, *arguments)
+
+        monkeypatch.setattr(cli_app, "run_job", watched)
+        trap.set(monkeypatch)
+        Path("plan.toml").write_text(PLAN, "utf-8")
+        command = ["ocmm", "measure", "--plan", "plan.toml", "--rig", str(slow), "--out", "out"]
+        monkeypatch.setattr(sys, "argv", [*command, *trap.place.more])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as end:
+            main()
+        out, err = capfd.readouterr()
+        return Ended(int(end.value.code or 0), out, err, readers[0])
+
+    return ended
+
+
+@pytest.fixture(scope="module")
+def slow(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the recommended rig with a twentieth of the frames: speed does not matter here."""
+    text = resource("rigs", "recommended.toml").read_text("utf-8")
+    file = tmp_path_factory.mktemp("rig") / "slow.toml"
+    file.write_text(text.replace("frame_rate_hz = 8000", "frame_rate_hz = 400"), "utf-8")
+    return file
+
+
+@pytest.mark.parametrize("place", PLACES, ids=lambda place: ".".join(place.where.split(".")[1:]))
+def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
+    run: Callable[[Trap], Ended],
+    place: Place,
+    record_property: Callable[[str, object], None],
+) -> None:
+    trap = Trap(place)
+    ended = run(trap)
+    reader, station = ended.reader, ended.reader.station
+    assert trap.raised_at is not None, "the place was never reached"
+
+    assert ended.code == 3, ended.err
+    cause = f"{place.raises.__name__}: "
+    assert cause in ended.err
+    assert MESSAGE in ended.err
+    assert "Traceback (most recent" not in ended.out + ended.err
+    log = re.search(r"Log for support: (\S+\.log)", ended.err)
+    assert log is not None, ended.err
+    text = Path(log[1]).read_text("utf-8")
+    assert "Traceback (most recent call last)" in text
+    assert cause in text
+
+    with JobFile.open(reader.job_path, read_only=True) as job:
+        kept = {point.number for point in job.points()}
+        assert job.verify() == []
+    assert set(reader.acknowledged) <= kept
+    assert len(reader.acknowledged) >= BEFORE
+
+    if place.becomes == COMMAND:
+        assert len(reader.acknowledged) == ALL_POINTS
+        assert "Every point that was taken is in its job file." in ended.err
+        return
+    fault = station.fault
+    if place.becomes == BESIDE:
+        assert fault is None
+        (fault,) = station.faults_beside
+    assert fault is not None
+    delay = fault.at_s - trap.raised_at
+    record_property("shown after, ms", f"{1e3 * delay:.2f}")
+    assert 0.0 <= delay < SHOWN_S
+    assert isinstance(fault.error, InternalError)
+    assert [error.what for error in reader.told] == [fault.error.what]
+
+    after = [live for began, live in reader.seen if began >= fault.at_s]
+    assert after, "nobody looked"
+    if place.becomes == BESIDE:
+        assert len(reader.acknowledged) == ALL_POINTS
+        assert station.job().complete
+        assert all(live.faults == (fault.error.what,) for live in after)
+        assert all(live.status is not StatusWord.FAILED for live in after)
+        return
+    assert {live.status for live in after} == {StatusWord.FAILED}
+    assert [live.tip_world for live in after if live.tip_world is not None] == []
+    assert all(MESSAGE in live.reason and str(reader.job_path) in live.reason for live in after)
+    late = [live for began, live in reader.seen if began >= trap.raised_at + SHOWN_S]
+    assert [live for live in late if live.tip_world is not None] == []
+    assert f"All points taken are saved in {reader.job_path}." in fault.error.remedy
+
+
+def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
+    """The same in a process of its own, where nothing of pytest stands between."""
+    program = (
+        "import ocmm_core.inspection.job_view as module\n"
+        "from ocmm_core.cli import main\n"
+        "def targets_of(*a): raise ZeroDivisionError('injected for the test')\n"
+        "module.targets_of = targets_of\n"
+        "main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, "demo", "--headless", "--plan", str(QUICK)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        timeout=55,
+        check=False,
+    )
+    assert done.returncode == 3
+    assert "ZeroDivisionError: injected for the test (" in done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_the_bus_process_ends_with_code_3() -> None:
+    program = (
+        "import ocmm_core.acquisition.process as module\n"
+        "from ocmm_core.acquisition.start import main\n"
+        "def read_config(content): raise KeyError('injected for the test')\n"
+        "module.read_config = read_config\n"
+        "main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        input="{}\n",
+        capture_output=True,
+        text=True,
+        timeout=55,
+        check=False,
+    )
+    assert done.returncode == 3
+    assert "The bus process failed: KeyError: 'injected for the test' (" in done.stderr
+    assert "Traceback" not in done.stderr
