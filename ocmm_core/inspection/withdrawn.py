@@ -24,14 +24,13 @@ def withdrawn(job: JobView, why: str) -> JobView:
         constructed=tuple(_without_fit(feature, why) for feature in job.constructed),
         characteristics=tuple(_without_value(result, why) for result in job.characteristics),
         unproven=why,
-        provisional=(),
         target=None,
     )
 
 
 def _without_fit(feature: FeatureView, why: str) -> FeatureView:
     return replace(
-        feature, fit=None, verdict=None, note=why, outliers=(), coverage=None, targets=()
+        feature, fit=None, note=why, outliers=(), coverage=None, targets=()
     )
 
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained, described
 
-
 _LOG_S = 2.0
 """Whoever ends because of a fault waits so long at most for its log."""
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
+from ocmm_core.failure import contained
 from ocmm_core.inspection.batch import SUFFIX, require_new_serial
 from ocmm_core.inspection.header import EVENT, check_header, header_text
 from ocmm_core.inspection.plan import Plan
@@ -76,6 +77,20 @@ def drop_if_empty(job: JobFile) -> None:
         except OSError as error:
             # An empty file is left over; nothing is lost by it.
             _log.warning("%s was not removed: %s", job.path, error.strerror)
+
+
+def give_back(job: JobFile, *, made: bool) -> None:
+    """Close a job that is not measured after all; remove an empty one that was made for it.
+
+    Never raises: what is told is why it is not measured.
+    """
+    try:
+        if made:
+            drop_if_empty(job)
+    except Exception as error:
+        _log.warning("%s was not removed: %s", job.path, contained(error, "The removal"))
+    finally:
+        job.close()
 
 
 def free_path(folder: Path, plan: Plan) -> Path:

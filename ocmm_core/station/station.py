@@ -51,7 +51,7 @@ from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.station.change_watch import ChangeWatch
 from ocmm_core.station.faults import Fault, Faults
 from ocmm_core.station.frame_loop import FrameLoop, FrameSink, Tracked
-from ocmm_core.station.jobs import drop_if_empty, job_for
+from ocmm_core.station.jobs import drop_if_empty, give_back, job_for
 from ocmm_core.station.live import LiveState
 from ocmm_core.station.plan_change import PlanInUse, job_by, pause_unfinished, plan_of
 from ocmm_core.station.probe_button import ButtonChange, ButtonWatch
@@ -319,7 +319,7 @@ class MeasuringStation:
                     self._frames.track_by(pipeline)
         except BaseException as error:
             self._work = before
-            self._give_back(job, made=made)
+            give_back(job, made=made)
             if words and not was_paused:
                 before[1].resume()
             if isinstance(error, OcmmError) or not isinstance(error, Exception):
@@ -338,18 +338,6 @@ class MeasuringStation:
         self, work: tuple[JobFile, InspectionSession, PlanInUse, ChangeWatch, ProbeWatch]
     ) -> None:
         self._job, self._session, self._use, self._changes, self._probe = work
-
-    @staticmethod
-    def _give_back(job: JobFile, *, made: bool) -> None:
-        """Close a job that is not measured after all, and remove it where it was made for that."""
-        try:
-            if made:
-                drop_if_empty(job)
-        except Exception as error:
-            # What is told is why it is not measured.
-            _log.error("%s was not removed: %s", job.path, contained(error, "The removal"))
-        finally:
-            job.close()
 
     def _note_start(self, session: InspectionSession, probe: ProbeWatch) -> None:
         """Store with what the points from now on are taken."""

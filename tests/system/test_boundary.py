@@ -25,9 +25,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ocmm_core.cli import app as cli_app
 from ocmm_core.cli import main
 from ocmm_core.cli.compose import BuiltStation
+from ocmm_core.cli.headless import run_job
 from ocmm_core.documents import resource
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.inspection.view import JobView, LiveView, StatusWord
@@ -67,6 +67,9 @@ SHOWN_S = 0.2
 PATIENCE_S = 20.0
 MESSAGE = "injected for the test"
 
+pytestmark = pytest.mark.timing
+
+STREAM = ("--stream", "0")
 FAILED, BESIDE, COMMAND = "failed", "beside", "command"
 
 
@@ -116,9 +119,9 @@ PLACES = (
     Place("ocmm_core.acquisition.ring.FrameRing.write", ValueError),
     # Recorder, stream and listeners run beside it.
     Place("ocmm_core.acquisition.recorder.encode_chunk", RuntimeError, BESIDE, ("--record", "r")),
-    Place("ocmm_core.station.stream_server.pose_line", TypeError, BESIDE, ("--stream", "0")),
-    Place("ocmm_core.station.stream_server.point_line", MemoryError, BESIDE, ("--stream", "0")),
-    Place("ocmm_core.station.stream_client.StreamClient.write", KeyError, BESIDE, ("--stream", "0")),
+    Place("ocmm_core.station.stream_server.pose_line", TypeError, BESIDE, STREAM),
+    Place("ocmm_core.station.stream_server.point_line", MemoryError, BESIDE, STREAM),
+    Place("ocmm_core.station.stream_client.StreamClient.write", KeyError, BESIDE, STREAM),
     Place(f"{__name__}.listen", ValueError, BESIDE),
     # Export, and the command itself.
     Place("ocmm_core.station.station.report_data", ValueError, COMMAND),
@@ -254,14 +257,13 @@ def run(
 
     def ended(trap: Trap) -> Ended:
         readers: list[Reader] = []
-        run_job = cli_app.run_job
 
         def watched(built: BuiltStation, *arguments: Any) -> JobView:
             with Reader(built, trap) as reader:
                 readers.append(reader)
                 return run_job(built, *arguments)
 
-        monkeypatch.setattr(cli_app, "run_job", watched)
+        monkeypatch.setattr("ocmm_core.cli.app.run_job", watched)
         trap.set(monkeypatch)
         Path("plan.toml").write_text(PLAN, "utf-8")
         command = ["ocmm", "measure", "--plan", "plan.toml", "--rig", str(slow), "--out", "out"]

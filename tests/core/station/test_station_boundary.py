@@ -1,0 +1,223 @@
+"""What fails inside a station: changing the job is all or nothing, and FAILED stays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.errors import InternalError, OcmmError, StorageError
+from ocmm_core.inspection.view import JobHeader, StatusWord
+from ocmm_core.inspection.withdrawn import withdrawn
+from ocmm_core.measuring.point import Refusal
+from ocmm_core.storage.job_file import JobFile
+from ocmm_core.tolerances.result import Verdict
+
+PATIENCE_S = 60.0
+HEADER = JobHeader("Ada", "DEMO_PART", "A-2", "12", "first")
+
+
+@pytest.fixture
+def built(tmp_path: Path) -> Iterator[BuiltStation]:
+    made = build_station(
+        StationRequest(
+            plan=resource("plans", "quick.toml"), out=tmp_path, stay=True, frame_rate_hz=500
+        )
+    )
+    yield made
+    made.station.close()
+
+
+@pytest.fixture(scope="module")
+def empty_job(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Return a job file in which nothing was measured yet."""
+    made = build_station(
+        StationRequest(
+            plan=resource("plans", "quick.toml"),
+            out=tmp_path_factory.mktemp("older"),
+            frame_rate_hz=500,
+            serial="A-0",
+        )
+    )
+    made.station.close()
+    return made.job_path.read_bytes()
+
+
+def _until(state: Callable[[], bool]) -> None:
+    until = time.monotonic() + PATIENCE_S
+    while not state():
+        assert time.monotonic() < until
+        time.sleep(0.005)
+
+
+def _raising(*_: Any, **__: Any) -> Any:
+    msg = "injected"
+    raise RuntimeError(msg)
+
+
+STEPS = (
+    "ocmm_core.station.station.InspectionSession",
+    "ocmm_core.station.station.ChangeWatch",
+    "ocmm_core.station.station.ProbeWatch",
+    "ocmm_core.station.probe_watch.ProbeWatch.start",
+    "ocmm_core.station.station.InspectionSession.note_calibration",
+    "ocmm_core.station.station.InspectionSession.note_limits",
+    "ocmm_core.station.station.drop_if_empty",
+    "ocmm_core.station.frame_loop.FrameLoop.between",
+    "ocmm_core.station.jobs.header_text",
+)
+
+
+@pytest.mark.parametrize(
+    ("where", "verb"),
+    [
+        (where, verb)
+        for where in STEPS
+        for verb in ("next_part", "change_plan", "go_on")
+        # A job that is gone on with gets no header.
+        if (verb, where) != ("go_on", STEPS[-1])
+    ],
+)
+def test_a_change_that_fails_changes_nothing(
+    built: BuiltStation,
+    empty_job: bytes,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    where: str,
+    verb: str,
+) -> None:
+    station = built.station
+    # It has no point either, but was not made by this change: it is never removed.
+    older = tmp_path / "older.ocmm"
+    older.write_bytes(empty_job)
+    path, view, files = station.job_path, station.job(), sorted(tmp_path.glob("*.ocmm"))
+    other = tmp_path / "other.toml"
+    other.write_text(
+        resource("plans", "quick.toml").read_text("utf-8").replace("QUICK", "OTHER"), "utf-8"
+    )
+    verbs: dict[str, Callable[[], object]] = {
+        "next_part": lambda: station.next_part(JobHeader("Ada", "DEMO_PART", "A-3", "12", "first")),
+        "change_plan": lambda: station.change_plan(
+            other, JobHeader("Ada", "DEMO_PART", "A-3", "12", "first")
+        ),
+        "go_on": lambda: station.go_on(older),
+    }
+    with monkeypatch.context() as patch:
+        patch.setattr(where, _raising)
+        with pytest.raises((InternalError, RuntimeError), match="injected"):
+            verbs[verb]()
+    assert (station.job_path, station.job()) == (path, view)
+    assert sorted(tmp_path.glob("*.ocmm")) == files
+    with JobFile.open(older):
+        # Nobody holds it any more.
+        pass
+    assert station.fault is None
+    if verb == "next_part":
+        station.start()
+        _until(lambda: len(station.stored_job()[1]) >= 1)
+    verbs[verb]()
+    assert station.job_path != path
+
+
+def test_a_paused_job_is_measured_on_where_the_other_plan_cannot_be(
+    built: BuiltStation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station = built.station
+    station.start()
+    _until(lambda: len(station.stored_job()[1]) >= 1)
+    other = tmp_path / "other.toml"
+    other.write_text(
+        resource("plans", "quick.toml").read_text("utf-8").replace("QUICK", "OTHER"), "utf-8"
+    )
+    with monkeypatch.context() as patch:
+        patch.setattr("ocmm_core.station.station.drop_if_empty", _raising)
+        with pytest.raises(InternalError, match="The job before is measured as it was"):
+            station.change_plan(other, HEADER)
+    assert not station.job().paused
+    taken = len(station.stored_job()[1])
+    _until(lambda: len(station.stored_job()[1]) > taken)
+
+
+def test_failed_stays_until_a_new_start_and_takes_no_point(
+    built: BuiltStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station = built.station
+    told: list[OcmmError] = []
+    refused: list[Refusal] = []
+    station.failed.connect(told.append)
+    station.point_refused.connect(refused.append)
+    station.start()
+    _until(lambda: station.live().tip_world is not None)
+    with monkeypatch.context() as patch:
+        patch.setattr("ocmm_core.tracking.pipeline.TrackingPipeline.process", _raising)
+        _until(lambda: station.live().status is StatusWord.FAILED)
+    # What failed works again, and still nothing comes back.
+    time.sleep(0.1)
+    live = station.live()
+    assert (live.status, live.tip_world, live.tip_uncertainty) == (StatusWord.FAILED, None, None)
+    station.take()
+    assert "RuntimeError: injected" in refused[-1].what
+    station.next_part(HEADER)
+    assert station.live().status is StatusWord.FAILED
+    _until(lambda: bool(told))
+    assert len(told) == 1
+
+
+def test_a_start_that_fails_is_failed_and_not_waiting(
+    built: BuiltStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station = built.station
+    monkeypatch.setattr("ocmm_core.inspection.session.InspectionSession.note_climate", _raising)
+    with pytest.raises(InternalError, match="The start failed: RuntimeError: injected"):
+        station.start()
+    assert station.live().status is StatusWord.FAILED
+
+
+def test_a_step_that_nobody_foresaw_to_fail_stops_the_measuring(
+    built: BuiltStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station = built.station
+    monkeypatch.setattr("ocmm_core.inspection.step_log.StepLog.undo", _raising)
+    with pytest.raises(InternalError, match="The change of the job failed"):
+        station.undo()
+    assert station.live().status is StatusWord.FAILED
+
+
+def test_a_touch_that_cannot_be_stored_is_no_fault_of_the_station(
+    built: BuiltStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station = built.station
+    told: list[OcmmError] = []
+    station.failed.connect(told.append)
+
+    def full(*_: Any) -> None:
+        raise StorageError("job.full", "The disk is full.", "Make room.")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("ocmm_core.storage.job_file.insert_point", full)
+        station.start()
+        _until(lambda: len(told) >= 1)
+    _until(lambda: len(station.stored_job()[1]) >= 1)
+    assert station.fault is None
+
+
+def test_withdrawn_results_hold_no_number_and_say_why(built: BuiltStation) -> None:
+    station = built.station
+    station.start()
+    _until(lambda: len(station.stored_job()[1]) >= 14)
+    job = station.job()
+    assert any(result.measured is not None for result in job.characteristics)
+    void = withdrawn(job, "The evaluation failed.")
+    assert [feature.points for feature in void.features] == [f.points for f in job.features]
+    for result in void.characteristics:
+        assert (result.measured, result.deviation, result.uncertainty) == (None, None, None)
+        assert result.verdict is Verdict.NOT_MEASURED
+        assert result.note == "The evaluation failed."
+    for feature in void.features:
+        assert (feature.fit, feature.coverage, feature.targets) == (None, None, ())
+    assert void.part_verdict.word != job.part_verdict.word

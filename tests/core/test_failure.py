@@ -1,0 +1,103 @@
+"""The boundary itself: what is expected passes, everything else is named and written down."""
+
+from __future__ import annotations
+
+import re
+import threading
+from pathlib import Path
+
+import pytest
+from psygnal import Signal
+
+from ocmm_core.errors import InputError, InternalError, OcmmError
+from ocmm_core.failure import MOST_LOGS, ThreadNet, contained, described, log_folder
+
+
+def _raised(error: Exception) -> Exception:
+    try:
+        raise error
+    except Exception as caught:
+        return caught
+
+
+def test_what_is_expected_passes_unchanged() -> None:
+    error = InputError("x", "The plan is empty.", "Add a feature.")
+    assert contained(error, "The part") is error
+
+
+def test_what_nobody_foresaw_is_named_with_its_place_and_written_down() -> None:
+    told = contained(_raised(ValueError("bad\n  shape.")), "The part", "Nothing is lost.")
+    assert isinstance(told, InternalError)
+    assert re.fullmatch(
+        r"The part failed: ValueError: bad shape \(test_failure.py, line \d+\)\.", told.what
+    )
+    found = re.fullmatch(r"Nothing is lost\. Restart OCMM\. Log for support: (.+)", told.remedy)
+    assert found is not None
+    path = Path(found[1])
+    assert path.parent == log_folder()
+    assert "Traceback (most recent call last)" in path.read_text("utf-8")
+    assert contained(told, "Another boundary") is told
+
+
+def test_a_description_writes_nothing() -> None:
+    before = set(log_folder().glob("*"))
+    described(_raised(ValueError("x")), "The part")
+    assert set(log_folder().glob("*")) == before
+
+
+def test_a_listener_is_not_taken_for_who_emitted() -> None:
+    class Emitter:
+        heard = Signal(int)
+
+    def listener(number: int) -> None:
+        raise LookupError("no such place")
+
+    emitter = Emitter()
+    emitter.heard.connect(listener)
+    with pytest.raises(Exception, match="no such place") as caught:
+        emitter.heard.emit(1)
+    told = contained(caught.value, "A listener")
+    assert told.what.startswith("A listener failed: LookupError: no such place (test_failure.py")
+
+
+class _MuteError(Exception):
+    def __str__(self) -> str:
+        msg = "no words"
+        raise RuntimeError(msg)
+
+
+@pytest.mark.parametrize("error", [MemoryError(), _MuteError()])
+def test_an_exception_without_words_is_told_all_the_same(error: Exception) -> None:
+    assert type(error).__name__ in contained(_raised(error), "The part").what
+
+
+def test_a_disk_that_takes_nothing_is_told_and_raises_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
+    told = contained(_raised(ValueError("x")), "The part")
+    assert "The log could not be written" in told.remedy
+
+
+def test_old_logs_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    for number in range(MOST_LOGS + 3):
+        last = contained(_raised(ValueError(f"number {number}")), "The part")
+    kept = list(log_folder().glob("*"))
+    assert len(kept) == MOST_LOGS
+    assert last.remedy.rpartition(": ")[2] in map(str, kept)
+
+
+def test_a_thread_without_a_boundary_is_caught() -> None:
+    told: list[OcmmError] = []
+    before = threading.excepthook
+    with ThreadNet(told.append) as net:
+        thread = threading.Thread(target=lambda: 1 // 0, name="lonely")
+        thread.start()
+        thread.join()
+    assert threading.excepthook is before
+    assert [error.what.partition(" (")[0] for error in told] == [
+        "The thread lonely failed: ZeroDivisionError: integer division or modulo by zero"
+    ]
+    assert net.caught == told
