@@ -38,7 +38,7 @@ from ocmm_core.inspection.progress import open_plan
 from ocmm_core.inspection.stored_plan import stored_plan
 from ocmm_core.inspection.view import JobHeader
 from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.station.jobs import free_path
+from ocmm_core.station.jobs import free_path, give_back
 from ocmm_core.station.station import MeasuringStation, StationOptions
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import make_head
@@ -100,6 +100,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     calibration = checked_for_replay(calibration, feed.recorded)
     probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
     recorder = None
+    job = None
     try:
         near = None
         if reference is None and begun is None and request.batch:
@@ -137,11 +138,17 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         feed.ring.close()
         if recorder is not None:
             recorder.close()
+        if job is not None:
+            give_back(job, made=begun is None)
         raise
-    if begun is not None:
-        station.change(lambda session: session.go_on(request.operator))
-    if request.probing != station.job().probing:
-        station.change(lambda session: session.set_order(request.probing))
+    try:
+        if begun is not None:
+            station.change(lambda session: session.go_on(request.operator))
+        if request.probing != station.job().probing:
+            station.change(lambda session: session.set_order(request.probing))
+    except BaseException:
+        station.close()
+        raise
     if feed.simulated is not None and feed.virtual is not None:
         # What the plan of a later job has besides, nobody can touch on this part.
         there = {entry.name for entry in feed.virtual.part.artefacts}
