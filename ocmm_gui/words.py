@@ -195,8 +195,15 @@ def is_held(job: JobView | None, live: LiveView) -> bool:
     return job is not None and job.paused and ready
 
 
-def next_step(job: JobView) -> str:
+def has_failed(live: LiveView | None) -> bool:
+    """Return whether nothing is measured any more until a new start."""
+    return live is not None and live.status is StatusWord.FAILED
+
+
+def next_step(job: JobView, live: LiveView | None = None) -> str:
     """Return the sentence that says what to do now."""
+    if has_failed(live):
+        return "Restart OCMM. Then resume the job."
     if job.paused:
         return "Paused: touches are not taken. Press Z to go on."
     looked_at = job.shown if job.looked_at else None

@@ -7,6 +7,8 @@ from dataclasses import replace
 from ocmm_core.inspection.view import FeatureView, JobView
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 
+NOTE = "Result withdrawn."
+
 
 def withdrawn(job: JobView, why: str) -> JobView:
     """Return a job with its points and without every number that was computed from them.
@@ -20,28 +22,28 @@ def withdrawn(job: JobView, why: str) -> JobView:
     """
     return replace(
         job,
-        features=tuple(_without_fit(feature, why) for feature in job.features),
-        constructed=tuple(_without_fit(feature, why) for feature in job.constructed),
-        characteristics=tuple(_without_value(result, why) for result in job.characteristics),
+        features=tuple(map(_without_fit, job.features)),
+        constructed=tuple(map(_without_fit, job.constructed)),
+        characteristics=tuple(map(_without_value, job.characteristics)),
         unproven=why,
         target=None,
     )
 
 
-def _without_fit(feature: FeatureView, why: str) -> FeatureView:
+def _without_fit(feature: FeatureView) -> FeatureView:
     return replace(
-        feature, fit=None, note=why, outliers=(), coverage=None, targets=()
+        feature, fit=None, note=NOTE, outliers=(), coverage=None, targets=()
     )
 
 
-def _without_value(result: CharacteristicResult, why: str) -> CharacteristicResult:
+def _without_value(result: CharacteristicResult) -> CharacteristicResult:
     return replace(
         result,
         measured=None,
         deviation=None,
         uncertainty=None,
         verdict=Verdict.NOT_MEASURED,
-        note=why,
+        note=NOTE,
         rule="",
         tur=None,
         leaning="",

@@ -42,6 +42,7 @@ from ocmm_gui.words import (
     PAUSED,
     feature_title,
     form_words,
+    has_failed,
     is_held,
     next_step,
     outlier_count,
@@ -144,7 +145,11 @@ class FarView(QWidget):
 
     def show_live(self, live: LiveView) -> None:
         """Show the state of the machine."""
+        turned = has_failed(live) and not has_failed(self._live)
         self._live = live
+        if turned and self._job is not None:
+            # What to do next is another thing now.
+            self.show_job(self._job)
         self._show_status()
         self._readout.show_live(live)
         self._show_ring()
@@ -156,12 +161,15 @@ class FarView(QWidget):
         feature = job.shown
         far_off = "" if feature is None else outlier_count(feature)
         # From afar the first sentence is enough.
-        step, point, rest = next_step(job).partition(". ")
+        step, point, rest = next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
         counted = f"{summary.deciding}: {summary.words}." if summary.words else ""
         parts = (counted, rest, far_off, step_text(job))
         words = " ".join(part for part in parts if part)
-        self._message.tell(f"{step}{point}".strip(), words, " ".join(trouble(None, job)))
+        hidden = self._live if job.shows_part and has_failed(self._live) else None
+        step = f"{step}{point}".strip()
+        lines = trouble(hidden, job) + ((step,) if hidden is not None else ())
+        self._message.tell(step, words, " ".join(lines))
         self._show_status()
         self._show_ring()
         self.part.show_job(job)

@@ -64,6 +64,7 @@ class FeaturePanel(QFrame):
 
     def __init__(self) -> None:
         super().__init__()
+        self._fitting = False
         self._chosen = 0
         self.setProperty("role", "panel")
         self.setAccessibleName("Feature")
@@ -189,6 +190,15 @@ class FeaturePanel(QFrame):
             self.show_job(self._job)
 
     def _fit(self) -> None:
+        # What is hidden or shown here can resize this panel: once is enough, or it never ends.
+        if not self._fitting:
+            self._fitting = True
+            try:
+                self._fit_once()
+            finally:
+                self._fitting = False
+
+    def _fit_once(self) -> None:
         tight = self.height() < _TIGHT_PX
         for name, value in self._values.items():
             large = name in _LARGE

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QVBoxLayout
 
 from ocmm_core.inspection.view import JobView, LiveView
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
-from ocmm_gui.words import approach_words, mode_words, next_step, step_text, trouble
+from ocmm_gui.words import approach_words, has_failed, mode_words, next_step, step_text, trouble
 
 
 class Guidance(QFrame):
@@ -41,7 +41,7 @@ class Guidance(QFrame):
     def show_job(self, job: JobView) -> None:
         """Show the next step and the refusal of the last touch."""
         self._job = job
-        self._step.setText(next_step(job))
+        self._show_step()
         self._words.setText(step_text(job))
         self._words.setVisible(bool(self._words.text()))
         self._mode.setText(mode_words(job))
@@ -51,6 +51,7 @@ class Guidance(QFrame):
     def show_live(self, live: LiveView) -> None:
         """Show why the machine is not ready, and how far the next point is."""
         self._live = live
+        self._show_step()
         self._show_approach()
         self._show_trouble()
 
@@ -71,6 +72,11 @@ class Guidance(QFrame):
         self._theme = theme
         self._paint()
 
+    def _show_step(self) -> None:
+        text = "" if self._job is None else next_step(self._job, self._live)
+        if text != self._step.text():
+            self._step.setText(text)
+
     def _show_approach(self) -> None:
         text = approach_words(self._job, self._live)
         if text != self._approach.text():
@@ -78,7 +84,9 @@ class Guidance(QFrame):
         self._approach.setVisible(bool(text))
 
     def _show_trouble(self) -> None:
-        text = "\n".join(trouble(self._live, self._job))
+        # Why it has failed takes many words, and stands above, in place of the digits.
+        live = None if has_failed(self._live) else self._live
+        text = "\n".join(trouble(live, self._job))
         if text != self._trouble.text():
             self._trouble.setText(text)
 

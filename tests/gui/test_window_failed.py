@@ -77,6 +77,11 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
     assert "The evaluation failed: ValueError: injected" in job.unproven
     cause = "The evaluation failed: ValueError: injected"
     qtbot.waitUntil(lambda: cause in bench.window.banner.text(), timeout=5000)
+    # The cause stands in the panel of the feature as well, whatever room there is for it.
+    for size in ((1920, 1080), (1280, 720), (1024, 640), (1920, 1080)):
+        bench.window.resize(*size)
+        qtbot.wait(50)
+    assert bench.window.desk.guidance.step().startswith("Restart OCMM.")
 
 
 def test_a_window_that_cannot_show_what_is_seen_shows_no_digits(

@@ -217,7 +217,8 @@ def test_withdrawn_results_hold_no_number_and_say_why(built: BuiltStation) -> No
     for result in void.characteristics:
         assert (result.measured, result.deviation, result.uncertainty) == (None, None, None)
         assert result.verdict is Verdict.NOT_MEASURED
-        assert result.note == "The evaluation failed."
+        assert result.note == "Result withdrawn."
     for feature in void.features:
         assert (feature.fit, feature.coverage, feature.targets) == (None, None, ())
+    assert void.unproven == "The evaluation failed."
     assert void.part_verdict.word != job.part_verdict.word
