@@ -237,6 +237,9 @@ def _require_calibration(built: BuiltStation) -> None:
         if view.hindrance is None or view.word in (Word.VALID, Word.DUE, Word.DESIGN):
             # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
             continue
+        if built.station.fault is not None:
+            # It makes them unusable, too, and is the true cause.
+            return
         # A source that cannot even be started is told of first.
         if built.station.acquisition_status().state is AcquisitionState.RUNNING:
             raise CalibrationError(

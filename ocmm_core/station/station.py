@@ -380,7 +380,7 @@ class MeasuringStation:
         self._frames.request_stop()
 
     def _what_is_safe(self) -> str:
-        return f"All points taken are saved in {self._job.path}."
+        return f"All points taken are saved in {self._job.path.absolute()}."
 
     def _done(self, verb: Callable[[], object]) -> None:
         """Change the job and tell of it; what nobody foresaw leaves the job in doubt.

@@ -342,7 +342,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
     assert all(MESSAGE in live.reason and str(reader.job_path) in live.reason for live in after)
     late = [live for began, live in reader.seen if began >= trap.raised_at + SHOWN_S]
     assert [live for live in late if live.tip_world is not None] == []
-    assert f"All points taken are saved in {reader.job_path}." in fault.error.remedy
+    assert f"All points taken are saved in {reader.job_path.absolute()}." in fault.error.remedy
 
 
 def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
