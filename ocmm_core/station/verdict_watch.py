@@ -6,16 +6,13 @@ is asked for after a change, several changes become one, and the latest is kept.
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.failure import contained
 from ocmm_core.inspection.view import JobView
 from ocmm_core.station.stream_messages import no_verdict_line, verdict_line
-
-_log = logging.getLogger(__name__)
 
 PAUSE_S = 0.1
 """At least so long between two evaluations, so that the stream never takes a whole processor."""
@@ -89,9 +86,7 @@ class VerdictWatch:
         after = self._last_seq()
         try:
             return verdict_line(self._evaluate(), after)
-        except OcmmError as error:
-            return no_verdict_line(self._job(), after, f"{error.what} {error.remedy}")
-        except Exception:
+        except Exception as error:
             # The verdict of before would stand, and it is not known to hold any more.
-            _log.exception("The stream could not evaluate the job.")
-            return no_verdict_line(self._job(), after, "The job could not be evaluated.")
+            told = contained(error, "The verdict for the stream")
+            return no_verdict_line(self._job(), after, f"{told.what} {told.remedy}")
