@@ -258,10 +258,10 @@ def run(
     def ended(trap: Trap) -> Ended:
         readers: list[Reader] = []
 
-        def watched(built: BuiltStation, *arguments: Any) -> JobView:
+        def watched(built: BuiltStation, *arguments: Any, **named: Any) -> JobView:
             with Reader(built, trap) as reader:
                 readers.append(reader)
-                return run_job(built, *arguments)
+                return run_job(built, *arguments, **named)
 
         monkeypatch.setattr("ocmm_core.cli.app.run_job", watched)
         trap.set(monkeypatch)

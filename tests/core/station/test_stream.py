@@ -321,9 +321,9 @@ def test_a_job_that_cannot_be_evaluated_takes_the_verdict_back(
         assert made.acquire(timeout=TIMEOUT_S)
         lines.append(json.loads(watch.latest.line))
     assert watch.close(TIMEOUT_S)
-    assert [(line["part"], line["reason"]) for line in lines] == [
+    assert [(line["part"], line["reason"].partition(" (")[0]) for line in lines] == [
         (None, "It broke. Mend it."),
-        (None, "The job could not be evaluated."),
+        (None, "The verdict for the stream failed: ValueError: bug"),
         ("NOT COMPLETE", ""),
     ]
     assert {(line["type"], line["job"], line["after"]) for line in lines} == {("verdict", JOB, 7)}
