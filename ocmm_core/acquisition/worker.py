@@ -11,7 +11,7 @@ from ocmm_core.acquisition.frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.acquisition.source import FrameSource
 from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
-from ocmm_core.failure import CODE, contained
+from ocmm_core.failure import CODE, contained, described
 
 _WAIT_S = 0.002
 _VERDICT_WORD = {
@@ -96,9 +96,11 @@ def read_status(ring: FrameRing) -> AcquisitionStatus:
 
 def leave_error(ring: FrameRing, error: Exception) -> None:
     """Leave in a ring why its writer ends."""
-    told = contained(error, "The acquisition")
+    # The state comes before the log: a disk may take its time.
+    told = described(error, "The acquisition")
     ring.set_text(str(told))
     ring.set_word(Word.INTERNAL, int(isinstance(told, InternalError)))
+    ring.set_text(str(contained(error, "The acquisition")))
 
 
 class AcquisitionWorker:
