@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 
 from ocmm_core.errors import OcmmError
@@ -11,7 +12,6 @@ from ocmm_core.inspection.view import JobView
 
 _PAUSE_S = 0.04
 """Between two evaluations: whoever waits for the job meanwhile gets his turn."""
-_JOIN_S = 3.0
 
 _log = logging.getLogger(__name__)
 
@@ -30,6 +30,7 @@ class Evaluator:
     def __init__(self, evaluate: Callable[[], JobView], tell: Callable[[JobView], None]) -> None:
         self._evaluate, self._tell = evaluate, tell
         self._changed, self._stop = threading.Event(), threading.Event()
+        self._since: float | None = None
         self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
 
     def start(self) -> None:
@@ -41,12 +42,17 @@ class Evaluator:
         """Evaluate soon; returns at once."""
         self._changed.set()
 
-    def close(self) -> None:
-        """End, after what is being evaluated; idempotent."""
+    def busy_s(self) -> float:
+        """Return for how long the job has been evaluated by now, s; zero while it is not."""
+        since = self._since
+        return 0.0 if since is None else time.monotonic() - since
+
+    def close(self, limit_s: float) -> None:
+        """End, after what is being evaluated or after so long; idempotent."""
         self._stop.set()
         self._changed.set()
         if self._thread.is_alive():
-            self._thread.join(_JOIN_S)
+            self._thread.join(max(limit_s, 0.0))
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -54,6 +60,7 @@ class Evaluator:
             self._changed.clear()
             if self._stop.is_set():
                 return
+            self._since = time.monotonic()
             try:
                 job = self._evaluate()
             except OcmmError:
@@ -65,5 +72,7 @@ class Evaluator:
                 # told, and the next point gets its evaluation.
                 _log.exception("The results are not those of the last points.")
                 continue
+            finally:
+                self._since = None
             self._tell(job)
             self._stop.wait(_PAUSE_S)

@@ -554,9 +554,11 @@ class MeasuringStation:
         directory: Path,
         formats: Sequence[str] = ("polyworks",),
         profile: Profile | None = None,
+        *,
+        incomplete: bool = False,
     ) -> tuple[Path, ...]:
         """Write reports of the job to ``directory`` and return their paths; as `write_report`."""
-        return write_report(self.report(), formats, directory, profile)
+        return write_report(self.report(), formats, directory, profile, incomplete=incomplete)
 
     def _obstacle(self) -> Obstacle | None:
         """Return why no points may be taken because of calibration or tip, or None."""

@@ -5,11 +5,20 @@ The window stays free, and a calculation that is given up is gone at once.
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
+import shutil
+import tempfile
+import time
+import traceback
+import uuid
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
+from multiprocessing.synchronize import Lock
+from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -17,11 +26,42 @@ from ocmm_core.errors import CalibrationError, OcmmError
 
 _LOOK_MS = 50
 _END_S = 1.0
+_TURN_S = 0.01
+"""So long at most the messages of one look are taken in."""
 
 Tell = Callable[[str, float], None]
 """Told what is calculated next, and the share that is done."""
 
-Work = Callable[[Tell], object]
+
+
+class Teller:
+    """Tells the window how far the calculation is; belongs to the process that calculates.
+
+    Parameters
+    ----------
+    sender
+        Goes to the window.
+    whole
+        Held while something is done that is done as a whole or not at all.
+    """
+
+    def __init__(self, sender: Connection, whole: Lock) -> None:
+        self._sender, self._whole = sender, whole
+
+    def __call__(self, what: str, share: float) -> None:
+        """Tell what is calculated next, and the share that is done."""
+        self._sender.send(_Step(what, share))
+
+    def give(self, part: object) -> None:
+        """Send a part of the answer that can be shown already."""
+        self._sender.send(_Part(part))
+
+    def uninterrupted(self) -> AbstractContextManager[bool]:
+        """Return what keeps the process from being given up while it is held."""
+        return self._whole
+
+
+Work = Callable[[Teller], object]
 """What is calculated; can be sent to another process, and its answer back."""
 
 
@@ -29,6 +69,11 @@ Work = Callable[[Tell], object]
 class _Step:
     what: str
     share: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    part: object
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +93,8 @@ class SideProcess(QObject):
 
     advanced = Signal(str, float)
     """What is calculated next, and the share that is done."""
+    came = Signal(object)
+    """A part of the answer, ahead of the rest."""
     finished = Signal(object)
     """The answer."""
     failed = Signal(object)
@@ -57,6 +104,8 @@ class SideProcess(QObject):
         super().__init__(parent)
         self._process: SpawnProcess | None = None
         self._receiver: Connection | None = None
+        self._whole: Lock | None = None
+        self._scratch = Path()
         self._timer = QTimer(self)
         self._timer.setInterval(_LOOK_MS)
         self._timer.timeout.connect(self._look)
@@ -70,18 +119,42 @@ class SideProcess(QObject):
         self.cancel()
         context = multiprocessing.get_context("spawn")
         self._receiver, sender = context.Pipe(duplex=False)
+        self._whole = context.Lock()
+        self._scratch = Path(tempfile.gettempdir()) / f"ocmm-side-{uuid.uuid4().hex}"
         self._process = context.Process(
-            target=_run, args=(work, sender), name="ocmm-examination", daemon=True
+            target=_run,
+            args=(work, sender, self._whole, self._scratch),
+            name="ocmm-examination",
+            daemon=True,
         )
         self._process.start()
         sender.close()
         self._timer.start()
 
+    def give_up(self) -> bool:
+        """End what is calculated, and say whether it was.
+
+        What is done as a whole or not at all is not interrupted: it is over in a moment, and
+        answers.
+        """
+        if self._whole is not None and not self._whole.acquire(block=False):
+            return False
+        self._end()
+        return True
+
     def cancel(self) -> None:
-        """Give up what is calculated; nothing is told any more."""
+        """Give up what is calculated; nothing is told any more.
+
+        What is being written as a whole may end first, for as long as a window may take to close.
+        """
+        if self._whole is not None and self._process is not None:
+            self._whole.acquire(timeout=_END_S)
+        self._end()
+
+    def _end(self) -> None:
         self._timer.stop()
         process, receiver = self._process, self._receiver
-        self._process = self._receiver = None
+        self._process = self._receiver = self._whole = None
         if process is not None:
             process.terminate()
             process.join(_END_S)
@@ -89,15 +162,18 @@ class SideProcess(QObject):
                 process.kill()
                 process.join()
             process.close()
+            # It had no time to clear up after itself.
+            shutil.rmtree(self._scratch, ignore_errors=True)
         if receiver is not None:
             receiver.close()
 
     def _look(self) -> None:
+        until = time.monotonic() + _TURN_S
         while self._receiver is not None and self._receiver.poll():
             try:
                 said = self._receiver.recv()
             except EOFError:
-                self.cancel()
+                self._end()
                 self.failed.emit(
                     CalibrationError(
                         "examination.died",
@@ -108,20 +184,38 @@ class SideProcess(QObject):
                 return
             if isinstance(said, _Step):
                 self.advanced.emit(said.what, said.share)
-                continue
-            self.cancel()
-            if isinstance(said, _Failed):
-                self.failed.emit(CalibrationError(said.code, said.what, said.remedy))
+            elif isinstance(said, _Part):
+                self.came.emit(said.part)
             else:
-                self.finished.emit(said.answer)
+                self._end()
+                if isinstance(said, _Failed):
+                    self.failed.emit(CalibrationError(said.code, said.what, said.remedy))
+                else:
+                    self.finished.emit(said.answer)
+            if time.monotonic() >= until:
+                # The rest at the next look: the window has other things to do.
+                return
 
 
-def _run(work: Work, sender: Connection) -> None:
+def _run(work: Work, sender: Connection, whole: Lock, scratch: Path) -> None:
     """Calculate and answer; what runs in the process."""
     said: _Done | _Failed
     try:
-        said = _Done(work(lambda what, share: sender.send(_Step(what, share))))
+        with contextlib.suppress(OSError):
+            # Whoever cannot make his own files says so himself.
+            scratch.mkdir()
+            tempfile.tempdir = str(scratch)
+        said = _Done(work(Teller(sender, whole)))
     except OcmmError as error:
         said = _Failed(error.code, error.what, error.remedy)
+    except Exception as error:
+        # The process has no log of its own: standard error goes where that of the window goes.
+        traceback.print_exc()
+        said = _Failed(
+            "examination.failed",
+            f"Something inside the program failed ({type(error).__name__}: {error}).",
+            "Nothing was changed. Try it again; if it fails again, send the job file to who "
+            "maintains this program.",
+        )
     sender.send(said)
     sender.close()

@@ -18,6 +18,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("jobs", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--probes", type=Path)
+    parser.add_argument("--incomplete", action="store_true")
     options = parser.parse_args(arguments)
     # A report needs no screen, and a screen may not be there.
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -29,7 +30,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         for job in options.jobs:
             report = report_of_job(reopen_job(job, options.probes))
-            sys.stdout.write(f"{write_pdf(report, options.out)}\n")
+            path = write_pdf(report, options.out, incomplete=options.incomplete)
+            sys.stdout.write(f"{path}\n")
     except OcmmError as error:
         sys.stderr.write(f"{error.what} {error.remedy}\n")
         return 2
