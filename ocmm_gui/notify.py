@@ -9,6 +9,7 @@ import traceback
 from collections import deque
 from dataclasses import dataclass
 from datetime import datetime
+from enum import Enum
 from pathlib import Path
 from types import TracebackType
 
@@ -22,14 +23,25 @@ from ocmm_gui.theme import Theme
 INFO_SECONDS = 12
 
 
+class Level(Enum):
+    """How much a notice matters: in the log its value, in the banner mark and colour."""
+
+    INFO = "INFO"
+    WARNING = "WARNING"
+    ERROR = "ERROR"
+
+
+_MARKS = {Level.INFO: "✔", Level.WARNING: "⚠", Level.ERROR: "✖"}
+
+
 @dataclass(frozen=True, slots=True)
 class Notice:
     """One thing that the inspector should know.
 
     Attributes
     ----------
-    is_error
-        Something went wrong; an error stays until it is dismissed.
+    level
+        Good news goes away by itself; a warning or an error stays until it is dismissed.
     what, remedy
         What happened, and what to do about it (may be empty).
     detail
@@ -38,7 +50,7 @@ class Notice:
         Local time.
     """
 
-    is_error: bool
+    level: Level
     what: str
     remedy: str
     detail: str
@@ -66,19 +78,23 @@ class NoticeCentre(QObject):
 
     def inform(self, what: str) -> None:
         """Show good news."""
-        self.post(Notice(False, what, "", "", datetime.now().astimezone()))
+        self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone()))
+
+    def warn(self, what: str, remedy: str = "") -> None:
+        """Show what was done and must not be taken for more than it is."""
+        self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone()))
 
     def error(self, error: BaseException) -> None:
         """Show an error: an `OcmmError` in its own words, any other as an internal one."""
         detail = "".join(traceback.format_exception(error))
         now = datetime.now().astimezone()
         if isinstance(error, OcmmError):
-            self.post(Notice(True, error.what, error.remedy, detail, now))
+            self.post(Notice(Level.ERROR, error.what, error.remedy, detail, now))
         else:
             name = type(error).__name__
             self.post(
                 Notice(
-                    True,
+                    Level.ERROR,
                     f"Something inside the program failed ({name}).",
                     "Go on measuring if the readout is READY; press L to save the log for support.",
                     detail,
@@ -95,7 +111,7 @@ class NoticeCentre(QObject):
             The file cannot be written.
         """
         text = "\n".join(
-            f"{n.when.isoformat()} {'ERROR' if n.is_error else 'INFO'} {n.what} {n.remedy}\n"
+            f"{n.when.isoformat()} {n.level.value} {n.what} {n.remedy}\n"
             f"{n.detail}"
             for n in list(self._notices)
         )
@@ -137,8 +153,8 @@ class ErrorHooks(logging.Handler):
         """Keep a record of the core's log."""
         detail = "" if record.exc_info is None else self._traceback(record)
         when = datetime.fromtimestamp(record.created).astimezone()
-        is_error = record.levelno >= logging.ERROR
-        self._centre.keep(Notice(is_error, record.getMessage(), "", detail, when))
+        level = Level.ERROR if record.levelno >= logging.ERROR else Level.WARNING
+        self._centre.keep(Notice(level, record.getMessage(), "", detail, when))
 
     @staticmethod
     def _traceback(record: logging.LogRecord) -> str:
@@ -166,7 +182,7 @@ class Banner(QFrame):
         self.setObjectName("banner")
         self.setAccessibleName("Notice")
         self._theme: Theme | None = None
-        self._is_error = False
+        self._level = Level.INFO
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
@@ -187,18 +203,18 @@ class Banner(QFrame):
         self.hide()
 
     def show_notice(self, notice: Notice) -> None:
-        """Show a notice; good news goes away by itself, an error is not covered by it."""
-        if self._is_error and not notice.is_error and self.isVisible():
+        """Show a notice; good news goes away by itself, and only an error covers an error."""
+        covered = self._level is Level.ERROR and self.isVisible()
+        if covered and notice.level is not Level.ERROR:
             return
-        self._is_error = notice.is_error
-        mark = "✖" if notice.is_error else "✔"
-        self._text.setText(f"{mark}  {notice.what} {notice.remedy}".rstrip())
+        self._level = notice.level
+        self._text.setText(f"{_MARKS[notice.level]}  {notice.what} {notice.remedy}".rstrip())
         self._paint()
         self.show()
-        if notice.is_error:
-            self._timer.stop()
-        else:
+        if notice.level is Level.INFO:
             self._timer.start()
+        else:
+            self._timer.stop()
 
     def text(self) -> str:
         """Return what the banner says."""
@@ -211,7 +227,11 @@ class Banner(QFrame):
 
     def _paint(self) -> None:
         if self._theme is not None:
-            colour = self._theme.bad if self._is_error else self._theme.good
+            colour = {
+                Level.INFO: self._theme.good,
+                Level.WARNING: self._theme.warn,
+                Level.ERROR: self._theme.bad,
+            }[self._level]
             self.setStyleSheet(
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
                 f" border-radius: 6px; }} QLabel {{ color: {colour}; font-weight: bold; }}"

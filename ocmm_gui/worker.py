@@ -7,16 +7,12 @@ a long call into a numerical library may keep the window from its turn also from
 
 from __future__ import annotations
 
-import logging
 import threading
-import time
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
-
-_log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 Failed = Callable[[Exception], None]
@@ -45,8 +41,8 @@ class Worker(QObject):
     def do(
         self,
         call: Callable[[], T],
-        done: Callable[[T], None] = lambda _answer: None,
-        failed: Failed = lambda _error: None,
+        done: Callable[[T], None],
+        failed: Failed,
     ) -> None:
         """Carry out a call after those before it; returns at once.
 
@@ -63,7 +59,7 @@ class Worker(QObject):
         def carry_out() -> None:
             try:
                 answer = call()
-            except Exception as error:  # noqa: BLE001 - whoever asked tells of it
+            except Exception as error:
                 caught = error
                 self._back.emit(lambda: failed(caught))
             else:
@@ -77,10 +73,7 @@ class Worker(QObject):
         if self._thread.ident is None:
             return True
         self._calls.put(None)
-        begun = time.monotonic()
         self._thread.join(max(limit_s, 0.0))
-        if self._thread.is_alive():
-            _log.error("%s had not ended after %.1f s.", self._thread.name, time.monotonic() - begun)
         return not self._thread.is_alive()
 
     def _run(self) -> None:

@@ -6,22 +6,23 @@ from collections.abc import Sequence
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.export.report_data import ReportData
-from ocmm_core.inspection.view import FeatureState, JobView
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.view import JobView
 
 _MOST_NAMED = 6
 
 
 def missing_of(view: JobView) -> tuple[str, ...]:
-    """Return the names of what is not measured or not done yet, features first."""
-    features = [item.name for item in view.features if item.state is not FeatureState.DONE]
-    results = [
-        item.name
-        for item in view.characteristics
-        if (item.verdict is Verdict.NOT_MEASURED or item.name in view.provisional)
-        and not set(item.features) & set(features)
-    ]
-    return (*features, *results)
+    """Return the names of what a complete job would have; empty where it is complete.
+
+    Features first, then the characteristics that lack a value though their features are done.
+    """
+    part = view.part_verdict
+    left = set(part.missing_features)
+    about = {item.name: set(item.features) for item in view.characteristics}
+    return (
+        *part.missing_features,
+        *(name for name in part.unmeasured if not about[name] & left),
+    )
 
 
 def missing_words(missing: Sequence[str]) -> str:

@@ -163,7 +163,7 @@ def _reopened(path: Path, job: JobFile, probes: Path, tell: Tell) -> ReopenedJob
     use = ReferenceUse(rig, body, options.reference, job, begun=bool(points))
     sensitivities = []
     for number, point in enumerate(points):
-        tell(f"Computing point {number + 1} of {len(points)} anew", 0.1 + 0.4 * number / len(points))
+        tell(f"Computing point {number + 1} of {len(points)}", 0.1 + 0.4 * number / len(points))
         sensitivities.append(use.sensitivity(point.spots, point.reference_spots))
     tell("Checking the audit of the file", 0.5)
     session = InspectionSession(plan, rig, body, job, options)

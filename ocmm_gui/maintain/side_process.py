@@ -13,7 +13,6 @@ import time
 import traceback
 import uuid
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -42,7 +41,7 @@ class Teller:
     sender
         Goes to the window.
     whole
-        Held while something is done that is done as a whole or not at all.
+        Held from where what is done is done as a whole, and not given up any more.
     """
 
     def __init__(self, sender: Connection, whole: Lock) -> None:
@@ -56,9 +55,12 @@ class Teller:
         """Send a part of the answer that can be shown already."""
         self._sender.send(_Part(part))
 
-    def uninterrupted(self) -> AbstractContextManager[bool]:
-        """Return what keeps the process from being given up while it is held."""
-        return self._whole
+    def commit(self) -> None:
+        """Keep the process from being given up from now on; where it already was, never return.
+
+        It is not undone: between the end of the work and its answer it is too late as well.
+        """
+        self._whole.acquire()
 
 
 Work = Callable[[Teller], object]
@@ -147,8 +149,8 @@ class SideProcess(QObject):
 
         What is being written as a whole may end first, for as long as a window may take to close.
         """
-        if self._whole is not None and self._process is not None:
-            self._whole.acquire(timeout=_END_S)
+        if self._process is not None and not (self._whole and self._whole.acquire(block=False)):
+            self._process.join(_END_S)
         self._end()
 
     def _end(self) -> None:

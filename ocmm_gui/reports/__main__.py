@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.report_data import report_of_job
 from ocmm_core.inspection.reopen import reopen_job
+from ocmm_gui.reports.drawing import drawing
+from ocmm_gui.reports.pdf import write_pdf
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -20,23 +21,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--probes", type=Path)
     parser.add_argument("--incomplete", action="store_true")
     options = parser.parse_args(arguments)
-    # A report needs no screen, and a screen may not be there.
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from PySide6.QtGui import QGuiApplication
-
-    from ocmm_gui.reports.pdf import write_pdf
-
-    application = QGuiApplication.instance() or QGuiApplication([])
     try:
-        for job in options.jobs:
-            report = report_of_job(reopen_job(job, options.probes))
-            path = write_pdf(report, options.out, incomplete=options.incomplete)
-            sys.stdout.write(f"{path}\n")
+        with drawing():
+            for job in options.jobs:
+                report = report_of_job(reopen_job(job, options.probes))
+                path = write_pdf(report, options.out, incomplete=options.incomplete)
+                sys.stdout.write(f"{path}\n")
     except OcmmError as error:
         sys.stderr.write(f"{error.what} {error.remedy}\n")
         return 2
-    finally:
-        del application
     return 0
 
 

@@ -95,9 +95,11 @@ class AlignmentSheet(Sheet):
         report = self._report
         if report is None or not report.can_be_accepted:
             self.told.emit("There is no alignment to accept yet.")
-        elif self._bridge.accept_alignment("; ".join(report_lines(report))):
-            self.told.emit(f"The alignment was accepted: results are in the {report.frame}.")
-            self.left.emit()
+        else:
+            frame = report.frame
+            self._bridge.accept_alignment(
+                "; ".join(report_lines(report)), lambda: self._on_accepted(frame)
+            )
 
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
@@ -116,6 +118,11 @@ class AlignmentSheet(Sheet):
         """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
+
+    def _on_accepted(self, frame: str) -> None:
+        self.told.emit(f"The alignment was accepted: results are in the {frame}.")
+        if self.isVisible():
+            self.left.emit()
 
     def _on_report(self, report: object) -> None:
         self.progress.hide()

@@ -33,7 +33,7 @@ from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
 from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import Notice, NoticeCentre
+from ocmm_gui.notify import Level, Notice, NoticeCentre
 from ocmm_gui.words import part_line
 
 # Half a minute on two cores that have nothing else to do.
@@ -56,7 +56,7 @@ class Keyboard:
         notices.posted.connect(self._keep)
 
     def _keep(self, notice: Notice) -> None:
-        if notice.is_error:
+        if notice.level is Level.ERROR:
             self.errors.append(notice)
 
     def press(self, *keys: Qt.Key) -> None:
@@ -220,7 +220,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     assert all(name in of[lack] for lack in lacking)
     assert results.table.chosen() == job.characteristics[1].name
     keyboard.press(KEY.Key_F8)
-    with keyboard.qtbot.waitSignal(bridge.exported, timeout=PATIENCE_MS) as written:
+    with keyboard.qtbot.waitSignal(window.output.exported, timeout=PATIENCE_MS) as written:
         keyboard.press(KEY.Key_F8)
     paths: tuple[Path, ...] = written.args[0]
     assert len(paths) >= 4

@@ -41,7 +41,8 @@ def test_one_incomplete_job_keeps_all_of_a_batch_back(tmp_path: Path) -> None:
     skipped = replace(whole, features=(left_out, *whole.features[1:]))
     with pytest.raises(MeasuringError, match=left_out.name):
         write_report(sample_report(skipped), ("json",), tmp_path / "skipped")
-    going = replace(whole, provisional=(items[0].name,))
+    open_yet = replace(items[0], verdict=Verdict.PROVISIONAL)
+    going = replace(whole, characteristics=(open_yet, *items[1:]))
     with pytest.raises(MeasuringError, match=items[0].name):
         write_report(sample_report(going), ("json",), tmp_path / "going")
 
