@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import shutil
 import tempfile
+import threading
 import time
 import traceback
 import uuid
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -25,6 +28,7 @@ from ocmm_core.errors import CalibrationError, OcmmError
 
 _LOOK_MS = 50
 _END_S = 1.0
+_NICE = 5
 _TURN_S = 0.01
 """So long at most the messages of one look are taken in."""
 
@@ -105,9 +109,9 @@ class SideProcess(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._process: SpawnProcess | None = None
-        self._receiver: Connection | None = None
         self._whole: Lock | None = None
         self._scratch = Path()
+        self._mail: deque[object] = deque()
         self._timer = QTimer(self)
         self._timer.setInterval(_LOOK_MS)
         self._timer.timeout.connect(self._look)
@@ -118,19 +122,25 @@ class SideProcess(QObject):
 
     def start(self, work: Work) -> None:
         """Calculate; the answer comes by signal."""
-        self.cancel()
+        self._end()
         context = multiprocessing.get_context("spawn")
-        self._receiver, sender = context.Pipe(duplex=False)
-        self._whole = context.Lock()
+        receiver, sender = context.Pipe(duplex=False)
+        given, giver = context.Pipe(duplex=False)
+        self._whole, self._mail = context.Lock(), deque()
         self._scratch = Path(tempfile.gettempdir()) / f"ocmm-side-{uuid.uuid4().hex}"
         self._process = context.Process(
             target=_run,
-            args=(work, sender, self._whole, self._scratch),
+            args=(given, sender, self._whole, self._scratch),
             name="ocmm-examination",
             daemon=True,
         )
         self._process.start()
         sender.close()
+        given.close()
+        threading.Thread(
+            target=_converse, args=(work, giver, receiver, self._mail), name="ocmm-side-mail",
+            daemon=True,
+        ).start()  # fmt: skip
         self._timer.start()
 
     def give_up(self) -> bool:
@@ -145,68 +155,94 @@ class SideProcess(QObject):
         return True
 
     def cancel(self) -> None:
-        """Give up what is calculated; nothing is told any more.
+        """Give up what is calculated, and wait until it is gone; nothing is told any more.
 
         What is being written as a whole may end first, for as long as a window may take to close.
         """
         if self._process is not None and not (self._whole and self._whole.acquire(block=False)):
             self._process.join(_END_S)
-        self._end()
+        ending = self._end()
+        if ending is not None:
+            ending.join()
 
-    def _end(self) -> None:
+    def _end(self) -> threading.Thread | None:
+        """Let the process go; the end of a large one takes longer than a window may wait."""
         self._timer.stop()
-        process, receiver = self._process, self._receiver
-        self._process = self._receiver = self._whole = None
-        if process is not None:
-            process.terminate()
-            process.join(_END_S)
-            if process.is_alive():
-                process.kill()
-                process.join()
-            process.close()
-            # It had no time to clear up after itself.
-            shutil.rmtree(self._scratch, ignore_errors=True)
-        if receiver is not None:
-            receiver.close()
+        process, self._process, self._whole = self._process, None, None
+        if process is None:
+            return None
+        ending = threading.Thread(
+            target=_end_process, args=(process, self._scratch), name="ocmm-side-end"
+        )
+        ending.start()
+        return ending
 
     def _look(self) -> None:
         until = time.monotonic() + _TURN_S
-        while self._receiver is not None and self._receiver.poll():
-            try:
-                said = self._receiver.recv()
-            except EOFError:
-                self._end()
-                self.failed.emit(
-                    CalibrationError(
-                        "examination.died",
-                        "The calculation ended unexpectedly; the computer may be short of memory.",
-                        "Close other programs and calculate again.",
-                    )
-                )
-                return
+        while self._process is not None and self._mail:
+            said = self._mail.popleft()
             if isinstance(said, _Step):
                 self.advanced.emit(said.what, said.share)
             elif isinstance(said, _Part):
                 self.came.emit(said.part)
             else:
                 self._end()
-                if isinstance(said, _Failed):
-                    self.failed.emit(CalibrationError(said.code, said.what, said.remedy))
-                else:
+                if isinstance(said, _Done):
                     self.finished.emit(said.answer)
+                elif isinstance(said, _Failed):
+                    self.failed.emit(CalibrationError(said.code, said.what, said.remedy))
             if time.monotonic() >= until:
                 # The rest at the next look: the window has other things to do.
                 return
 
 
-def _run(work: Work, sender: Connection, whole: Lock, scratch: Path) -> None:
+_DIED = _Failed(
+    "examination.died",
+    "The calculation ended unexpectedly; the computer may be short of memory.",
+    "Close other programs and calculate again.",
+)
+
+
+def _converse(work: Work, giver: Connection, receiver: Connection, mail: deque[object]) -> None:
+    """Send the work and take in what is said of it; in a thread of its own.
+
+    A pipe takes little before the new process reads, which is a second later, and a picture of a
+    page comes in many pieces: the window waits for neither.
+    """
+    # A process that was given up meanwhile reads and says nothing any more.
+    with contextlib.suppress(OSError), giver:
+        giver.send(work)
+    with receiver:
+        try:
+            while True:
+                mail.append(receiver.recv())
+        except (EOFError, OSError):
+            mail.append(_DIED)
+
+
+def _end_process(process: SpawnProcess, scratch: Path) -> None:
+    process.terminate()
+    process.join(_END_S)
+    if process.is_alive():
+        process.kill()
+        process.join()
+    process.close()
+    # It had no time to clear up after itself.
+    shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _run(given: Connection, sender: Connection, whole: Lock, scratch: Path) -> None:
     """Calculate and answer; what runs in the process."""
     said: _Done | _Failed
+    if hasattr(os, "nice"):
+        # Tracking and window come first where there are few processors.
+        os.nice(_NICE)
     try:
         with contextlib.suppress(OSError):
             # Whoever cannot make his own files says so himself.
             scratch.mkdir()
             tempfile.tempdir = str(scratch)
+        work: Work = given.recv()
         said = _Done(work(Teller(sender, whole)))
     except OcmmError as error:
         said = _Failed(error.code, error.what, error.remedy)
