@@ -153,6 +153,7 @@ class MainWindow(QMainWindow):
             self.show_far(self._inspect is self.far)
             return
         self._stack.setCurrentWidget(self.maintenance.view)
+        self.banner.use_far(far=False)
         if self._live is not None:
             self._on_live(self._live)
         self.maintenance.view.list.setFocus()
@@ -162,6 +163,7 @@ class MainWindow(QMainWindow):
             if info.key not in _IN_WIZARDS:
                 self.actions_by_key[info.key].setEnabled(False)
         self._stack.setCurrentWidget(view)
+        self.banner.use_far(far=False)
 
     def mode(self) -> Mode:
         """Return what the window is for at the moment."""
@@ -173,6 +175,7 @@ class MainWindow(QMainWindow):
         """Show the far view or the desk view."""
         self._inspect = self.far if far else self.desk
         self._stack.setCurrentWidget(self._inspect)
+        self.banner.use_far(far=far)
         text = "Desk view" if far else "Far view"
         self.actions_by_key["view"].setText(text)
         if self._job is not None:

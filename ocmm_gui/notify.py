@@ -18,9 +18,11 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePol
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError, StorageError
-from ocmm_gui.theme import Theme
+from ocmm_gui.theme import Theme, text_font
 
 INFO_SECONDS = 12
+_FAR_SHARE, _DESK_PX = 26.0 / 1080.0, 14.0
+"""Size of the letters: over the height of the window, and in pixels."""
 
 
 class Level(Enum):
@@ -187,6 +189,8 @@ class Banner(QFrame):
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setAccessibleName("Notice text")
+        self._far = False
+        self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._dismiss = QPushButton("Dismiss  [Esc]")
         self._dismiss.setAccessibleName("Dismiss the notice")
@@ -209,12 +213,18 @@ class Banner(QFrame):
             return
         self._level = notice.level
         self._text.setText(f"{_MARKS[notice.level]}  {notice.what} {notice.remedy}".rstrip())
+        self._set_font()
         self._paint()
         self.show()
         if notice.level is Level.INFO:
             self._timer.start()
         else:
             self._timer.stop()
+
+    def use_far(self, *, far: bool) -> None:
+        """Write so that it can be read from where the window is looked at."""
+        self._far = far
+        self._set_font()
 
     def text(self) -> str:
         """Return what the banner says."""
@@ -225,6 +235,10 @@ class Banner(QFrame):
         self._theme = theme
         self._paint()
 
+    def _set_font(self) -> None:
+        pixels = max(_FAR_SHARE * self.window().height(), _DESK_PX) if self._far else _DESK_PX
+        self._text.setFont(text_font(pixels, bold=True))
+
     def _paint(self) -> None:
         if self._theme is not None:
             colour = {
@@ -234,5 +248,5 @@ class Banner(QFrame):
             }[self._level]
             self.setStyleSheet(
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
-                f" border-radius: 6px; }} QLabel {{ color: {colour}; font-weight: bold; }}"
+                f" border-radius: 6px; }} QLabel {{ color: {colour}; }}"
             )

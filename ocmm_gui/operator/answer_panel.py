@@ -17,7 +17,8 @@ from PySide6.QtWidgets import (
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 _YES = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
-_FAR_PX, _DESK_PX = 34.0, 16.0
+_FAR_SHARE, _DESK_PX = 34.0 / 1080.0, 16.0
+"""Size of the letters: over the height of the window, and in pixels."""
 
 
 class AnswerPanel(QFrame):
@@ -67,7 +68,7 @@ class AnswerPanel(QFrame):
 
     def ask(self, question: str, *, far: bool = False) -> None:
         """Show a question, in a type that can be read from where it is asked."""
-        pixels = _FAR_PX if far else _DESK_PX
+        pixels = max(_FAR_SHARE * self.window().height(), _DESK_PX) if far else _DESK_PX
         self._label.setFont(text_font(pixels, bold=True))
         for button in (self._yes, self._no):
             button.setFont(text_font(0.7 * pixels if far else pixels, bold=True))

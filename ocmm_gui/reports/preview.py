@@ -9,7 +9,9 @@ from PySide6.QtWidgets import QLabel, QScrollArea, QVBoxLayout, QWidget
 from ocmm_gui.reports.side import PagePicture
 
 _GAP_PX = 12
-_LEAST_PX = 300
+_LEAST_PX, _MOST_PX = 300, 1240
+"""A page that is wider than that is no easier to read, and costs the window its time."""
+_SAME_PX = 8
 
 
 class PagePreview(QScrollArea):
@@ -29,16 +31,19 @@ class PagePreview(QScrollArea):
         self._pages = QVBoxLayout(inside)
         self._pages.setSpacing(_GAP_PX)
         self.setWidget(inside)
+        self._width = 0
 
-    def page_width(self) -> int:
-        """Return how wide a page can be, pixels."""
-        return max(self.viewport().width() - 2 * _GAP_PX, _LEAST_PX)
+    def width_in(self, room: int) -> int:
+        """Return how wide a page is to be drawn where there is ``room``, pixels."""
+        inside = room - self.verticalScrollBar().sizeHint().width() - 2 * _GAP_PX
+        return min(max(inside, _LEAST_PX), _MOST_PX)
 
     def show_page(self, picture: PagePicture) -> None:
         """Show a page; the first one begins a report, and what was shown before goes."""
         if picture.index == 0:
             self.clear()
             self.verticalScrollBar().setValue(0)
+            self._width = picture.width
         page = QLabel()
         page.setAccessibleName(f"Page {picture.index + 1} of {picture.count}")
         page.setPixmap(QPixmap.fromImage(picture.image()))
@@ -58,7 +63,7 @@ class PagePreview(QScrollArea):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Ask for pages that are as wide as there is room now."""
         super().resizeEvent(event)
-        if event.oldSize().width() != event.size().width():
+        if self._width and abs(self.width_in(self.width()) - self._width) > _SAME_PX:
             self.widened.emit()
 
     def minimumSizeHint(self) -> QSize:

@@ -147,7 +147,8 @@ class ReportSheet(Sheet):
 
         def done(data: ReportData) -> None:
             if asked == self._asked:
-                self._previewing.start(Previewing(data, self.pages.page_width()))
+                width = self.pages.width_in(self.shown.width())
+                self._previewing.start(Previewing(data, width))
 
         def failed(error: Exception) -> None:
             if asked == self._asked:

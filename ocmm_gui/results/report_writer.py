@@ -26,13 +26,14 @@ class Written:
     def tell(self, notices: NoticeCentre) -> None:
         """Tell where the files are, and that they say little where the job is not complete."""
         folder = self.paths[0].parent if self.paths else ""
-        names = ", ".join(path.name for path in self.paths)
         if self.missing:
+            files = "1 file" if len(self.paths) == 1 else f"{len(self.paths)} files"
             notices.warn(
-                f"INCOMPLETE report of {self.job} written to {folder}: {names}. "
-                f"Not measured: {missing_words(self.missing)}."
+                f"INCOMPLETE report of {self.job} written to {folder} ({files}).",
+                f"Not measured: {missing_words(self.missing)}.",
             )
         else:
+            names = ", ".join(path.name for path in self.paths)
             notices.inform(f"Written to {folder}: {names}")
 
 
