@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
@@ -234,6 +235,11 @@ class Banner(QFrame):
         """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Write as large as the window allows now."""
+        super().resizeEvent(event)
+        self._set_font()
 
     def _set_font(self) -> None:
         pixels = max(_FAR_SHARE * self.window().height(), _DESK_PX) if self._far else _DESK_PX

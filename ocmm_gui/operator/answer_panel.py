@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QFrame,
@@ -46,6 +46,7 @@ class AnswerPanel(QFrame):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._theme = THEMES[DEFAULT_THEME]
         self._before: QWidget | None = None
+        self._far = False
         self._label = QLabel()
         self._label.setAccessibleName("Question")
         self._label.setTextFormat(Qt.TextFormat.PlainText)
@@ -68,10 +69,8 @@ class AnswerPanel(QFrame):
 
     def ask(self, question: str, *, far: bool = False) -> None:
         """Show a question, in a type that can be read from where it is asked."""
-        pixels = max(_FAR_SHARE * self.window().height(), _DESK_PX) if far else _DESK_PX
-        self._label.setFont(text_font(pixels, bold=True))
-        for button in (self._yes, self._no):
-            button.setFont(text_font(0.7 * pixels if far else pixels, bold=True))
+        self._far = far
+        self._set_fonts()
         self._label.setText(question)
         self.setAccessibleDescription(question)
         self._paint()
@@ -103,6 +102,11 @@ class AnswerPanel(QFrame):
         """Return a size that makes no window wider: the words are broken."""
         return QSize(300, super().minimumSizeHint().height())
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Write as large as the window allows now."""
+        super().resizeEvent(event)
+        self._set_fonts()
+
     def event(self, event: QEvent) -> bool:
         """Keep Return and Esc from the shortcuts of the window."""
         if (
@@ -128,6 +132,12 @@ class AnswerPanel(QFrame):
         self.hide()
         if had_keyboard and self._before is not None and self._before.isVisible():
             self._before.setFocus()
+
+    def _set_fonts(self) -> None:
+        pixels = max(_FAR_SHARE * self.window().height(), _DESK_PX) if self._far else _DESK_PX
+        self._label.setFont(text_font(pixels, bold=True))
+        for button in (self._yes, self._no):
+            button.setFont(text_font(0.7 * pixels if self._far else pixels, bold=True))
 
     def _paint(self) -> None:
         colour = self._theme.warn

@@ -96,10 +96,11 @@ class AlignmentSheet(Sheet):
         if report is None or not report.can_be_accepted:
             self.told.emit("There is no alignment to accept yet.")
         else:
-            frame = report.frame
+            words = f"The alignment was accepted: results are in the {report.frame}."
             self._bridge.accept_alignment(
-                "; ".join(report_lines(report)), lambda: self._on_accepted(frame)
+                "; ".join(report_lines(report)), lambda: self.told.emit(words)
             )
+            self.left.emit()
 
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
@@ -118,11 +119,6 @@ class AlignmentSheet(Sheet):
         """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
-
-    def _on_accepted(self, frame: str) -> None:
-        self.told.emit(f"The alignment was accepted: results are in the {frame}.")
-        if self.isVisible():
-            self.left.emit()
 
     def _on_report(self, report: object) -> None:
         self.progress.hide()
