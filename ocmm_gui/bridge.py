@@ -125,13 +125,19 @@ class StationBridge(QObject):
     def start(self) -> None:
         """Start the station and the timer, and send the first snapshots."""
         self._evaluator.start()
-        try:
-            self._station.start()
-        except OcmmError as error:
-            self.failed.emit(error)
+        if self._begins:
+            # The first touch is meant for the job that is being begun.
+            self._commands.do(
+                self._station.start, lambda _none: self._evaluator.wake(), self.failed.emit
+            )
         else:
-            # With the start the job knows with what it is measured.
-            self._evaluator.wake()
+            try:
+                self._station.start()
+            except OcmmError as error:
+                self.failed.emit(error)
+            else:
+                # With the start the job knows with what it is measured.
+                self._evaluator.wake()
         self._timer.start()
         self._pull_live()
         self._show_job(self._job)
