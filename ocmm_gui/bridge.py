@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from ocmm_core.calibration.overview import CalibrationOverview
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview
 from ocmm_core.errors import MeasuringError, OcmmError
+from ocmm_core.export.report_data import ReportData
 from ocmm_core.failure import contained
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import JobHeader, JobView, LiveView, Probing
@@ -30,6 +32,7 @@ from ocmm_core.station.bus_watch import BusView
 from ocmm_core.station.station import MeasuringStation
 from ocmm_gui.evaluator import Evaluator
 from ocmm_gui.words import active_feature
+from ocmm_gui.worker import Failed, Worker
 
 LIVE_MS = 31
 """Between two pulls of the live values: a little less than a thirtieth of a second."""
@@ -37,7 +40,16 @@ LIVE_MS = 31
 CLOSE_LIMIT_S = 1.5
 """How long the station may take to stop; the window closes within two seconds in any case."""
 
+_LEAST_S = 0.1
+
+LONG_S = 0.5
+"""An evaluation that takes longer is shown."""
+
 _log = logging.getLogger(__name__)
+
+
+def _done(_answer: None = None) -> None:
+    """Do nothing more: what came of it is told by the station."""
 
 
 class StationBridge(QObject):
@@ -57,8 +69,6 @@ class StationBridge(QObject):
     """Emits the `MeasuredPoint` that was accepted."""
     point_refused = Signal(object)
     """Emits the `Refusal` of a touch."""
-    exported = Signal(object)
-    """Emits the written files, ``tuple[Path, ...]``."""
     bus_text_saved = Signal(object)
     """Emits the `Path` that the report of the bus was written to."""
     cameras_written = Signal()
@@ -67,6 +77,10 @@ class StationBridge(QObject):
     """Another plan is measured now; emitted before the first `job_changed` of it."""
     job_left = Signal(str)
     """Emits what became of a job that another one was begun before it was finished."""
+    job_begun = Signal()
+    """Another job is measured now; its first `job_changed` follows when it is evaluated."""
+    evaluating = Signal(bool)
+    """Emits whether the job has been evaluated for longer than `LONG_S`."""
     failed = Signal(object)
     """Emits the `OcmmError` of a command."""
 
@@ -84,6 +98,10 @@ class StationBridge(QObject):
         self._writing: threading.Thread | None = None
         self._job, self._plan = station.job(), station.plan
         self._selected = ""
+        self._begins = self._evaluates = False
+        # Whoever changes a job waits for its lock, which an evaluation may hold for seconds. A
+        # touch waits for nobody: it is meant for the place where the ball is now.
+        self._commands, self._takes = Worker("ocmm-commands", self), Worker("ocmm-take", self)
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
         self._taken_elsewhere.connect(self.point_taken, queued)
@@ -112,9 +130,19 @@ class StationBridge(QObject):
     def start(self) -> None:
         """Start the station and the timer, and send the first snapshots."""
         self._evaluator.start()
-        if self._command(self._station.start):
-            # With the start the job knows with what it is measured.
-            self._evaluator.wake()
+        if self._begins:
+            # The first touch is meant for the job that is being begun.
+            self._commands.do(
+                self._station.start, lambda _none: self._evaluator.wake(), self.failed.emit
+            )
+        else:
+            try:
+                self._station.start()
+            except OcmmError as error:
+                self.failed.emit(error)
+            else:
+                # With the start the job knows with what it is measured.
+                self._evaluator.wake()
         self._timer.start()
         self._pull_live()
         self._show_job(self._job)
@@ -129,9 +157,14 @@ class StationBridge(QObject):
         self._station.point_taken.disconnect(self._on_taken)
         self._station.point_refused.disconnect(self._on_refused)
         self._station.failed.disconnect(self._on_failed)
-        self._evaluator.close()
+        until = time.monotonic() + CLOSE_LIMIT_S
         self._station.request_stop()
-        stopped = self._station.join(CLOSE_LIMIT_S)
+        # What was asked for before is still done: the file is open until `close` of the station.
+        for worker in (self._takes, self._commands):
+            if not worker.close(until - time.monotonic()):
+                _log.error("What was asked of the station last may not be done.")
+        self._evaluator.close(until - time.monotonic())
+        stopped = self._station.join(max(until - time.monotonic(), _LEAST_S))
         if self._writing is not None:
             # The end of the bus has ended it.
             self._writing.join(CLOSE_LIMIT_S)
@@ -150,7 +183,8 @@ class StationBridge(QObject):
 
     def take(self) -> None:
         """Take a point now."""
-        self._command(self._station.take)
+        if not self._closed:
+            self._takes.do(self._station.take, _done, self.failed.emit)
 
     def undo(self) -> None:
         """Take the last point back."""
@@ -214,21 +248,37 @@ class StationBridge(QObject):
 
         self._change(turn)
 
-    def next_part(self, header: JobHeader) -> bool:
-        """Go on with a new job for another part, and say whether it was begun."""
-        return self._command(lambda: self._station.next_part(header))
+    def next_part(self, header: JobHeader) -> None:
+        """Go on with a new job for another part; `job_begun` tells when it is there."""
 
-    def change_plan(self, path: Path, header: JobHeader) -> bool:
-        """Begin a job by the plan of a file, and say whether it was begun."""
-        return self._command(lambda: self._leave(self._station.change_plan(path, header)))
+        def begin() -> str:
+            self._station.next_part(header)
+            return ""
 
-    def go_on(self, path: Path) -> bool:
-        """Go on with a job that was left open, and say whether it was."""
-        return self._command(lambda: self._leave(self._station.go_on(path)))
+        self._begin(begin)
 
-    def accept_alignment(self, words: str) -> bool:
-        """Write into the job that the alignment was accepted, and say whether it was written."""
-        return self._change(lambda session: session.accept_alignment(words))
+    def change_plan(self, path: Path, header: JobHeader) -> None:
+        """Begin a job by the plan of a file; `job_begun` tells when it is there."""
+        self._begin(lambda: self._station.change_plan(path, header))
+
+    def go_on(self, path: Path) -> None:
+        """Go on with a job that was left open; `job_begun` tells when it is there."""
+        self._begin(lambda: self._station.go_on(path))
+
+    def is_beginning(self) -> bool:
+        """Return whether another job is being begun."""
+        return self._begins
+
+    def accept_alignment(self, words: str, done: Callable[[], None]) -> None:
+        """Write into the job that the alignment was accepted; ``done`` is told when it is."""
+        self._command(
+            lambda: self._station.change(lambda session: session.accept_alignment(words)), done
+        )
+
+    def report(self, done: Callable[[ReportData], None], failed: Failed) -> None:
+        """Give everything that a report can say about the job as it stands."""
+        if not self._closed:
+            self._commands.do(self._station.report, done, failed)
 
     def delete_point(self, number: int, reason: str) -> None:
         """Take a point out of its feature."""
@@ -244,8 +294,8 @@ class StationBridge(QObject):
 
     def select(self, feature: str) -> None:
         """Look at a feature of the plan; one that is open gets the next touch."""
-        if self._command(lambda: self._station.select(feature)):
-            self._selected = feature
+        self._selected = feature
+        self._command(lambda: self._station.select(feature))
 
     def select_neighbour(self, step: int) -> None:
         """Look at the feature ``step`` places after the one that is shown.
@@ -264,26 +314,15 @@ class StationBridge(QObject):
         else:
             self.select(names[min(max(place, 0), len(names) - 1)])
 
-    def export(self, directory: Path) -> None:
-        """Write the report into a folder."""
-
-        def write() -> None:
-            self.exported.emit(self._station.export(directory))
-
-        self._command(write)
-
     def bus(self) -> BusView | None:
         """Return what is known about the bus; None where the frames do not come over one."""
         return self._station.bus()
 
     def save_bus_text(self, path: Path) -> None:
         """Write the report of the bus to a file."""
-
-        def write() -> None:
-            self._station.save_bus_text(path)
-            self.bus_text_saved.emit(path)
-
-        self._command(write)
+        self._command(
+            lambda: self._station.save_bus_text(path), lambda: self.bus_text_saved.emit(path)
+        )
 
     def show_frames_to(self, watcher: Callable[[FrameBlock], None] | None) -> None:
         """Show all frames to a calibration procedure from now on, or to nobody."""
@@ -329,26 +368,51 @@ class StationBridge(QObject):
         self._writing = threading.Thread(target=write, name="ocmm-write-cameras")
         self._writing.start()
 
-    def _leave(self, words: str) -> None:
-        if words:
-            self.job_left.emit(words)
+    def _begin(self, call: Callable[[], str]) -> None:
+        """Begin another job; meanwhile there is none that a command could mean."""
 
-    def _change(self, verb: Callable[[InspectionSession], object]) -> bool:
-        return self._command(lambda: self._station.change(verb))
+        def done(words: str) -> None:
+            self._begins = False
+            if words:
+                self.job_left.emit(words)
+            self.job_begun.emit()
 
-    def _command(self, call: Callable[[], None]) -> bool:
-        """Give a command and say whether it was carried out; an error goes out by signal."""
-        if self._closed:
-            return False
-        try:
-            call()
-        except Exception as error:
-            self.failed.emit(contained(error, "The command"))
-            return False
-        return True
+        def failed(error: Exception) -> None:
+            self._begins = False
+            self.failed.emit(error)
+
+        if self._may_command():
+            self._begins = True
+            self._commands.do(call, done, failed)
+
+    def _change(self, verb: Callable[[InspectionSession], object]) -> None:
+        self._command(lambda: self._station.change(verb))
+
+    def _command(self, call: Callable[[], None], done: Callable[[], None] = _done) -> None:
+        """Give a command, carried out after those before; an error goes out by signal."""
+
+        def failed(error: Exception) -> None:
+            self._selected = ""
+            self.failed.emit(error)
+
+        if self._may_command():
+            self._commands.do(call, lambda _none: done(), failed)
+
+    def _may_command(self) -> bool:
+        if self._begins:
+            self.failed.emit(
+                MeasuringError(
+                    "station.beginning", "Another job is being begun.", "Wait until it is there."
+                )
+            )
+        return not (self._closed or self._begins)
 
     def _pull_live(self) -> None:
         self.live_changed.emit(self._station.live())
+        evaluates = self._evaluator.busy_s() > LONG_S
+        if evaluates is not self._evaluates:
+            self._evaluates = evaluates
+            self.evaluating.emit(evaluates)
 
     def _show_job(self, job: JobView) -> None:
         self._job, self._selected = job, ""

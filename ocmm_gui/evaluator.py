@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 
 from ocmm_core.inspection.view import JobView
 
 _PAUSE_S = 0.04
 """Between two evaluations: whoever waits for the job meanwhile gets his turn."""
-_JOIN_S = 3.0
 
 
 class Evaluator:
@@ -33,6 +33,7 @@ class Evaluator:
     ) -> None:
         self._evaluate, self._tell, self._failed = evaluate, tell, failed
         self._changed, self._stop = threading.Event(), threading.Event()
+        self._since: float | None = None
         self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
 
     def start(self) -> None:
@@ -44,12 +45,17 @@ class Evaluator:
         """Evaluate soon; returns at once."""
         self._changed.set()
 
-    def close(self) -> None:
-        """End, after what is being evaluated; idempotent."""
+    def busy_s(self) -> float:
+        """Return for how long the job has been evaluated by now, s; zero while it is not."""
+        since = self._since
+        return 0.0 if since is None else time.monotonic() - since
+
+    def close(self, limit_s: float) -> None:
+        """End, after what is being evaluated or after so long; idempotent."""
         self._stop.set()
         self._changed.set()
         if self._thread.is_alive():
-            self._thread.join(_JOIN_S)
+            self._thread.join(max(limit_s, 0.0))
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -57,10 +63,13 @@ class Evaluator:
             self._changed.clear()
             if self._stop.is_set():
                 return
+            self._since = time.monotonic()
             try:
                 self._tell(self._evaluate())
             except Exception as error:
                 # Without a word the window would go on showing what it showed.
                 if not self._stop.is_set():
                     self._failed(error)
+            finally:
+                self._since = None
             self._stop.wait(_PAUSE_S)

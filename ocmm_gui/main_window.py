@@ -27,11 +27,12 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.desk_view import DeskView
 from ocmm_gui.echo import Echo
 from ocmm_gui.maintenance import Maintenance
-from ocmm_gui.notify import Banner, Notice, NoticeCentre
+from ocmm_gui.notify import Banner, Level, Notice, NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.simulated_band import SimulatedBand
 from ocmm_gui.operator.tip_line import TipLine
 from ocmm_gui.operator.trust_bar import Place, TrustBar
+from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.output import Output
 from ocmm_gui.point_choice import PointChoice
 from ocmm_gui.sheets import Sheets
@@ -90,8 +91,9 @@ class MainWindow(QMainWindow):
             lambda: self.far.readout() if self.is_far() else self.desk.readout,
         )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
-        self.output = Output(bridge, notices, out)
+        self.output = Output(bridge, notices, out, self.is_far)
         self.sheets = Sheets(bridge, notices, self.output.folder)
+        self.sheets.report.written.connect(self.output.tell_written)
         self.maintenance = Maintenance(bridge, notices, self._echo, self.actions_by_key)
         self.trust = TrustBar()
         self.tip_line = TipLine()
@@ -99,8 +101,10 @@ class MainWindow(QMainWindow):
         self.simulated = SimulatedBand()
         self._stack = QStackedWidget()
         self._lines = (
-            self.banner, self.output.export_panel, self.output.bus_panel, self.choice.panel,
+            self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
+            self.choice.panel,
         )  # fmt: skip
+        self._work = WorkLine("Results")
         self._lay_out()
         self._connect(bridge)
         bind_actions(self.actions_by_key, self._calls())
@@ -116,7 +120,7 @@ class MainWindow(QMainWindow):
         whole.setSpacing(0)
         layout = QVBoxLayout()
         layout.setSpacing(0)
-        for widget in (self.trust, self.tip_line, *self._lines):
+        for widget in (self.trust, self.tip_line, *self._lines, self.output.work, self._work):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         whole.addWidget(self.simulated)
@@ -136,6 +140,7 @@ class MainWindow(QMainWindow):
         )
         bridge.failed.connect(self._notices.error)
         bridge.live_changed.connect(self._on_live)
+        bridge.evaluating.connect(self._on_evaluating)
         bridge.plan_changed.connect(self._use_plan)
         bridge.job_changed.connect(self._on_job)
         bridge.point_taken.connect(self._echo.taken)
@@ -151,6 +156,7 @@ class MainWindow(QMainWindow):
             self.show_far(self._inspect is self.far)
             return
         self._stack.setCurrentWidget(self.maintenance.view)
+        self.banner.use_far(far=False)
         if self._live is not None:
             self._on_live(self._live)
         self.maintenance.view.list.setFocus()
@@ -160,6 +166,7 @@ class MainWindow(QMainWindow):
             if info.key not in _IN_WIZARDS:
                 self.actions_by_key[info.key].setEnabled(False)
         self._stack.setCurrentWidget(view)
+        self.banner.use_far(far=False)
 
     def mode(self) -> Mode:
         """Return what the window is for at the moment."""
@@ -171,6 +178,7 @@ class MainWindow(QMainWindow):
         """Show the far view or the desk view."""
         self._inspect = self.far if far else self.desk
         self._stack.setCurrentWidget(self._inspect)
+        self.banner.use_far(far=far)
         text = "Desk view" if far else "Far view"
         self.actions_by_key["view"].setText(text)
         if self._job is not None:
@@ -202,6 +210,7 @@ class MainWindow(QMainWindow):
         """Stop the station before the window goes; every point is stored already."""
         begun = time.monotonic()
         self.sheets.close_work()
+        self.output.close_work()
         self.maintenance.close_work()
         self._bridge.close()
         self._echo.close()
@@ -280,6 +289,12 @@ class MainWindow(QMainWindow):
         target = self._job.target if measures and self._job is not None else None
         self._echo.way(target, live.tip_world)
 
+    def _on_evaluating(self, busy: bool) -> None:
+        if busy:
+            self._work.begin("Computing the results")
+        else:
+            self._work.end()
+
     def _on_job(self, job: JobView) -> None:
         try:
             self._take_job(job)
@@ -310,7 +325,11 @@ class MainWindow(QMainWindow):
         # It stands on every screen as long as it lasts.
         self._notices.keep(
             Notice(
-                True, view.hindrance.what, view.hindrance.remedy, "", datetime.now().astimezone()
+                Level.ERROR,
+                view.hindrance.what,
+                view.hindrance.remedy,
+                "",
+                datetime.now().astimezone(),
             )
         )
 

@@ -10,19 +10,34 @@ import traceback
 from collections import deque
 from dataclasses import dataclass
 from datetime import datetime
+from enum import Enum
 from pathlib import Path
 from types import TracebackType
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
-from ocmm_gui.theme import Theme
+from ocmm_gui.theme import Theme, text_font
 
 INFO_SECONDS = 12
 _AGAIN_S = 5.0
+_FAR_SHARE, _DESK_PX = 26.0 / 1080.0, 14.0
+"""Size of the letters: over the height of the window, and in pixels."""
+
+
+class Level(Enum):
+    """How much a notice matters: in the log its value, in the banner mark and colour."""
+
+    INFO = "INFO"
+    WARNING = "WARNING"
+    ERROR = "ERROR"
+
+
+_MARKS = {Level.INFO: "✔", Level.WARNING: "⚠", Level.ERROR: "✖"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +46,8 @@ class Notice:
 
     Attributes
     ----------
-    is_error
-        Something went wrong; an error stays until it is dismissed.
+    level
+        Good news goes away by itself; a warning or an error stays until it is dismissed.
     what, remedy
         What happened, and what to do about it (may be empty).
     detail
@@ -41,7 +56,7 @@ class Notice:
         Local time.
     """
 
-    is_error: bool
+    level: Level
     what: str
     remedy: str
     detail: str
@@ -69,13 +84,18 @@ class NoticeCentre(QObject):
 
     def inform(self, what: str) -> None:
         """Show good news."""
-        self.post(Notice(False, what, "", "", datetime.now().astimezone()))
+        self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone()))
+
+    def warn(self, what: str, remedy: str = "") -> None:
+        """Show what was done and must not be taken for more than it is."""
+        self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone()))
 
     def error(self, error: BaseException) -> None:
         """Show an error: an `OcmmError` in its own words, any other as `failure.contained`."""
         detail = "".join(traceback.format_exception(error))
         told = contained(error, "The window")
-        self.post(Notice(True, told.what, told.remedy, detail, datetime.now().astimezone()))
+        when = datetime.now().astimezone()
+        self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when))
 
     def save(self, path: Path) -> None:
         """Write all kept notices with their full text to a file.
@@ -86,7 +106,7 @@ class NoticeCentre(QObject):
             The file cannot be written.
         """
         text = "\n".join(
-            f"{n.when.isoformat()} {'ERROR' if n.is_error else 'INFO'} {n.what} {n.remedy}\n"
+            f"{n.when.isoformat()} {n.level.value} {n.what} {n.remedy}\n"
             f"{n.detail}"
             for n in list(self._notices)
         )
@@ -129,8 +149,8 @@ class ErrorHooks(logging.Handler):
         """Keep a record of the core's log."""
         detail = "" if record.exc_info is None else self._traceback(record)
         when = datetime.fromtimestamp(record.created).astimezone()
-        is_error = record.levelno >= logging.ERROR
-        self._centre.keep(Notice(is_error, record.getMessage(), "", detail, when))
+        level = Level.ERROR if record.levelno >= logging.ERROR else Level.WARNING
+        self._centre.keep(Notice(level, record.getMessage(), "", detail, when))
 
     @staticmethod
     def _traceback(record: logging.LogRecord) -> str:
@@ -169,11 +189,13 @@ class Banner(QFrame):
         self.setObjectName("banner")
         self.setAccessibleName("Notice")
         self._theme: Theme | None = None
-        self._is_error = False
+        self._level = Level.INFO
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setAccessibleName("Notice text")
+        self._far = False
+        self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._dismiss = QPushButton("Dismiss  [Esc]")
         self._dismiss.setAccessibleName("Dismiss the notice")
@@ -190,18 +212,24 @@ class Banner(QFrame):
         self.hide()
 
     def show_notice(self, notice: Notice) -> None:
-        """Show a notice; good news goes away by itself, an error is not covered by it."""
-        if self._is_error and not notice.is_error and self.isVisible():
+        """Show a notice; good news goes away by itself, and only an error covers an error."""
+        covered = self._level is Level.ERROR and self.isVisible()
+        if covered and notice.level is not Level.ERROR:
             return
-        self._is_error = notice.is_error
-        mark = "✖" if notice.is_error else "✔"
-        self._text.setText(f"{mark}  {notice.what} {notice.remedy}".rstrip())
+        self._level = notice.level
+        self._text.setText(f"{_MARKS[notice.level]}  {notice.what} {notice.remedy}".rstrip())
+        self._set_font()
         self._paint()
         self.show()
-        if notice.is_error:
-            self._timer.stop()
-        else:
+        if notice.level is Level.INFO:
             self._timer.start()
+        else:
+            self._timer.stop()
+
+    def use_far(self, *, far: bool) -> None:
+        """Write so that it can be read from where the window is looked at."""
+        self._far = far
+        self._set_font()
 
     def text(self) -> str:
         """Return what the banner says."""
@@ -212,10 +240,23 @@ class Banner(QFrame):
         self._theme = theme
         self._paint()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Write as large as the window allows now."""
+        super().resizeEvent(event)
+        self._set_font()
+
+    def _set_font(self) -> None:
+        pixels = max(_FAR_SHARE * self.window().height(), _DESK_PX) if self._far else _DESK_PX
+        self._text.setFont(text_font(pixels, bold=True))
+
     def _paint(self) -> None:
         if self._theme is not None:
-            colour = self._theme.bad if self._is_error else self._theme.good
+            colour = {
+                Level.INFO: self._theme.good,
+                Level.WARNING: self._theme.warn,
+                Level.ERROR: self._theme.bad,
+            }[self._level]
             self.setStyleSheet(
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
-                f" border-radius: 6px; }} QLabel {{ color: {colour}; font-weight: bold; }}"
+                f" border-radius: 6px; }} QLabel {{ color: {colour}; }}"
             )

@@ -47,7 +47,7 @@ class Sheets(QObject):
         folder: Callable[[], Path],
     ) -> None:
         super().__init__()
-        running = JobSource.of_station(lambda: bridge.station)
+        running = JobSource.of_bridge(bridge)
         self.results = ResultsSheet(running, lambda: calibration_words(bridge))
         self.report = ReportSheet(folder)
         self.alignment = AlignmentSheet(bridge)
@@ -62,7 +62,7 @@ class Sheets(QObject):
         bridge.job_left.connect(notices.inform)
         self._notices = notices
         self._bridge = bridge
-        self.job.begun.connect(self._on_begun)
+        bridge.job_begun.connect(self._on_begun)
         for sheet in self.all():
             sheet.left.connect(self.left)
             sheet.failed.connect(notices.error)
@@ -73,7 +73,6 @@ class Sheets(QObject):
         self.batch.left.connect(self.open_results)
         self.results.report_wanted.connect(self._open_report)
         self.results.batch_wanted.connect(self._open_batch)
-        self.report.written.connect(bridge.exported)
 
     def all(self) -> tuple[Sheet, ...]:
         """Return every sheet, for the stack of the window."""
@@ -113,10 +112,13 @@ class Sheets(QObject):
     def job_changed(self, job: JobView) -> None:
         """Let the sheets show what was measured since."""
         self.results.job_changed()
+        self.report.job_changed()
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
         self.results.close_work()
+        self.report.close_work()
+        self.job.close_work()
         self.batch.close_work()
         self.plan.close_work()
         self.alignment.close_work()

@@ -86,7 +86,7 @@ def run_job(
         view = station.job()
         status = station.acquisition_status()
         if view.part_verdict.complete or incomplete:
-            for file in station.export(out):
+            for file in station.export(out, incomplete=incomplete):
                 console.print(f"Report  {file}")
         if not view.complete:
             raise _incomplete(view, status, built.job_path)

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export.completeness import require_complete
 from ocmm_core.export.profile import load_profile
 from ocmm_core.export.registry import EXPORTERS, preview, preview_text, write_report
 from ocmm_core.export.report_data import ReportData, report_of_job
@@ -55,6 +56,12 @@ def report_command(
             "up there. Default: that of this user.",
         ),
     ] = None,
+    incomplete: Annotated[
+        bool,
+        typer.Option(
+            "--incomplete", help="Write the report also of a job that is not completely measured."
+        ),
+    ] = False,
 ) -> None:
     """Report jobs from their own files, read-only.
 
@@ -75,20 +82,27 @@ def report_command(
             typer.echo("The pages of the PDF report are shown by the window (Results, Report).")
         return
     folder = out if out is not None else jobs[0].parent
+    if not incomplete:
+        # Before the first file, whatever the formats are.
+        require_complete(data)
     if written:
-        for path in write_report(data, written, folder, layout):
+        for path in write_report(data, written, folder, layout, incomplete=incomplete):
             console.print(f"Report  {path}", highlight=False, markup=False)
     if _PDF in chosen:
-        for line in _print_pages(jobs, folder, probes):
+        for line in _print_pages(jobs, folder, probes, incomplete=incomplete):
             console.print(f"Report  {line}", highlight=False, markup=False)
 
 
-def _print_pages(jobs: list[Path], folder: Path, probes: Path | None) -> list[str]:
+def _print_pages(
+    jobs: list[Path], folder: Path, probes: Path | None, *, incomplete: bool
+) -> list[str]:
     """Write the PDF reports in a process with the drawing of the window; return their paths."""
     # The core knows no Qt: what draws is a program of its own, as the window is.
     command = [sys.executable, "-m", "ocmm_gui.reports", *map(str, jobs), "--out", str(folder)]
     if probes is not None:
         command += ["--probes", str(probes)]
+    if incomplete:
+        command += ["--incomplete"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
     if done.returncode != 0:
         last = done.stderr.strip().splitlines()[-1:] or ["the program that draws it ended"]

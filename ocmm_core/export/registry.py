@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.aqdef import AQDEF
+from ocmm_core.export.completeness import require_complete
 from ocmm_core.export.exporter import Exporter
 from ocmm_core.export.files import write_together
 from ocmm_core.export.json_file import JSON
@@ -28,6 +29,9 @@ def write_report(
     formats: Sequence[str],
     folder: Path | str,
     profile: Profile | None = None,
+    *,
+    incomplete: bool = False,
+    beside: Mapping[str, bytes] | None = None,
 ) -> tuple[Path, ...]:
     """Write reports, all files of them or none, and return their paths.
 
@@ -43,11 +47,18 @@ def write_report(
         Made where it is missing. Files of the same name are replaced.
     profile
         Of the text files; None is the one for PolyWorks.
+    incomplete
+        Somebody asked for the report although a job may not be complete.
+    beside
+        Files by name that were made and checked elsewhere, such as the PDF: written together with
+        the others.
 
     Raises
     ------
     InputError
         There is no such format, or nothing to report.
+    MeasuringError
+        A job is not complete, and ``incomplete`` was not given.
     StorageError
         A name or a number cannot go into the files, two jobs have the same name, the folder cannot
         be written, or what was read back is not what was measured. Nothing is written then.
@@ -55,7 +66,9 @@ def write_report(
     folder, profile = Path(folder), profile or polyworks_profile()
     contents: dict[Path, bytes] = {}
     taken: set[str] = set()
-    for exporter, jobs in _parts(data, formats):
+    if not incomplete:
+        require_complete([data] if isinstance(data, ReportData) else data)
+    for exporter, jobs in () if beside and not formats else _parts(data, formats):
         for name, content in exporter.contents(jobs, profile).items():
             # Not every system tells large from small letters in names of files.
             if name.lower() in taken:
@@ -66,10 +79,11 @@ def write_report(
                 )
             taken.add(name.lower())
             contents[folder / name] = content
+    contents |= {folder / name: content for name, content in (beside or {}).items()}
 
     def check(read: Mapping[Path, bytes]) -> None:
         files = {path.name: content for path, content in read.items()}
-        for exporter, jobs in _parts(data, formats):
+        for exporter, jobs in _parts(data, formats) if formats else ():
             _require_same(exporter, exporter.differences(jobs, profile, files))
 
     write_together(contents, check)

@@ -9,7 +9,7 @@ another computer or an older version, or be measured by another program at the m
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -36,6 +36,9 @@ from ocmm_core.storage.rows import JobEvent, JobHead
 from ocmm_core.tolerances.decision import not_proven
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.sensitivity import TipSensitivity
+
+Tell = Callable[[str, float], None]
+"""Told what is done next, and the share that is done."""
 
 SAME_TIP_MM = 0.01
 """The stored mean tip of the frames and the tip of their mean spots differ by what is not
@@ -116,7 +119,9 @@ class ReopenedJob:
         return (*self.faults, *self.differences, *history)
 
 
-def reopen_job(path: Path | str, probes: Path | None = None) -> ReopenedJob:
+def reopen_job(
+    path: Path | str, probes: Path | None = None, tell: Tell = lambda what, share: None
+) -> ReopenedJob:
     """Open a job read-only and compute everything in it anew.
 
     Parameters
@@ -125,6 +130,8 @@ def reopen_job(path: Path | str, probes: Path | None = None) -> ReopenedJob:
         The job file.
     probes
         Where histories of probes are kept on this computer; None is the folder of this user.
+    tell
+        Told what is done next; whoever opens many points wants to see how far it is.
 
     Raises
     ------
@@ -136,31 +143,39 @@ def reopen_job(path: Path | str, probes: Path | None = None) -> ReopenedJob:
         The points do not belong to the documents in the file.
     """
     path = Path(path)
+    tell("Copying the job", 0.0)
     with copy_of_job(path) as copy:
         try:
             # The copy is our own: one of an older version is brought up to date by this.
             with JobFile.open(copy) as job:
-                return _reopened(path, job, probes or default_probe_folder())
+                return _reopened(path, job, probes or default_probe_folder(), tell)
         except OcmmError as error:
             raise named(error, str(copy), str(path)) from error
 
 
-def _reopened(path: Path, job: JobFile, probes: Path) -> ReopenedJob:
+def _reopened(path: Path, job: JobFile, probes: Path, tell: Tell) -> ReopenedJob:
+    tell("Reading the documents", 0.05)
     head, events = job.head, job.events()
     stored = StoredDocuments(path, head)
     plan, rig, records = stored.plan(), stored.rig(), stored.probe_records()
     body, options = stored.measured_with(events, job.reference())
     points = job.points()
     use = ReferenceUse(rig, body, options.reference, job, begun=bool(points))
-    sensitivities = [use.sensitivity(point.spots, point.reference_spots) for point in points]
+    sensitivities = []
+    for number, point in enumerate(points):
+        tell(f"Computing point {number + 1} of {len(points)}", 0.1 + 0.4 * number / len(points))
+        sensitivities.append(use.sensitivity(point.spots, point.reference_spots))
+    tell("Checking the audit of the file", 0.5)
     session = InspectionSession(plan, rig, body, job, options)
     faults = tuple(job.verify())
     history = settle_by_history(session, job, records, probes)
+    tell("Comparing with what is stored", 0.6)
     anew = [[one.tip_world] for one in sensitivities]
     if "thesis" in methods_used(events):
         for tips, point in zip(anew, points, strict=True):
             tips.append(use.thesis_tip(point.spots, point.reference_spots))
     differences = tuple(_differences(points, anew, plan, body))
+    tell("Computing the results anew", 0.7)
     return ReopenedJob(
         path=path,
         head=head,

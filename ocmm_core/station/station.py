@@ -34,7 +34,7 @@ from ocmm_core.calibration.overview import CalibrationOverview, overview
 from ocmm_core.calibration.probe_in_use import ProbeInUse, ProbeView
 from ocmm_core.calibration.probe_overview import ProbeOverview, probe_overview
 from ocmm_core.documents import digest
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import Profile
 from ocmm_core.export.registry import write_report
@@ -73,6 +73,7 @@ _NOTHING_CHANGED = "The job before is measured as it was."
 _UNKNOWN = AcquisitionStatus(
     AcquisitionState.STOPPED, StopReason.FAILED, "", 0, 0, 0, 0, 0, 0, 0, 0
 )
+_REPORT_TRIES = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -685,14 +686,38 @@ class MeasuringStation:
         return self._session.explanations()
 
     def report(self) -> ReportData:
-        """Return everything that a report can say about the job as it stands."""
+        """Return everything that a report can say about the job as it stands.
+
+        Takes up to some seconds: not for the thread of a window.
+
+        Raises
+        ------
+        MeasuringError
+            The job changes faster than it can be reported.
+        OcmmError
+            The job file cannot be read.
+        """
+        for _ in range(_REPORT_TRIES):
+            session, job = self._session, self._job
+            view = session.view
+            found = self._report_of(session, job, view)
+            # A point that came meanwhile would be in one half of the report only.
+            if session.view is view and session is self._session:
+                return found
+        raise MeasuringError(
+            "export.busy",
+            "The job changes faster than it can be reported.",
+            "Pause it, or write the report when less is probed at a time.",
+        )
+
+    def _report_of(self, session: InspectionSession, job: JobFile, view: JobView) -> ReportData:
         calibration, probe, reference = self.calibration(), self.probe_view(), self.reference
-        back = tuple(self._job.annulled())
+        back = tuple(job.annulled())
         return report_data(
-            self.job(),
-            self._job.head,
+            view,
+            job.head,
             self.plan,
-            T_part_from_world=self._session.T_part_from_world,
+            T_part_from_world=session.T_part_from_world,
             calibration=Instrument(
                 calibration.label, f"{calibration.word.value} {calibration.identity}"
             ),
@@ -702,11 +727,11 @@ class MeasuringStation:
                 "" if reference is None else f"{reference.name} {reference.identity}",
             ),
             climate=self._use.options.climate,
-            observations=tuple(self._job.points()),
+            observations=tuple(job.points()),
             annulled=tuple(point.number for point, _ in back),
-            taken_utc=self._job.taken_utc(),
+            taken_utc=job.taken_utc(),
             taken_back=back,
-            explained=self._session.explanations(),
+            explained=session.explanations(),
         )
 
     def export(
@@ -714,9 +739,11 @@ class MeasuringStation:
         directory: Path,
         formats: Sequence[str] = ("polyworks",),
         profile: Profile | None = None,
+        *,
+        incomplete: bool = False,
     ) -> tuple[Path, ...]:
         """Write reports of the job to ``directory`` and return their paths; as `write_report`."""
-        return write_report(self.report(), formats, directory, profile)
+        return write_report(self.report(), formats, directory, profile, incomplete=incomplete)
 
     def _obstacle(self) -> Obstacle | None:
         """Return why no points may be taken because of calibration or tip, or None."""

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QListWidget, QListWidgetItem
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.batch import next_serial, parts_of_batch
+from ocmm_core.inspection.batch import BatchPart, next_serial, parts_of_batch
 from ocmm_core.inspection.plan_shelf import PlanCard, plan_card, plans_in
 from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_gui.actions import ActionInfo
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.sheet import ChoiceBox, Sheet, caption, form_field
 from ocmm_gui.theme import text_font
+from ocmm_gui.worker import Worker
 
 _KEYS = (
     ActionInfo("next_part", "Next part", "The next serial number, everything else as it is",
@@ -48,9 +51,6 @@ class JobSheet(Sheet):
         Begins jobs.
     """
 
-    begun = Signal()
-    """Another job is measured now."""
-
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__("Job", _KEYS)
         self._bridge = bridge
@@ -58,7 +58,13 @@ class JobSheet(Sheet):
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(12)
-        self._offered: dict[Path, None] = {}
+        # A folder may hold many plans and jobs, and lie on a slow disk.
+        self._lists = Worker("ocmm-lists", self)
+        self._offered: dict[Path, PlanCard] = {}
+        self._beside: dict[Path, PlanCard] = {}
+        self.work = WorkLine("Job")
+        bridge.job_begun.connect(self.work.end)
+        bridge.failed.connect(self._on_failed)
         self._cards: list[PlanCard | None] = [None]
         self.plans = ChoiceBox("Plan", "What is measured in the next job", ())
         self.plans.setFont(text_font(18))
@@ -67,6 +73,7 @@ class JobSheet(Sheet):
         self.plan_file = PathPanel("plan", "file", "Choose")
         self.plan_file.given.connect(self.choose_plan)
         self.body.addWidget(self.plan_file)
+        self.body.addWidget(self.work)
         self._part = QLabel()
         self._part.setAccessibleName("Part")
         self._part.setFont(text_font(20, bold=True))
@@ -147,43 +154,56 @@ class JobSheet(Sheet):
             batch=words["batch"],
         )
         card = self._cards[self.plans.currentIndex()]
-        begun = (
+        if card is None:
             self._bridge.next_part(header)
-            if card is None
-            else self._bridge.change_plan(card.path, header)
-        )
-        if begun:
-            self.begun.emit()
+        else:
+            self._bridge.change_plan(card.path, header)
+        self._show_beginning()
 
     def offer(self, path: Path) -> None:
         """Let a plan be chosen from now on; one that cannot be measured is told."""
-        if self.attempt(lambda: plan_card(path)) is not None:
-            self._offered[path.absolute()] = None
-            self._list_plans()
+        card = self.attempt(lambda: plan_card(path))
+        if card is not None:
+            self._offered[path.absolute()] = card
+            self._show_plans()
 
     def choose_plan(self, path: Path) -> None:
         """Choose the plan of a file for the next job."""
         self.offer(path)
         if path.absolute() in self._offered:
-            # It is not in the list where it is the one that is measured already.
-            places = [None if card is None else card.path for card in self._cards]
-            at = places.index(path.absolute()) if path.absolute() in places else 0
-            self.plans.setCurrentIndex(at)
+            self._choose(path.absolute())
             self.plans.setFocus()
 
     def next_part(self) -> None:
         """Begin the job of the next part at once."""
         header = self.attempt(lambda: _after(self._bridge.job().header))
-        if header is not None and self._bridge.next_part(header):
-            self.begun.emit()
+        if header is not None:
+            self._bridge.next_part(header)
+            self._show_beginning()
 
     def go_on(self) -> None:
-        """Go on with the chosen job."""
+        """Go on with the chosen job, once the list is read."""
+        self._lists.do(lambda: None, lambda _none: self._go_on(), self.failed.emit)
+
+    def close_work(self) -> None:
+        """Read no more lists; call it before the window goes."""
+        self._lists.close(0.0)
+
+    def _go_on(self) -> None:
         item = self.jobs.currentItem()
         if item is None:
             self.told.emit("Choose a job of the list first.")
-        elif self._bridge.go_on(item.data(_PATH)):
-            self.begun.emit()
+        else:
+            self._bridge.go_on(item.data(_PATH))
+            self._show_beginning()
+
+    def _show_beginning(self) -> None:
+        if self._bridge.is_beginning():
+            self.work.begin("Beginning the job")
+
+    def _on_failed(self, _error: object) -> None:
+        if not self._bridge.is_beginning():
+            self.work.end()
 
     def _proposal(self, job: JobView) -> JobHeader:
         """Return the header of the running job, for the next part once this one has points."""
@@ -200,15 +220,31 @@ class JobSheet(Sheet):
 
     def _list_plans(self) -> None:
         """List the plan that is measured, those beside it, and those that were offered."""
-        station = self._bridge.station
-        if station.plan_file is not None:
-            # It is to be had again when another one is measured.
-            self._offered[station.plan_file.absolute()] = None
-        known = {card.path: card for card in plans_in(self._plan_folder())}
-        for path in self._offered:
-            # What has become unreadable since is left out.
-            with contextlib.suppress(OcmmError):
-                known[path] = plan_card(path)
+        file, offered = self._bridge.station.plan_file, tuple(self._offered)
+        folder = self._plan_folder()
+        self._show_plans()
+
+        def read() -> tuple[dict[Path, PlanCard], dict[Path, PlanCard]]:
+            # The plan that is measured is to be had again when another one is.
+            asked = {*offered, *([] if file is None else [file.absolute()])}
+            found = {}
+            for path in sorted(asked):
+                # What has become unreadable since is left out.
+                with contextlib.suppress(OcmmError):
+                    found[path] = plan_card(path)
+            return {card.path: card for card in plans_in(folder)}, found
+
+        def done(answer: tuple[Mapping[Path, PlanCard], Mapping[Path, PlanCard]]) -> None:
+            beside, found = answer
+            late = {path: card for path, card in self._offered.items() if path not in offered}
+            self._beside, self._offered = dict(beside), {**found, **late}
+            self._show_plans()
+
+        self._lists.do(read, done, self.failed.emit)
+
+    def _show_plans(self) -> None:
+        station, before = self._bridge.station, self._cards[max(self.plans.currentIndex(), 0)]
+        known = {**self._beside, **self._offered}
         others = [card for card in known.values() if card.identity != station.plan_identity]
         self._cards = [None, *others]
         self.plans.blockSignals(True)
@@ -221,7 +257,14 @@ class JobSheet(Sheet):
                 self.plans.count() - 1, str(card.path), Qt.ItemDataRole.ToolTipRole
             )
         self.plans.blockSignals(False)
+        if before is not None:
+            self._choose(before.path)
         self._show_part()
+
+    def _choose(self, path: Path) -> None:
+        # It is not in the list where it is the one that is measured already.
+        places = [None if card is None else card.path for card in self._cards]
+        self.plans.setCurrentIndex(places.index(path) if path in places else 0)
 
     def _show_part(self) -> None:
         card = self._cards[max(self.plans.currentIndex(), 0)]
@@ -230,9 +273,21 @@ class JobSheet(Sheet):
 
     def _list_jobs(self) -> None:
         batch = self.fields["batch"].text().strip()
+        folder = self._bridge.station.job_path.parent
+        self._heading.setText(f"Reading the jobs in {folder}")
+        self._lists.do(
+            lambda: parts_of_batch(folder, batch),
+            lambda parts: self._show_jobs(folder, batch, parts),
+            self.failed.emit,
+        )
+
+    def _show_jobs(self, folder: Path, batch: str, parts: tuple[BatchPart, ...]) -> None:
+        if batch != self.fields["batch"].text().strip():
+            # The list of another batch is on its way.
+            return
         running = self._bridge.station.job_path
         self.jobs.clear()
-        for part in reversed(parts_of_batch(running.parent, batch)):
+        for part in reversed(parts):
             if part.path == running:
                 continue
             when = part.created_utc[:16].replace("T", " ")
@@ -248,7 +303,7 @@ class JobSheet(Sheet):
             self.jobs.setCurrentRow(0)
         of = f"of batch {batch}" if batch else "without a batch"
         count = self.jobs.count() or "none"
-        self._heading.setText(f"Other jobs {of}, in {running.parent}: {count}")
+        self._heading.setText(f"Other jobs {of}, in {folder}: {count}")
 
 
 def _after(header: JobHeader) -> JobHeader:

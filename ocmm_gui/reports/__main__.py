@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
@@ -11,6 +10,8 @@ from ocmm_core.errors import InternalError
 from ocmm_core.export.report_data import report_of_job
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.inspection.reopen import reopen_job
+from ocmm_gui.reports.drawing import drawing
+from ocmm_gui.reports.pdf import write_pdf
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -19,25 +20,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("jobs", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--probes", type=Path)
+    parser.add_argument("--incomplete", action="store_true")
     options = parser.parse_args(arguments)
-    # A report needs no screen, and a screen may not be there.
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    application = None
     try:
-        from PySide6.QtGui import QGuiApplication
-
-        from ocmm_gui.reports.pdf import write_pdf
-
-        application = QGuiApplication.instance() or QGuiApplication([])
-        for job in options.jobs:
-            report = report_of_job(reopen_job(job, options.probes))
-            sys.stdout.write(f"{write_pdf(report, options.out)}\n")
+        with drawing():
+            for job in options.jobs:
+                report = report_of_job(reopen_job(job, options.probes))
+                path = write_pdf(report, options.out, incomplete=options.incomplete)
+                sys.stdout.write(f"{path}\n")
     except Exception as error:
         told = contained(error, "The report", "The jobs are as they were.")
         sys.stderr.write(f"{told.what} {told.remedy}\n")
         return EXIT_INTERNAL if isinstance(told, InternalError) else 2
-    finally:
-        del application
     return 0
 
 

@@ -11,6 +11,7 @@ from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPageLayout, QPageSize, QPainter, QPdfWriter
 
 from ocmm_core.errors import StorageError
+from ocmm_core.export.completeness import require_complete
 from ocmm_core.export.files import write_together
 from ocmm_core.export.profile import polyworks_profile
 from ocmm_core.export.registry import EXPORTERS
@@ -96,17 +97,27 @@ def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
     return made
 
 
-def write_pdf(data: ReportData, folder: Path) -> Path:
+def pdf_file(data: ReportData) -> tuple[str, bytes]:
+    """Return name and content of ``<job>_report.pdf``; errors as `pdf_bytes`."""
+    attachments = EXPORTERS["json"].contents((data,), polyworks_profile())
+    return f"{data.stem}_report.pdf", pdf_bytes(data, attachments)
+
+
+def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Path:
     """Write ``<job>_report.pdf`` with the JSON report inside, and return its path.
 
     Raises
     ------
+    MeasuringError
+        The job is not complete, and ``incomplete`` was not given.
     StorageError
         As `pdf_bytes`, or the folder cannot be written.
     """
-    path = Path(folder) / f"{data.stem}_report.pdf"
-    attachments = EXPORTERS["json"].contents((data,), polyworks_profile())
-    write_together({path: pdf_bytes(data, attachments)})
+    if not incomplete:
+        require_complete((data,))
+    name, content = pdf_file(data)
+    path = Path(folder) / name
+    write_together({path: content})
     return path
 
 

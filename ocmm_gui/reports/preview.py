@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QPixmap, QResizeEvent
 from PySide6.QtWidgets import QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from ocmm_core.export.report_data import ReportData
-from ocmm_gui.reports.canvas import Canvas
-from ocmm_gui.reports.pdf import lay_out, page_picture
+from ocmm_gui.reports.side import PagePicture
 
 _GAP_PX = 12
-_LEAST_PX = 300
+_LEAST_PX, _MOST_PX = 300, 1240
+"""A page that is wider than that is no easier to read, and costs the window its time."""
+_SAME_PX = 8
 
 
 class PagePreview(QScrollArea):
     """All pages below each other, as wide as there is room; Page up and down move on."""
+
+    widened = Signal()
+    """There is another room for the pages than they were drawn for."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -28,35 +31,41 @@ class PagePreview(QScrollArea):
         self._pages = QVBoxLayout(inside)
         self._pages.setSpacing(_GAP_PX)
         self.setWidget(inside)
-        self._data: ReportData | None = None
-        self._canvas = Canvas()
+        self._width = 0
 
-    def show_report(self, data: ReportData) -> None:
-        """Show the pages of a report."""
-        self._data, self._canvas = data, lay_out(data)
-        self._paint()
-        self.verticalScrollBar().setValue(0)
+    def width_in(self, room: int) -> int:
+        """Return how wide a page is to be drawn where there is ``room``, pixels."""
+        inside = room - self.verticalScrollBar().sizeHint().width() - 2 * _GAP_PX
+        return min(max(inside, _LEAST_PX), _MOST_PX)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Paint the pages as wide as there is room now."""
-        super().resizeEvent(event)
-        if event.oldSize().width() != event.size().width():
-            self._paint()
+    def show_page(self, picture: PagePicture) -> None:
+        """Show a page; the first one begins a report, and what was shown before goes."""
+        if picture.index == 0:
+            self.clear()
+            self.verticalScrollBar().setValue(0)
+            self._width = picture.width
+        page = QLabel()
+        page.setAccessibleName(f"Page {picture.index + 1} of {picture.count}")
+        page.setPixmap(QPixmap.fromImage(picture.image()))
+        self._pages.addWidget(page, 0, Qt.AlignmentFlag.AlignHCenter)
 
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be read."""
-        return QSize(_LEAST_PX, _LEAST_PX)
+    def page_count(self) -> int:
+        """Return how many pages are shown."""
+        return self._pages.count()
 
-    def _paint(self) -> None:
+    def clear(self) -> None:
+        """Show no page."""
         while (item := self._pages.takeAt(0)) is not None:
             old = item.widget()
             if old is not None:
                 old.deleteLater()
-        if self._data is None:
-            return
-        width = max(self.viewport().width() - 2 * _GAP_PX, _LEAST_PX)
-        for index in range(len(self._canvas.pages)):
-            page = QLabel()
-            page.setAccessibleName(f"Page {index + 1} of {len(self._canvas.pages)}")
-            page.setPixmap(QPixmap.fromImage(page_picture(self._canvas, index, self._data, width)))
-            self._pages.addWidget(page, 0, Qt.AlignmentFlag.AlignHCenter)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Ask for pages that are as wide as there is room now."""
+        super().resizeEvent(event)
+        if self._width and abs(self.width_in(self.width()) - self._width) > _SAME_PX:
+            self.widened.emit()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size below which nothing can be read."""
+        return QSize(_LEAST_PX, _LEAST_PX)

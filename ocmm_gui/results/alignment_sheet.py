@@ -95,8 +95,11 @@ class AlignmentSheet(Sheet):
         report = self._report
         if report is None or not report.can_be_accepted:
             self.told.emit("There is no alignment to accept yet.")
-        elif self._bridge.accept_alignment("; ".join(report_lines(report))):
-            self.told.emit(f"The alignment was accepted: results are in the {report.frame}.")
+        else:
+            words = f"The alignment was accepted: results are in the {report.frame}."
+            self._bridge.accept_alignment(
+                "; ".join(report_lines(report)), lambda: self.told.emit(words)
+            )
             self.left.emit()
 
     def close_work(self) -> None:

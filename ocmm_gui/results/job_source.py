@@ -6,11 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.export.report_data import ReportData, report_of_job
-from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.export.report_data import ReportData
 from ocmm_core.inspection.view import JobView
-from ocmm_core.station.station import MeasuringStation
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.results.opening import OpenedJob
 from ocmm_gui.words import header_words
+from ocmm_gui.worker import Failed
+
+Ask = Callable[[Callable[[ReportData], None], Failed], None]
+"""Asks for a report; one of both is told, at once or later, on the window's thread."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,8 +25,10 @@ class JobSource:
     ----------
     file
         Gives its file.
-    view, report
-        Give the job as it stands, and all that a report can say about it.
+    view
+        Gives the job as it was shown last.
+    report
+        Gives all that a report can say about it as it stands.
     read_only
         It was opened from its file.
     calibration
@@ -33,7 +39,7 @@ class JobSource:
 
     file: Callable[[], Path]
     view: Callable[[], JobView]
-    report: Callable[[], ReportData]
+    report: Ask
     read_only: bool = False
     calibration: str = ""
     doubts: tuple[str, ...] = ()
@@ -44,24 +50,21 @@ class JobSource:
         return self.file()
 
     @classmethod
-    def of_station(cls, station: Callable[[], MeasuringStation]) -> JobSource:
-        """Return the job that a station measures."""
-        return cls(
-            lambda: station().job_path, lambda: station().job(), lambda: station().report()
-        )
+    def of_bridge(cls, bridge: StationBridge) -> JobSource:
+        """Return the job that is measured."""
+        return cls(lambda: bridge.station.job_path, bridge.job, bridge.report)
 
     @classmethod
-    def of_file(cls, path: Path) -> JobSource:
-        """Return the job of a file; raise OcmmError as `reopen_job`."""
-        job = reopen_job(path)
-        report = report_of_job(job)
+    def of_opened(cls, opened: OpenedJob) -> JobSource:
+        """Return a job that was opened from its file."""
+        report = opened.report
         return cls(
-            lambda: path,
-            lambda: job.view,
-            lambda: report,
+            lambda: opened.path,
+            lambda: report.view,
+            lambda done, _failed: done(report),
             read_only=True,
             calibration=f"Cameras: {report.calibration.label}. Probe: {report.probe.label}.",
-            doubts=job.doubts,
+            doubts=opened.doubts,
         )
 
     def state(self) -> object:

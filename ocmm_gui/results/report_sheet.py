@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QListWidget,
@@ -15,12 +15,16 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
 )
 
-from ocmm_core.export.registry import EXPORTERS, preview, preview_text, write_report
+from ocmm_core.export.registry import EXPORTERS
 from ocmm_core.export.report_data import ReportData
 from ocmm_gui.actions import ActionInfo
-from ocmm_gui.reports.pdf import write_pdf
+from ocmm_gui.maintain.side_process import SideProcess
+from ocmm_gui.operator.answer_panel import AnswerPanel
+from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.reports.preview import PagePreview
+from ocmm_gui.reports.side import PDF, FormatText, PagePicture, Previewing
 from ocmm_gui.results.job_source import JobSource
+from ocmm_gui.results.report_writer import ReportWriter
 from ocmm_gui.sheet import Sheet, caption, form_field
 from ocmm_gui.theme import digit_font, text_font
 
@@ -29,12 +33,12 @@ _KEYS = (
     ActionInfo("write", "Write", "Write the marked formats into the folder", ("F8", "E")),
 )
 _NAME = Qt.ItemDataRole.UserRole
-_PDF = "pdf"
-_TITLES = {**{name: item.title for name, item in EXPORTERS.items()}, _PDF: "PDF"}
-"""By the name of the format; the PDF is drawn here, the others come from the core."""
+_TITLES = {**{name: item.title for name, item in EXPORTERS.items()}, PDF: "PDF"}
+"""By the name of the format."""
 _LIST_PX, _ROW_PX = 320, 36
-_MOST_LINES = 400
-"""A cloud of points is shown by its beginning."""
+_GIVE_UP = "F8 gives it up."
+_SETTLE_MS = 300
+"""Whoever widens a window is not yet done for so long."""
 
 
 class ReportSheet(Sheet):
@@ -47,7 +51,7 @@ class ReportSheet(Sheet):
     """
 
     written = Signal(object)
-    """Emits the written files, ``tuple[Path, ...]``."""
+    """Emits what was `report_writer.Written`."""
 
     def __init__(self, folder: Callable[[], Path]) -> None:
         super().__init__("Report", _KEYS)
@@ -65,6 +69,28 @@ class ReportSheet(Sheet):
         self._write_marks()
         self.formats.setCurrentRow(0)
         self.formats.setFixedWidth(_LIST_PX)
+        self.question = AnswerPanel("The job is not complete", "Write")
+        self.work = WorkLine("Report")
+        self._writer = ReportWriter(self)
+        self._writer.asked.connect(self.question.ask)
+        self.question.agreed.connect(self._writer.agree)
+        self._writer.begun.connect(lambda: self.work.begin("Writing the report", _GIVE_UP))
+        self._writer.advanced.connect(self.work.advance)
+        self._writer.ended.connect(self._on_ended)
+        self._writer.written.connect(self.written)
+        self._writer.failed.connect(self.failed)
+        self._texts: dict[str, str] = {}
+        self._asked = 0
+        self._fresh = True
+        self._previewing = SideProcess(self)
+        self._previewing.came.connect(self._on_part)
+        self._previewing.finished.connect(lambda _none: self._on_previewed())
+        self._previewing.failed.connect(self._on_no_preview)
+        self._previewing.advanced.connect(self._on_advanced)
+        self._settling = QTimer(self)
+        self._settling.setSingleShot(True)
+        self._settling.setInterval(_SETTLE_MS)
+        self._settling.timeout.connect(self.preview)
         self.folder = form_field("Folder of the report", "Folder of the report")
         self.text = QPlainTextEdit()
         self.text.setAccessibleName("Preview")
@@ -74,6 +100,7 @@ class ReportSheet(Sheet):
         left = QVBoxLayout()
         left.addWidget(self.formats, 1)
         self.pages = PagePreview()
+        self.pages.widened.connect(self._on_widened)
         self.shown = QStackedWidget()
         self.shown.addWidget(self.text)
         self.shown.addWidget(self.pages)
@@ -86,8 +113,10 @@ class ReportSheet(Sheet):
         row = QHBoxLayout()
         row.addLayout(left)
         row.addLayout(right, 1)
+        self.body.addWidget(self.question)
+        self.body.addWidget(self.work)
         self.body.addLayout(row, 1)
-        self.formats.currentRowChanged.connect(lambda _row: self._show_preview())
+        self.formats.currentRowChanged.connect(lambda _row: self._show_chosen())
         self.formats.itemDoubleClicked.connect(lambda _item: self.mark())
         self.folder.returnPressed.connect(self.write)
         self.folder.left.connect(self.left)
@@ -96,10 +125,54 @@ class ReportSheet(Sheet):
     def open(self, source: JobSource) -> None:
         """Show what would be written about a job."""
         self._source = source
+        self._texts = {}
+        self.pages.clear()
+        self.question.hide()
         if not self.folder.text():
-            self.folder.setText(str(self._folder()))
-        self._show_preview()
+            self.folder.setText(str(self._folder().expanduser().absolute()))
+        self.preview()
         self.formats.setFocus()
+
+    def preview(self) -> None:
+        """Make the preview of all formats from the job as it stands; the window stays free."""
+        source = self._source
+        if source is None:
+            return
+        self._asked += 1
+        self._fresh = True
+        self._show_chosen()
+        if not self._writer.is_busy():
+            self.work.begin("Making the preview")
+        asked = self._asked
+
+        def done(data: ReportData) -> None:
+            if asked == self._asked:
+                width = self.pages.width_in(self.shown.width())
+                self._previewing.start(Previewing(data, width))
+
+        def failed(error: Exception) -> None:
+            if asked == self._asked:
+                self._on_no_preview(error)
+
+        source.report(done, failed)
+
+    def job_changed(self) -> None:
+        """Make the preview again where it is that of the running job."""
+        if self.isVisible() and self._source is not None and not self._source.read_only:
+            self._fresh = False
+            if not self._previewing.is_running():
+                self._settling.start()
+
+    def is_previewing(self) -> bool:
+        """Return whether the preview is being made."""
+        return self._previewing.is_running()
+
+    def close_work(self) -> None:
+        """Give up preview and report; call it before the window goes."""
+        self._asked += 1
+        self._settling.stop()
+        self._previewing.cancel()
+        self._writer.cancel()
 
     def mark(self) -> None:
         """Mark the chosen format to be written, or not."""
@@ -112,19 +185,21 @@ class ReportSheet(Sheet):
         return tuple(name for name in _TITLES if name in self._marked)
 
     def write(self) -> None:
-        """Write the marked formats; every file is read back and compared before it counts."""
-        source = self._source
-        if source is None:
-            return
-        folder = Path(self.folder.text().strip()).expanduser()
-        paths = self.attempt(lambda: self._written(source.report(), folder))
-        if paths is not None:
-            self.written.emit(paths)
+        """Write the marked formats, or give up what is being written.
 
-    def _written(self, data: ReportData, folder: Path) -> tuple[Path, ...]:
-        tables = [name for name in self.marked() if name != _PDF]
-        paths = write_report(data, tables, folder) if tables or _PDF not in self._marked else ()
-        return (*paths, write_pdf(data, folder)) if _PDF in self._marked else paths
+        Every file is read back and compared before it counts; an incomplete job is asked about.
+        """
+        if self._writer.is_busy():
+            if self._writer.give_up():
+                self.told.emit("The report was not written.")
+        elif self._source is not None:
+            self.question.hide()
+            folder = Path(self.folder.text().strip())
+            self._writer.write(self._source, self.marked(), folder)
+
+    def is_writing(self) -> bool:
+        """Return whether a report is being written."""
+        return self._writer.is_busy()
 
     def _write_marks(self) -> None:
         for row in range(self.formats.count()):
@@ -132,19 +207,43 @@ class ReportSheet(Sheet):
             name = str(item.data(_NAME))
             item.setText(f"{'☑' if name in self._marked else '☐'}  {_TITLES[name]}")
 
-    def _show_preview(self) -> None:
-        row, source = self.formats.currentRow(), self._source
-        if row < 0 or source is None:
-            return
-        name = str(self.formats.item(row).data(_NAME))
-        self.shown.setCurrentWidget(self.pages if name == _PDF else self.text)
-        if name == _PDF:
-            data = self.attempt(source.report)
-            if data is not None:
-                self.pages.show_report(data)
-            return
-        tables = self.attempt(lambda: preview(source.report(), name))
-        lines = [] if tables is None else preview_text(tables).splitlines()
-        more = len(lines) - _MOST_LINES
-        shown = "\n".join(lines[:_MOST_LINES])
-        self.text.setPlainText(f"{shown}\n… and {more} more lines" if more > 0 else shown)
+    def _chosen(self) -> str:
+        row = self.formats.currentRow()
+        return "" if row < 0 else str(self.formats.item(row).data(_NAME))
+
+    def _show_chosen(self) -> None:
+        name = self._chosen()
+        self.shown.setCurrentWidget(self.pages if name == PDF else self.text)
+        self.text.setPlainText(self._texts.get(name, ""))
+
+    def _on_part(self, part: object) -> None:
+        if isinstance(part, FormatText):
+            self._texts[part.name] = part.text
+            if self._chosen() == part.name:
+                self.text.setPlainText(part.text)
+        elif isinstance(part, PagePicture):
+            self.pages.show_page(part)
+
+    def _on_advanced(self, what: str, share: float) -> None:
+        if not self._writer.is_busy():
+            self.work.advance(what, share)
+
+    def _on_previewed(self) -> None:
+        if not self._writer.is_busy():
+            self.work.end()
+        if not self._fresh:
+            self._settling.start()
+
+    def _on_no_preview(self, error: object) -> None:
+        self._on_ended()
+        self.failed.emit(error)
+
+    def _on_ended(self) -> None:
+        if self._previewing.is_running() and not self._writer.is_busy():
+            self.work.begin("Making the preview")
+        elif not self._writer.is_busy():
+            self.work.end()
+
+    def _on_widened(self) -> None:
+        if self.isVisible() and self._source is not None:
+            self._settling.start()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,14 @@ from ocmm_core.inspection.cause import Explanation
 from ocmm_core.inspection.view import JobView
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.actions import ActionInfo
+from ocmm_gui.maintain.side_process import SideProcess
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import verdict_mark
 from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.results.driving_points import DrivingPoints
 from ocmm_gui.results.job_source import JobSource
+from ocmm_gui.results.opening import OpenedJob, opened_job
 from ocmm_gui.results.result_detail import ResultDetail
 from ocmm_gui.results.result_table import ResultTable
 from ocmm_gui.sheet import Sheet
@@ -62,9 +66,15 @@ class ResultsSheet(Sheet):
         self.points = DrivingPoints()
         self.points.hide()
         self.file = PathPanel("job", "file", "Open")
+        self.opening = WorkLine("Opening a job")
+        self._opening = SideProcess(self)
+        self._opening.advanced.connect(self.opening.advance)
+        self._opening.finished.connect(self._on_opened)
+        self._opening.failed.connect(self._on_not_opened)
         self._summary = FitText("Summary", limit=26)
         self._summary.setFixedHeight(36)
         self.body.addWidget(self.file)
+        self.body.addWidget(self.opening)
         self.body.addWidget(self._summary)
         left = QVBoxLayout()
         left.setSpacing(8)
@@ -82,7 +92,7 @@ class ResultsSheet(Sheet):
         self.use_keys(
             {
                 "simulate": self.detail.simulate,
-                "open": lambda: self.file.ask(Path.home()),
+                "open": self.ask_for_file,
                 "running": self.show_running,
                 "batch": lambda: self.batch_wanted.emit(self._source.path.parent),
                 "report": lambda: self.report_wanted.emit(self._source),
@@ -102,15 +112,31 @@ class ResultsSheet(Sheet):
 
     def forget_file(self) -> None:
         """Show the running job when the sheet is opened next."""
+        self._opening.cancel()
+        self.opening.end()
         self._source = self._running
 
+    def ask_for_file(self) -> None:
+        """Ask which job is to be opened, or give up the one that is being opened."""
+        if self._opening.is_running():
+            self._opening.cancel()
+            self.opening.end()
+            self.told.emit("The job was not opened.")
+        else:
+            self.file.ask(Path.home())
+
     def open_file(self, path: Path) -> None:
-        """Show a job from its own file, computed anew and compared; nothing is written to it."""
-        found = self.attempt(lambda: JobSource.of_file(path))
-        if found is not None:
-            self._source = found
-            self._refresh()
+        """Show a job from its own file, computed anew and compared; nothing is written to it.
+
+        That takes some seconds, in a process of its own; what was shown before stays so long.
+        """
+        self._opening.start(partial(opened_job, path))
+        self.opening.begin(f"Opening {path.name}", "F7 gives it up.")
         self.table.setFocus()
+
+    def is_opening(self) -> bool:
+        """Return whether a job is being opened."""
+        return self._opening.is_running()
 
     def job_changed(self) -> None:
         """Show what was measured since, where the running job is shown."""
@@ -119,6 +145,7 @@ class ResultsSheet(Sheet):
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
+        self._opening.cancel()
         self.detail.cancel()
 
     def summary(self) -> str:
@@ -131,11 +158,18 @@ class ResultsSheet(Sheet):
         if self._job is not None:
             self._show_summary(self._job)
 
+    def _on_opened(self, opened: object) -> None:
+        self.opening.end()
+        if isinstance(opened, OpenedJob):
+            self._source = JobSource.of_opened(opened)
+            self._refresh()
+
+    def _on_not_opened(self, error: object) -> None:
+        self.opening.end()
+        self.failed.emit(error)
+
     def _refresh(self) -> None:
-        job = self.attempt(self._source.view)
-        if job is None:
-            return
-        self._job = job
+        self._job = job = self._source.view()
         self.say(self._source.words(job))
         self._show_summary(job)
         self.table.show_job(job)

@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_gui.results.job_source import JobSource
+from ocmm_gui.results.opening import opened_job
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -64,7 +65,7 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
     assert "trials" in detail.trials()
 
     _press(Qt.Key.Key_F8)
-    assert "Points" in sheets.report.text.toPlainText()
+    qtbot.waitUntil(lambda: "Points" in sheets.report.text.toPlainText(), timeout=PATIENCE_MS)
     assert sheets.report.marked() == ("polyworks",)
     _press(Qt.Key.Key_Space)
     assert sheets.report.marked() == ()
@@ -81,7 +82,7 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
     assert len(closed.points) == sum(len(item.points) for item in job.features)
     # The first part is looked at from its file, and nothing is written to it.
     before = first.read_bytes()
-    source = JobSource.of_file(first)
+    source = JobSource.of_opened(opened_job(first, lambda what, share: None))
     assert [item.measured for item in source.view().characteristics] == [
         item.measured for item in job.characteristics
     ]

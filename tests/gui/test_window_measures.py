@@ -149,7 +149,7 @@ def test_export_writes_into_the_given_folder_and_names_the_files(
 ) -> None:
     bench = open_window(out=tmp_path / "report")
     qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
-    with qtbot.waitSignal(bench.bridge.exported) as written:
+    with qtbot.waitSignal(bench.window.output.exported, timeout=PATIENCE_MS) as written:
         QTest.keyClick(bench.window, Qt.Key.Key_E)
     paths: tuple[Path, ...] = written.args[0]
     assert paths
@@ -175,7 +175,6 @@ def test_a_click_in_the_plan_selects_the_feature(qtbot: QtBot, open_window: Open
     qtbot.waitUntil(lambda: plan.count() == 3)
     place = plan.visualItemRect(plan.item(2)).center()
     QTest.mouseClick(plan.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    assert bench.built.station.job().active == "SPHERE"
     qtbot.waitUntil(lambda: bench.bridge.job().active == "SPHERE")
     # The list has the focus now; its own use of the key must not win.
     plan.setFocus()

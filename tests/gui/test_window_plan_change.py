@@ -69,7 +69,7 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
         _press(KEY.Key_F8)
     qtbot.waitUntil(lambda: bridge.job().header.part == "OTHER", timeout=30_000)
     assert window.windowTitle() == "OCMM – OTHER"
-    assert f"{first.stem} is paused" in window.banner.text()
+    qtbot.waitUntil(lambda: f"{first.stem} is paused" in window.banner.text())
     # The steps and their pictures are those of the new plan, in the window and in its editor.
     assert [item.name for item in bridge.job().features] == [item.name for item in plan.features]
     qtbot.waitUntil(window.desk.picture.has_picture, timeout=30_000)

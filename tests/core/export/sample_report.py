@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.export.profile import Profile
+from ocmm_core.export.registry import write_report
 from ocmm_core.export.report_data import Instrument, ReportData, report_data
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape, element, make_fit
@@ -196,3 +200,13 @@ def with_name(data: ReportData, where: str, name: str) -> ReportData:
     if where == "operator":
         return replace(data, head=replace(data.head, operator=name))
     return replace(data, head=replace(data.head, serial=name))
+
+
+def write_incomplete(
+    data: ReportData | Sequence[ReportData],
+    formats: Sequence[str],
+    folder: Path,
+    profile: Profile | None = None,
+) -> tuple[Path, ...]:
+    """Write reports as `write_report`; the sample job is one in which something is missing."""
+    return write_report(data, formats, folder, profile, incomplete=True)

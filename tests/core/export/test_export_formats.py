@@ -25,7 +25,7 @@ from ocmm_core.export.aqdef import read_transfer
 from ocmm_core.export.json_schema import read_report
 from ocmm_core.export.names import check_file_stem, clean_text, spreadsheet_text
 from ocmm_core.export.profile import load_profile, polyworks_profile
-from ocmm_core.export.registry import EXPORTERS, preview, preview_text, write_report
+from ocmm_core.export.registry import EXPORTERS, preview, preview_text
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.tolerances.result import Verdict
 from tests.core.export.sample_report import (
@@ -35,6 +35,7 @@ from tests.core.export.sample_report import (
     sample_view,
     with_name,
 )
+from tests.core.export.sample_report import write_incomplete as write_report
 
 EUROPEAN = load_profile(resource("profiles", "european.toml"))
 

@@ -19,7 +19,7 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import files
 from ocmm_core.export.delimited import told
 from ocmm_core.export.profile import load_profile, polyworks_profile
-from ocmm_core.export.registry import preview, preview_text, write_report
+from ocmm_core.export.registry import preview, preview_text
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape, element
@@ -37,6 +37,7 @@ from tests.core.export.sample_report import (
     sample_view,
     with_name,
 )
+from tests.core.export.sample_report import write_incomplete as write_report
 
 HELD = f"{STATE},{COLD},{TIP},{PLATE}"
 LAST = f"{HELD},PART DOES NOT CONFORM,INCOMPLETE"

@@ -1,0 +1,85 @@
+"""Calls in a thread of their own, one after the other, and their answers on the window's thread.
+
+For what takes milliseconds but may have to wait: the job is locked while it is evaluated, and a
+disk may be slow. What computes for long belongs into a process (`maintain.side_process`), because
+a long call into a numerical library may keep the window from its turn also from another thread.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import TypeVar
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+T = TypeVar("T")
+Failed = Callable[[Exception], None]
+"""Told why a call has no answer."""
+
+
+class Worker(QObject):
+    """Carry calls out in their order.
+
+    Parameters
+    ----------
+    name
+        Of the thread.
+    """
+
+    _back = Signal(object)
+
+    def __init__(self, name: str, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._calls: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._closed = False
+        # A call that hangs on a dead disk does not keep the program from its end.
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._back.connect(self._give, Qt.ConnectionType.QueuedConnection)
+
+    def do(
+        self,
+        call: Callable[[], T],
+        done: Callable[[T], None],
+        failed: Failed,
+    ) -> None:
+        """Carry out a call after those before it; returns at once.
+
+        Parameters
+        ----------
+        done, failed
+            Get what it returned or raised, on the window's thread; neither does after `close`.
+        """
+        if self._closed:
+            return
+        if self._thread.ident is None:
+            self._thread.start()
+
+        def carry_out() -> None:
+            try:
+                answer = call()
+            except Exception as error:
+                caught = error
+                self._back.emit(lambda: failed(caught))
+            else:
+                self._back.emit(lambda: done(answer))
+
+        self._calls.put(carry_out)
+
+    def close(self, limit_s: float) -> bool:
+        """Carry out what was asked for, for so long at most, and say whether all of it was."""
+        self._closed = True
+        if self._thread.ident is None:
+            return True
+        self._calls.put(None)
+        self._thread.join(max(limit_s, 0.0))
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while (call := self._calls.get()) is not None:
+            call()
+
+    def _give(self, answer: Callable[[], None]) -> None:
+        if not self._closed:
+            answer()
