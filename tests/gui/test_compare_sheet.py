@@ -12,9 +12,10 @@ from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_gui.results.compare_sheet import CompareSheet
+from tests.host import HANG_MS
 
 JOBS = 3
-TIMEOUT_MS = 30_000
+TIMEOUT_MS = HANG_MS
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ from ocmm_core.documents import resource
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
+from tests.host import HANG_S
 
 ALL_LEDS = (0, 1, 2, 3, 4, 5)
 
@@ -41,7 +42,7 @@ def build(tmp_path: Path) -> Iterator[Callable[..., BuiltStation]]:
         item.station.close()
 
 
-def wait_until(condition: Callable[[], bool], timeout_s: float = 20.0) -> None:
+def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
     end = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < end, "the condition never came true"
@@ -109,6 +110,7 @@ def test_live_number_goes_when_the_targets_go_and_says_why(
     assert lost.reason == "The cameras do not see the probe."
 
 
+@pytest.mark.timing
 def test_take_arms_a_point_and_stop_comes_within_two_seconds(
     build: Callable[..., BuiltStation],
 ) -> None:

@@ -31,6 +31,7 @@ from ocmm_core.storage.rows import make_head
 from ocmm_core.tolerances.result import Verdict
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.calibration.made_probe_records import make_probe_record
+from tests.host import HANG_S
 
 DOCUMENT = resource("probes", "standard.toml")
 PLAN = resource("plans", "quick.toml")
@@ -58,7 +59,7 @@ def build(tmp_path: Path) -> Iterator[Build]:
         item.station.close()
 
 
-def wait_until(condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
     end = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < end, "the condition never came true"

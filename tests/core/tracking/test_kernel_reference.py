@@ -195,6 +195,7 @@ def test_exact_spots_give_the_exact_tip(
         assert batch.chi2.max() < 1e-12
 
 
+@pytest.mark.timing
 def test_the_kernel_lets_other_threads_run(
     thesis_rig: Rig, standard_probe: ProbeBody, draw_poses: Draw, look: Look
 ) -> None:
