@@ -38,7 +38,7 @@ def test_each_touch_lies_on_a_sector_painted_as_touched(
     view.resize(SIDE, SIDE)
     view.show_feature(
         FeatureView(
-            "B", Shape.CIRCLE, 8, FeatureState.ACTIVE, points, fit, None, "", coverage=found
+            "B", Shape.CIRCLE, 8, FeatureState.ACTIVE, points, fit, note="", coverage=found
         ),
         chosen=0,
     )
