@@ -126,7 +126,7 @@ def test_virtual_bus_ends_with_the_program_that_started_it() -> None:
         child = int(parent.stdout.readline())
         wait_for(ring, AcquisitionState.RUNNING, HANG_S)
         parent.kill()
-        wait_for(ring, AcquisitionState.STOPPED, 5.0)
+        wait_for(ring, AcquisitionState.STOPPED, HANG_S)
         # The orphan is ours now (this process adopts grandchildren); it must end by itself.
         end = time.monotonic() + HANG_S
         while os.waitpid(child, os.WNOHANG) == (0, 0):

@@ -56,7 +56,7 @@ def test_the_script_is_measured_and_told_by_signals(build: Callable[..., BuiltSt
     station.point_taken.connect(taken.append)
     station.changed.connect(lambda: changes.append(threading.current_thread().name))
     station.start()
-    assert station.wait_finished(30.0)
+    assert station.wait_finished(HANG_S)
     assert station.job().complete
     assert [point.number for point in taken] == list(range(1, 15))
     assert set(changes) == {"ocmm-reconstruction"}
@@ -70,7 +70,7 @@ def test_two_stations_do_not_hear_each_other(build: Callable[..., BuiltStation])
     heard: list[MeasuredPoint] = []
     second.point_taken.connect(heard.append)
     first.start()
-    assert first.wait_finished(30.0)
+    assert first.wait_finished(HANG_S)
     assert heard == []
 
 
@@ -83,7 +83,7 @@ def test_a_refused_touch_is_made_again_by_the_operator(build: Callable[..., Buil
     refused: list[Refusal] = []
     station.point_refused.connect(refused.append)
     station.start()
-    assert station.wait_finished(30.0)
+    assert station.wait_finished(HANG_S)
     assert [item.code.value for item in refused] == ["lost"]
     assert refused[0].what == "The cameras do not see the probe."
     assert station.job().complete
@@ -134,7 +134,7 @@ def test_export_writes_the_verdict_and_the_three_tables(
 ) -> None:
     station = build().station
     station.start()
-    assert station.wait_finished(30.0)
+    assert station.wait_finished(HANG_S)
     names = [path.name for path in station.export(tmp_path / "report")]
     kinds = ("job", "points", "features", "report")
     assert names[:4] == [f"QUICK-001_SIMULATED_{kind}.csv" for kind in kinds]

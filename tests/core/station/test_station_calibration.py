@@ -85,7 +85,7 @@ def test_a_job_is_measured_with_the_record_and_says_so(build: Build, tmp_path: P
     station = built.station
     assert station.rig.identity == store.active_hash
     station.start()
-    assert station.wait_finished(120.0)
+    assert station.wait_finished(HANG_S)
     view = station.job()
     assert view.complete
     assert view.unproven == ""
@@ -125,7 +125,7 @@ def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_p
     built = build(frame_rate_hz=500, uncalibrated=True)
     station = built.station
     station.start()
-    assert station.wait_finished(120.0)
+    assert station.wait_finished(HANG_S)
     view = station.job()
     assert view.complete
     assert "never calibrated" in view.unproven

@@ -22,6 +22,7 @@ from ocmm_core.simulation.world import (
 )
 from ocmm_core.storage.job_file import JobFile
 from tests.core.station.test_station_calibration import wait_until
+from tests.host import HANG_S
 
 Build = Callable[..., BuiltStation]
 
@@ -55,7 +56,7 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     built = build(world=WorldOptions(nudges=(NUDGE,)))
     station = built.station
     station.start()
-    assert station.wait_finished(50.0)
+    assert station.wait_finished(HANG_S)
     job = station.job()
     assert job.complete
     assert job.held == ()
