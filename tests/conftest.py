@@ -25,6 +25,8 @@ from typing import Any
 import pytest
 
 from ocmm_core.blas import use_one_thread
+from tests.gate import gate_of
+from tests.host import not_run
 
 # As the product does, before numpy is loaded: two threads on small matrices wait for each other,
 # ten times as long as the work takes where other tests run beside.
@@ -35,7 +37,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 _REPOSITORY = Path(__file__).resolve().parents[1]
 _REFERENCE = _REPOSITORY.parent / "shared" / "reference"
-_GRACE_S = 2.0
+_GRACE_S = 30.0
 _PR_SET_CHILD_SUBREAPER = 36
 _PASSED = pytest.StashKey[bool]()
 
@@ -43,8 +45,9 @@ _started_at: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyD
 _rings_made: set[Path] = set()
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Watch thread starts and ring files, and adopt orphaned grandchildren."""
+    config.pluginmanager.register(gate_of(os.environ))
     start = threading.Thread.start
 
     def start_and_remember(self: threading.Thread) -> None:
@@ -117,7 +120,7 @@ def _leaves_nothing_behind(request: pytest.FixtureRequest) -> Iterator[None]:
 def reference() -> Path:
     """Return the folder with reference data that is not part of the repository."""
     if not _REFERENCE.is_dir():
-        pytest.skip("the reference data (../shared/reference beside the checkout) is not there")
+        not_run("the reference data (../shared/reference beside the checkout) is not there")
     return _REFERENCE
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Fit, Shape
@@ -20,6 +21,9 @@ _NARROWEST = 0.15
 _SHORTEST = 0.5
 """Part of a line's length, or of a radius along an axis, that points should extend over."""
 _CAP_DEG = 60.0
+_SAME_GAP = 1e-6
+"""Gaps between touches that differ by less than this part of a sector are equally wide: rounding
+is 1e-9 of it, the doubt of a touch 1e-4."""
 
 
 def coverage_of(
@@ -31,9 +35,10 @@ def coverage_of(
     """Return how the points of a feature are spread over it.
 
     Round shapes are divided into sectors about their direction, planes into cells, lines into
-    stretches; a sphere into patches of the half that was touched. Where the plan says how large a
-    plane or line is, and where that is in the world, the whole of it counts; else the area that
-    the points themselves span.
+    stretches; a sphere into patches of the half that was touched. Sectors begin where no touch is
+    near, so that evenly spread touches lie one in each, wherever the first one is. Where the plan
+    says how large a plane or line is, and where that is in the world, the whole of it counts; else
+    the area that the points themselves span.
 
     Parameters
     ----------
@@ -56,10 +61,37 @@ def coverage_of(
             return _sectors(nominal, fit, tips)
 
 
-def _coverage(cells: Sequence[bool], kind: str, warning: str) -> Coverage:
+def _coverage(cells: Sequence[bool], kind: str, warning: str, start: float = 0.0) -> Coverage:
     found = tuple(bool(cell) for cell in cells)
     hit = sum(found)
-    return Coverage(hit / len(found), found, f"{hit} of {len(found)} {kind}", warning)
+    return Coverage(hit / len(found), found, f"{hit} of {len(found)} {kind}", warning, start)
+
+
+def _dial(turns: Float, count: int) -> tuple[NDArray[np.bool_], float]:
+    """Return which of ``count`` sectors are touched, and where the first begins, rad.
+
+    The edges stand in the middle of the widest gap between the touches, all sectors laid on one
+    another: no touch is nearer to an edge than half a sector by the number of touches, and
+    neither rounding nor a hand that is not quite steady moves it across. Of gaps that are equally
+    wide, the one that shows the fewest sectors as touched is taken.
+
+    Parameters
+    ----------
+    turns
+        (n,), angles of the touches about the axis, rad.
+    """
+    places = turns / (2.0 * np.pi) * count
+    if not places.size:
+        return np.zeros(count, dtype=bool), 0.0
+    within = np.sort(places % 1.0)
+    gaps = np.diff(np.append(within, within[0] + 1.0))
+    widest = gaps > gaps.max() - _SAME_GAP
+    edges = (within + 0.5 * gaps)[widest]
+    cells = np.zeros((len(edges), count), dtype=bool)
+    sectors = np.floor(places - edges[:, None]).astype(int) % count
+    np.put_along_axis(cells, sectors, values=True, axis=1)
+    fewest = int(np.argmin(cells.sum(axis=1)))
+    return cells[fewest], float(edges[fewest]) / count * 2.0 * np.pi
 
 
 def _sectors(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
@@ -67,8 +99,7 @@ def _sectors(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
     first, second = perpendicular_pair(fit.direction)
     arms = tips - fit.point
     turns = np.sort(np.arctan2(arms @ second, arms @ first) % (2.0 * np.pi))
-    cells = np.zeros(count, dtype=bool)
-    cells[(turns / (2.0 * np.pi) * count).astype(int) % count] = True
+    cells, start = _dial(turns, count)
     gaps = np.diff(np.append(turns, turns[0] + 2.0 * np.pi))
     warning = ""
     if np.degrees(gaps.max()) > _WIDEST_GAP_DEG:
@@ -83,7 +114,7 @@ def _sectors(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
                 f"The points lie within {along:.1f} mm along the axis, which hardly shows its "
                 "direction: touch at two heights."
             )
-    return _coverage(list(cells), "sectors", warning)
+    return _coverage(list(cells), "sectors", warning, start)
 
 
 def _sphere(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
@@ -95,10 +126,9 @@ def _sphere(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
     first, second = perpendicular_pair(axis)
     turns = np.arctan2(rays @ second, rays @ first) % (2.0 * np.pi)
     count = int(np.clip(nominal.points - 1, 3, _SECTORS))
-    cells = np.zeros(count + 1, dtype=bool)
     polar = heights > np.cos(np.radians(30.0))
-    cells[0] = polar.any()
-    cells[1 + (turns[~polar] / (2.0 * np.pi) * count).astype(int) % count] = True
+    sectors, start = _dial(turns[~polar], count)
+    cells = [polar.any(), *sectors]
     widest = float(np.degrees(np.arccos(np.clip(heights.min(), -1.0, 1.0))))
     warning = ""
     if widest < _CAP_DEG:
@@ -106,7 +136,7 @@ def _sphere(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
             f"The points lie within {widest:.0f} degrees of their middle: touch nearer to the "
             "equator, too."
         )
-    return _coverage(list(cells), "patches", warning)
+    return _coverage(cells, "patches", warning, start)
 
 
 def _plane(

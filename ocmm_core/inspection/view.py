@@ -146,12 +146,16 @@ class Coverage:
         Fraction in words: "5 of 8 sectors".
     warning
         What to do where the points are badly spread; else empty.
+    start
+        Where the first sector begins, rad counter-clockwise from the first axis that
+        `perpendicular_pair` gives for the direction; 0 for what has no sectors.
     """
 
     fraction: float
     cells: tuple[bool, ...]
     words: str
     warning: str = ""
+    start: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,6 +93,7 @@ class CoverageView(Painted):
         side = box.width()
         good, empty = QColor(self._theme.zone_good), QColor(self._theme.background)
         cells = () if feature.coverage is None else feature.coverage.cells
+        start = 0.0 if feature.coverage is None else np.degrees(feature.coverage.start)
         pole = False
         if feature.shape is Shape.SPHERE and cells:
             # The first patch is the pole, the others are sectors round it.
@@ -102,7 +103,7 @@ class CoverageView(Painted):
         step = round(16 * 360 / max(len(cells), 1))
         for sector, hit in enumerate(cells):
             painter.setBrush(good if hit else empty)
-            painter.drawPie(rim, sector * step, step)
+            painter.drawPie(rim, round(16 * start) + sector * step, step)
         painter.setPen(QPen(QColor(self._theme.border), max(1.0, 0.01 * side)))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(rim)

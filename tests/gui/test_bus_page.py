@@ -22,6 +22,7 @@ from ocmm_gui.maintain.bus_page import BusPage
 from ocmm_gui.maintain.wire_view import WireView
 from ocmm_gui.theme import THEMES
 from tests.gui.bus_reports import FOUR, IN_ORDER, MISSING, publish
+from tests.host import HANG_MS
 
 
 @dataclass
@@ -128,7 +129,7 @@ def test_a_report_that_is_old_is_not_shown_as_new(wire: Wire, qtbot: QtBot) -> N
     wire.show(IN_ORDER)
     assert wire.page.phase() == "IN OPERATION"
     # The page asks by itself, four times a second.
-    qtbot.waitUntil(lambda: wire.page.phase() == "NO REPORT", timeout=5000)
+    qtbot.waitUntil(lambda: wire.page.phase() == "NO REPORT", timeout=HANG_MS)
     assert "said nothing" in wire.page.trouble()
     wire.show(IN_ORDER)
     assert wire.page.phase() == "IN OPERATION"
@@ -150,7 +151,7 @@ def test_it_asks_only_while_it_is_seen(qtbot: QtBot) -> None:
     qtbot.wait(600)
     assert not asked
     page.show()
-    qtbot.waitUntil(lambda: len(asked) >= 3, timeout=5000)
+    qtbot.waitUntil(lambda: len(asked) >= 3, timeout=HANG_MS)
     page.hide()
     seen = len(asked)
     qtbot.wait(600)

@@ -25,8 +25,9 @@ from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.words import DASHES
 from tests.gui.bus_reports import IN_ORDER, MISSING, BusStation, publish, station_on_bus
+from tests.host import HANG_MS
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = HANG_MS
 LIMIT_S = 1.0
 SENTENCE = (
     "Camera 'right' (serial 1002) is missing. "
@@ -78,6 +79,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
     made.bridge.deleteLater()
 
 
+@pytest.mark.timing
 def test_frames_that_stay_away_are_seen(bench: Bench, record_property: Record) -> None:
     bench.bus.switch.silent = True
     seconds = bench.seconds_until("NOT READY")
@@ -89,6 +91,7 @@ def test_frames_that_stay_away_are_seen(bench: Bench, record_property: Record) -
     bench.wait_ready()
 
 
+@pytest.mark.timing
 def test_an_alarm_is_shown_in_its_own_words(
     bench: Bench, qtbot: QtBot, record_property: Record
 ) -> None:
@@ -102,7 +105,7 @@ def test_an_alarm_is_shown_in_its_own_words(
     bench.window.show_far(True)
     far = bench.window.far
     qtbot.waitUntil(lambda: far.readout().values() == (DASHES,) * 3, timeout=PATIENCE_MS)
-    qtbot.waitUntil(lambda: far.readout().accessibleDescription() == SENTENCE)
+    qtbot.waitUntil(lambda: far.readout().accessibleDescription() == SENTENCE, timeout=HANG_MS)
     # The word is to be read at 3 m (63 px), the sentence of fourteen words at 2 m.
     assert 0.729 * far.type_pixels()[f"Status: {StatusWord.NOT_READY.value}"] >= 63.0
     assert 0.729 * far.readout().reason_pixels() >= 42.0

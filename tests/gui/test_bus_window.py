@@ -16,17 +16,16 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.errors import BusError
 from ocmm_core.simulation.faults import CameraDeed, Deed, DeedAnswer
-from ocmm_core.simulation.virtual_bus import namespace_command
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
+from tests.host import HANG_MS, HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
 pytestmark = pytest.mark.timing
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = HANG_MS
 LIMIT_S = 1.0
 """Of what is shown at once; the aim is 0.2 s, and the machine may be busy."""
 Record = Callable[[str, object], None]
@@ -39,7 +38,7 @@ class WireBench:
         self._control = str(folder / "cameras")
         self._ask = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._ask.bind(str(folder / "test"))
-        self._ask.settimeout(5.0)
+        self._ask.settimeout(HANG_S)
         built = build_station(
             StationRequest(
                 plan=resource("plans", "quick.toml"),
@@ -74,10 +73,7 @@ class WireBench:
 
 @pytest.fixture
 def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WireBench]:
-    try:
-        namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    private_network()
     made = WireBench(qtbot, tmp_path)
     yield made
     made.close()

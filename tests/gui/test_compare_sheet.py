@@ -12,9 +12,10 @@ from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_gui.results.compare_sheet import CompareSheet
+from tests.host import HANG_MS, HANG_S
 
 JOBS = 3
-TIMEOUT_MS = 30_000
+TIMEOUT_MS = HANG_MS
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         built = build_station(request)
         try:
             built.station.start()
-            assert built.station.wait_finished(30.0)
+            assert built.station.wait_finished(HANG_S)
         finally:
             built.station.close()
     return found

@@ -16,13 +16,14 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
 from tests.gui.bus_reports import IN_ORDER, MISSING, BusStation, publish, station_on_bus
+from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from tests.gui.conftest import OpenWindow
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = HANG_MS
 
 
 class BusBench:

@@ -23,8 +23,9 @@ from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.theme import THEMES
 from tests.core.calibration.made_records import make_record, make_verification
+from tests.host import HANG_MS
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = HANG_MS
 NOW = datetime.now(UTC)
 
 

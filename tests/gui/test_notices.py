@@ -22,6 +22,7 @@ from ocmm_gui.notify import Banner, ErrorHooks, NoticeCentre
 from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.sound import RATE_HZ, Sound, SoundPlayer, tone_wav
 from ocmm_gui.triggers import DEBOUNCE_S, Debounced
+from tests.host import HANG_MS
 
 
 def test_an_error_is_shown_with_its_remedy(qtbot: QtBot) -> None:
@@ -45,7 +46,7 @@ def test_what_nobody_caught_is_shown_without_a_traceback_and_logged_with_it(
         thread = threading.Thread(target=lambda: 1 / 0)
         thread.start()
         thread.join()
-        qtbot.waitUntil(lambda: "ZeroDivisionError" in banner.text())
+        qtbot.waitUntil(lambda: "ZeroDivisionError" in banner.text(), timeout=HANG_MS)
         logging.getLogger("ocmm_core.test").warning("A cycle was late.")
     assert (sys.excepthook, threading.excepthook) == before
     assert "Traceback" not in banner.text()
@@ -75,7 +76,7 @@ def test_a_path_with_a_blank_takes_no_point(qtbot: QtBot) -> None:
     panel.ask(Path("/data"))
     field = panel.findChild(QWidget, "path")
     assert field is not None
-    with qtbot.waitSignal(panel.given) as given:
+    with qtbot.waitSignal(panel.given, timeout=HANG_MS) as given:
         QTest.keyClicks(field, "/data/my report")
         QTest.keyClick(field, Qt.Key.Key_Return)
     assert given.args == [Path("/data/my report")]

@@ -6,9 +6,6 @@ from pathlib import Path
 
 import msgspec
 import pytest
-
-pytest.importorskip("PySide6.QtWidgets", exc_type=ImportError)
-
 from PySide6.QtWidgets import QComboBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
@@ -17,6 +14,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import load_plan
 from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+from tests.host import HANG_MS
 
 BORE = "BORE_A"
 
@@ -134,7 +132,7 @@ def test_a_plan_is_saved_with_features_from_a_table(
     table.write_text("name,shape,x,y,z,diameter\nPIN_1,Circle,1,2,3,8\nPIN_2,Circle,4,5,6,8\n")
     sheet.import_file(table)
     path = tmp_path / "mine.toml"
-    with qtbot.waitSignal(sheet.saved):
+    with qtbot.waitSignal(sheet.saved, timeout=HANG_MS):
         sheet.save_as(path)
     assert sheet.draft.is_saved
     again = load_plan(path)

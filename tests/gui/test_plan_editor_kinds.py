@@ -9,9 +9,6 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-
-pytest.importorskip("PySide6.QtWidgets", exc_type=ImportError)
-
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit
@@ -31,6 +28,7 @@ from ocmm_gui.plan_editor.item_form import ItemForm
 from ocmm_gui.plan_editor.plan_checks import faulty_field
 from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, ItemKey
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+from tests.host import HANG_MS
 
 CONSTRUCTIONS: dict[str, dict[str, str]] = {
     "intersection": {"features": "BED, BOSS"},
@@ -326,11 +324,11 @@ def test_another_plan_is_opened_or_begun_only_when_this_one_is_saved(
         sheet.measure,
     ]
     for call in calls:
-        with qtbot.waitSignal(sheet.told):
+        with qtbot.waitSignal(sheet.told, timeout=HANG_MS):
             call()
         assert sheet.draft.plan == changed
     sheet.save_as(tmp_path / "gauge.toml")
-    with qtbot.waitSignal(sheet.measure_wanted):
+    with qtbot.waitSignal(sheet.measure_wanted, timeout=HANG_MS):
         sheet.measure()
     sheet.keys["new"].trigger()
     assert [item.name for item in sheet.draft.plan.features] == ["FEATURE"]

@@ -16,8 +16,9 @@ from ocmm_core.tracking.body import load_probe
 from ocmm_gui.maintain.probe_design_page import ProbeDesignPage
 from ocmm_gui.theme import THEMES
 from tests.gui.conftest import OpenWindow
+from tests.host import HANG_MS
 
-PATIENCE_MS = 40_000
+PATIENCE_MS = HANG_MS
 
 
 @pytest.fixture

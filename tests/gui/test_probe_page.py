@@ -25,8 +25,9 @@ from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.theme import THEMES
 from ocmm_gui.wizards.definition_page import DefinitionPage
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
+from tests.host import HANG_MS
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = HANG_MS
 NOW = datetime.now(UTC)
 
 

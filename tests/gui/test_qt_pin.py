@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import sys
 
-import pytest
-
-pytest.importorskip("PySide6.QtWidgets", exc_type=ImportError)
-
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 

@@ -27,6 +27,7 @@ from ocmm_gui.reports import pdf
 from ocmm_gui.reports.canvas import PAGE, Canvas
 from ocmm_gui.reports.symbols import has_symbol, paint_symbol
 from tests.gui.pdf_texts import pages, texts
+from tests.host import HANG_S
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,7 @@ def job_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     built = build_station(request)
     try:
         built.station.start()
-        assert built.station.wait_finished(30.0)
+        assert built.station.wait_finished(HANG_S)
     finally:
         built.station.close()
     return built.job_path

@@ -14,13 +14,14 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.opening import opened_job
+from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = pytest.mark.slow
 
-PATIENCE_MS = 150_000
+PATIENCE_MS = HANG_MS
 
 
 def _press(*keys: Qt.Key) -> None:

@@ -23,6 +23,7 @@ from ocmm_gui.operator.marks import Mark
 from ocmm_gui.operator.tip_line import tip_mark, tip_words
 from ocmm_gui.operator.trust_bar import Place
 from tests.core.calibration.fresh_tips import TIP, Tips
+from tests.host import HANG_MS
 
 VIEW = ProbeView(Word.VALID, "standard", TIP, "0" * 64, 5.9981)
 MOUNTED = Obstacle("Tip '6 mm' was mounted and not checked since.", "Check it.")
@@ -84,25 +85,25 @@ def test_mounting_a_tip_is_said_on_every_screen(
     window: MainWindow, qtbot: QtBot, tips: Tips
 ) -> None:
     line = window.tip_line
-    qtbot.waitUntil(lambda: "VALID until" in line.text())
+    qtbot.waitUntil(lambda: "VALID until" in line.text(), timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_V)
-    qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: VALID")
+    qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: VALID", timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_M)
     window.maintenance.view.list.setCurrentRow(2)
     page = window.maintenance.probe
-    qtbot.waitUntil(lambda: page.isVisible() and page.tips.rowCount() == 1)
+    qtbot.waitUntil(lambda: page.isVisible() and page.tips.rowCount() == 1, timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_N)
     assert "SUSPECT" not in line.text()
     QTest.keyClick(window, Qt.Key.Key_N)
-    qtbot.waitUntil(lambda: "was mounted and not checked since" in line.text())
+    qtbot.waitUntil(lambda: "was mounted and not checked since" in line.text(), timeout=HANG_MS)
     assert "Make the quick tip check: one minute." in line.text()
     # It is on every screen anyway: the notice of the key is not covered.
     assert "not checked since" not in window.banner.text()
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: SUSPECT")
+    qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: SUSPECT", timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_V)
-    qtbot.waitUntil(lambda: "SUSPECT" in line.text() and "ball" in line.text())
-    qtbot.waitUntil(lambda: window.desk.strip.status() == "NOT READY")
+    qtbot.waitUntil(lambda: "SUSPECT" in line.text() and "ball" in line.text(), timeout=HANG_MS)
+    qtbot.waitUntil(lambda: window.desk.strip.status() == "NOT READY", timeout=HANG_MS)
     tips.check()
-    qtbot.waitUntil(lambda: "Points are taken again" in window.banner.text())
+    qtbot.waitUntil(lambda: "Points are taken again" in window.banner.text(), timeout=HANG_MS)
     assert "VALID until" in line.text()

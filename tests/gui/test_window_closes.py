@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.storage.job_file import JobFile
+from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -19,7 +20,7 @@ def test_closing_while_measuring_takes_less_than_two_seconds_and_loses_no_point(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=5.0, stay=True)
-    qtbot.waitUntil(lambda: len(bench.bridge.job().features[0].points) >= 2, timeout=30_000)
+    qtbot.waitUntil(lambda: len(bench.bridge.job().features[0].points) >= 2, timeout=HANG_MS)
     seen = sum(len(feature.points) for feature in bench.bridge.job().features)
     begun = time.monotonic()
     bench.window.close()

@@ -13,11 +13,12 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, StatusWord
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
 from ocmm_gui.words import DASHES, millimetres
+from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
-PATIENCE_MS = 40_000
+PATIENCE_MS = HANG_MS
 
 
 def _last_touched(job: JobView) -> FeatureView:
@@ -78,7 +79,7 @@ def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: Open
     qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
     before = _last_touched(bench.built.station.job())
     QTest.keyClick(bench.window, Qt.Key.Key_Backspace)
-    qtbot.waitUntil(lambda: not bench.bridge.job().complete)
+    qtbot.waitUntil(lambda: not bench.bridge.job().complete, timeout=HANG_MS)
     after = bench.built.station.job()
     assert after.active == before.name
     remaining = next(feature for feature in after.features if feature.name == before.name)
@@ -86,7 +87,7 @@ def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: Open
     assert bench.window.desk.guidance.step() == f"Touch one more point on {before.name}."
     qtbot.wait(200)  # longer than contacts bounce
     QTest.keyClick(bench.window, Qt.Key.Key_F15)
-    qtbot.waitUntil(lambda: bench.bridge.job().complete)
+    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=HANG_MS)
     states = {feature.name: feature.state for feature in bench.built.station.job().features}
     assert states[before.name] is FeatureState.DONE
 
@@ -127,7 +128,7 @@ def test_a_lost_probe_shows_dashes_and_the_reason(qtbot: QtBot, open_window: Ope
     assert "LOST" in desk.guidance.trouble()
     assert bench.built.station.live().reason in desk.guidance.trouble()
     bench.window.show_far(True)
-    qtbot.waitUntil(lambda: far.readout().values() == (DASHES,) * 3)
+    qtbot.waitUntil(lambda: far.readout().values() == (DASHES,) * 3, timeout=HANG_MS)
 
 
 def test_the_far_view_can_be_read_at_three_metres(qtbot: QtBot, open_window: OpenWindow) -> None:
@@ -149,12 +150,12 @@ def test_export_writes_into_the_given_folder_and_names_the_files(
 ) -> None:
     bench = open_window(out=tmp_path / "report")
     qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
-    with qtbot.waitSignal(bench.window.output.exported, timeout=PATIENCE_MS) as written:
+    with qtbot.waitSignal(bench.window.output.exported, timeout=HANG_MS) as written:
         QTest.keyClick(bench.window, Qt.Key.Key_E)
     paths: tuple[Path, ...] = written.args[0]
     assert paths
     assert all(path.is_file() and path.is_relative_to(tmp_path / "report") for path in paths)
-    qtbot.waitUntil(lambda: paths[0].name in bench.window.banner.text())
+    qtbot.waitUntil(lambda: paths[0].name in bench.window.banner.text(), timeout=HANG_MS)
 
 
 def test_a_command_that_fails_is_explained_in_the_banner(
@@ -162,7 +163,7 @@ def test_a_command_that_fails_is_explained_in_the_banner(
 ) -> None:
     bench = open_window(speed=0.1, stay=True)
     QTest.keyClick(bench.window, Qt.Key.Key_Return)
-    qtbot.waitUntil(bench.window.banner.isVisible)
+    qtbot.waitUntil(bench.window.banner.isVisible, timeout=HANG_MS)
     assert "0 of the 3 points" in bench.window.banner.text()
     QTest.keyClick(bench.window, Qt.Key.Key_Escape)
     assert not bench.window.banner.isVisible()
@@ -172,11 +173,11 @@ def test_a_command_that_fails_is_explained_in_the_banner(
 def test_a_click_in_the_plan_selects_the_feature(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window(speed=0.1, stay=True)
     plan = bench.window.desk.plan
-    qtbot.waitUntil(lambda: plan.count() == 3)
+    qtbot.waitUntil(lambda: plan.count() == 3, timeout=HANG_MS)
     place = plan.visualItemRect(plan.item(2)).center()
     QTest.mouseClick(plan.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    qtbot.waitUntil(lambda: bench.bridge.job().active == "SPHERE")
+    qtbot.waitUntil(lambda: bench.bridge.job().active == "SPHERE", timeout=HANG_MS)
     # The list has the focus now; its own use of the key must not win.
     plan.setFocus()
     QTest.keyClick(plan, Qt.Key.Key_PageUp)
-    qtbot.waitUntil(lambda: bench.bridge.job().active == "BLOCK_TOP")
+    qtbot.waitUntil(lambda: bench.bridge.job().active == "BLOCK_TOP", timeout=HANG_MS)

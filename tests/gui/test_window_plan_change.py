@@ -6,10 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-import pytest
-
-pytest.importorskip("PySide6.QtWidgets", exc_type=ImportError)
-
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
@@ -22,6 +18,7 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.plan_file import save_plan
 from ocmm_gui.plan_editor.plan_items import ItemKey
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -50,7 +47,7 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
 ) -> None:
     bench = open_window(stay=True)
     window, bridge = bench.window, bench.bridge
-    qtbot.waitUntil(lambda: len(bridge.station.stored_job()[1]) >= 2, timeout=30_000)
+    qtbot.waitUntil(lambda: len(bridge.station.stored_job()[1]) >= 2, timeout=HANG_MS)
     first, other = bridge.station.job_path, tmp_path / "other.toml"
     plan = load_plan(resource("plans", "demo.toml"))
     picture = QImage(32, 20, QImage.Format.Format_RGB32)
@@ -65,22 +62,22 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
     job = window.sheets.job
     assert job.plans.currentText() == "DEMO, other.toml"
     assert QApplication.focusWidget() is job.plans
-    with qtbot.waitSignals([bridge.plan_changed, bridge.job_left], timeout=30_000):
+    with qtbot.waitSignals([bridge.plan_changed, bridge.job_left], timeout=HANG_MS):
         _press(KEY.Key_F8)
-    qtbot.waitUntil(lambda: bridge.job().header.part == "OTHER", timeout=30_000)
+    qtbot.waitUntil(lambda: bridge.job().header.part == "OTHER", timeout=HANG_MS)
     assert window.windowTitle() == "OCMM – OTHER"
     qtbot.waitUntil(lambda: f"{first.stem} is paused" in window.banner.text())
     # The steps and their pictures are those of the new plan, in the window and in its editor.
     assert [item.name for item in bridge.job().features] == [item.name for item in plan.features]
-    qtbot.waitUntil(window.desk.picture.has_picture, timeout=30_000)
+    qtbot.waitUntil(window.desk.picture.has_picture, timeout=HANG_MS)
     assert window.sheets.plan.draft.path == other
     assert window.sheets.plan.draft.plan.part == "OTHER"
 
     _press(KEY.Key_J)
     assert "QUICK, quick.toml" in [job.plans.itemText(row) for row in range(job.plans.count())]
-    with qtbot.waitSignal(bridge.plan_changed, timeout=30_000):
+    with qtbot.waitSignal(bridge.plan_changed, timeout=HANG_MS):
         _press(KEY.Key_F7)
-    qtbot.waitUntil(lambda: bridge.job().paused, timeout=30_000)
+    qtbot.waitUntil(lambda: bridge.job().paused, timeout=HANG_MS)
     assert bridge.station.job_path == first
     assert bridge.station.plan_file == resource("plans", "quick.toml")
     assert len(bridge.station.stored_job()[1]) >= 2

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtGui import QImage
 
+from tests.host import HANG_S
+
 # Counts the rings of the whole machine and holds the window to two seconds.
 pytestmark = pytest.mark.timing
 
@@ -28,7 +30,7 @@ def test_it_quits_by_itself_and_leaves_a_picture(tmp_path: Path) -> None:
     before = _rings()
     done = subprocess.run(
         [*_COMMAND, str(tmp_path), "--quit-after", "1", "--screenshot", str(picture)],
-        cwd=_ROOT, capture_output=True, text=True, timeout=50, check=False,
+        cwd=_ROOT, capture_output=True, text=True, timeout=HANG_S, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
@@ -44,13 +46,13 @@ def test_a_termination_signal_closes_the_window_within_two_seconds(tmp_path: Pat
         [*_COMMAND, str(tmp_path)], cwd=_ROOT, stderr=subprocess.PIPE, text=True
     ) as window:
         try:
-            until = time.monotonic() + 40.0
+            until = time.monotonic() + HANG_S
             while not list(tmp_path.glob("*.ocmm")) and time.monotonic() < until:
                 time.sleep(0.05)
             time.sleep(2.0)  # from the job file to a window that handles signals
             begun = time.monotonic()
             window.send_signal(signal.SIGTERM)
-            _, errors = window.communicate(timeout=10)
+            _, errors = window.communicate(timeout=HANG_S)
         finally:
             window.kill()
     assert window.returncode == 0, errors

@@ -9,11 +9,12 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.inspection.view import LiveView
 from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_gui.words import DASHES, reference_words
+from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
-PATIENCE_MS = 40_000
+PATIENCE_MS = HANG_MS
 NUDGE = ScriptedNudge(1600, 0, (1e-3, 0.0, 0.0), (0.6, -0.5, 0.6))
 HIDDEN = ScriptedOcclusion(0, (5, 7), 8000, 10**9)
 

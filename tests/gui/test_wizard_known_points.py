@@ -97,7 +97,7 @@ def test_one_key_takes_one_point_and_says_why_next_is_closed(bench: WizardBench)
         # Between the picture and the key a window of frames may not have been whole.
         bench.key(Qt.Key.Key_Space)
         with suppress(QtTimeoutError):
-            bench.qtbot.waitUntil(lambda: page.score.number() == "1 / 12", timeout=3000)
+            bench.qtbot.waitUntil(lambda: page.score.number() == "1 / 12", timeout=10_000)
             break
     assert page.score.number() == "1 / 12"
     # The same place cannot be taken twice, and the next point is aimed at.

@@ -101,7 +101,6 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(240)
 def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     site = bench.bench
     site.calibrated(120)

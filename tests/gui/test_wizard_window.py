@@ -35,11 +35,12 @@ from ocmm_gui.wizards.keys import WIZARD_ACTIONS
 from ocmm_gui.wizards.pages import CollectPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench
+from tests.host import HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
-PATIENCE_MS = 40_000
+PATIENCE_MS = HANG_MS
 _KEYS = {
     Kind.KNOWN_POINTS: Qt.Key.Key_K,
     Kind.RELOCATION: Qt.Key.Key_R,

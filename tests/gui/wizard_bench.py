@@ -24,8 +24,9 @@ from ocmm_gui.wizards.shown import Seen
 from ocmm_gui.wizards.site import ProbeSite, WizardSite
 from ocmm_gui.wizards.wizard import Wizard
 from tests.core.calibration.procedure_site import Bench
+from tests.host import HANG_MS
 
-PATIENCE_MS = 40_000
+PATIENCE_MS = HANG_MS
 _BLOCK = 40
 _LOOKS = 4000
 

@@ -23,7 +23,7 @@ from ocmm_core.acquisition.worker import AcquisitionState, read_status
 from ocmm_core.fieldbus.identity import CameraIdentity
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
-_OPEN_S = 20.0
+_OPEN_S = 240.0
 _FRAMES = 2000
 
 
@@ -72,7 +72,7 @@ def main(interface: str, *service: str) -> None:
         report = ring.report()
         seen["notes"] = json.loads(report)["notes"] if report else []
         bus.request_stop()
-        seen["ended"] = bus.join(5.0)
+        seen["ended"] = bus.join(240.0)
         status = read_status(ring)
         seen.update(frames=status.frames, message=status.message)
     finally:

@@ -36,7 +36,7 @@ PHASES = (
     "whole", "between the cameras", "repaired", "second cable", "both whole", "first cable",
     "whole again",
 )  # fmt: skip
-SETTLE_S, SEEN_S, START_S = 1.6, 0.6, 20.0
+SETTLE_S, SEEN_S, START_S = 1.6, 0.6, 240.0
 
 
 def main(folder: Path) -> dict[str, Any]:
@@ -72,10 +72,10 @@ def main(folder: Path) -> dict[str, Any]:
         return {name: _played(watch, ring, name, control) for name in PHASES}
     finally:
         worker.request_stop()
-        worker.join(5.0)
+        worker.join(240.0)
         ring.close()
         cameras.stdin.close()
-        cameras.wait(5)
+        cameras.wait(240)
 
 
 def _played(watch: FrameWatch, ring: FrameRing, name: str, control: str) -> dict[str, Any]:

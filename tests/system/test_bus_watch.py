@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.errors import BusError
-from ocmm_core.simulation.virtual_bus import namespace_command
+from tests.host import HANG_S, private_network
 
 # The bus must keep its cycle to be in operation at the end.
 pytestmark = pytest.mark.timing
@@ -18,15 +17,12 @@ pytestmark = pytest.mark.timing
 def watch(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "ocmm_core.cli", "bus", "watch", *arguments],
-        capture_output=True, text=True, timeout=50, check=False,
+        capture_output=True, text=True, timeout=HANG_S, check=False,
     )  # fmt: skip
 
 
 def test_it_prints_what_it_writes(tmp_path: Path) -> None:
-    try:
-        namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    private_network()
     path = tmp_path / "report.txt"
     done = watch(
         "--source", "ethercat:virtual", "--seconds", "4", "--every", "1", "--out", str(path)

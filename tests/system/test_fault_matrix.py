@@ -18,12 +18,11 @@ import msgspec
 import pytest
 
 from benchmarks.fault_scenarios import SCENARIOS, Outcome, Scenario, Starts
-from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.report import BusPhase
-from ocmm_core.simulation.virtual_bus import namespace_command
+from tests.host import private_network
 
 # Four processes must answer each other within a millisecond: not beside other tests.
-pytestmark = [pytest.mark.timing, pytest.mark.slow, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.timing, pytest.mark.slow, pytest.mark.timeout(900)]
 
 _ROOT = Path(__file__).resolve().parents[2]
 _PROGRAM = _ROOT / "benchmarks" / "fault_scenarios.py"
@@ -58,16 +57,13 @@ NO_FRAME_LOST = LOSSES | {
 
 def played(folder: Path, *arguments: str) -> bytes:
     """Run the scenarios in a namespace of their own and return what they wrote."""
-    try:
-        prefix = namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    prefix = private_network()
     out = folder / "outcomes.json"
     done = subprocess.run(
         [*prefix, sys.executable, str(_PROGRAM), str(out), *arguments],
         capture_output=True,
         text=True,
-        timeout=380,
+        timeout=880,
         check=False,
         env={**os.environ, "PYTHONPATH": str(_ROOT)},
     )

@@ -18,9 +18,8 @@ import pytest
 from ocmm_core.acquisition.worker import AcquisitionState
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.options import DEMO_PLAN
-from ocmm_core.errors import BusError
-from ocmm_core.simulation.virtual_bus import namespace_command
 from ocmm_core.station.station import MeasuringStation
+from tests.host import HANG_S, private_network
 
 # Processes must answer each other within a millisecond: not beside other tests.
 pytestmark = [pytest.mark.timing, pytest.mark.slow]
@@ -31,16 +30,13 @@ _FRAMES_A_SECOND = 8000
 
 @pytest.fixture(autouse=True)
 def namespace() -> None:
-    """Skip where there can be no virtual wire."""
-    try:
-        namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    """Need a virtual wire."""
+    private_network()
 
 
 def wait_until_tracked(station: MeasuringStation, count: int) -> None:
     """Wait until the application itself, which may have to compile first, is so far."""
-    end = time.monotonic() + 40.0
+    end = time.monotonic() + HANG_S
     while station.live().frame_counter < count:
         status = station.acquisition_status()
         assert status.state is not AcquisitionState.STOPPED, status.message

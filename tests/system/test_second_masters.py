@@ -12,8 +12,7 @@ import pytest
 
 from benchmarks.esi_agreement import differences
 from benchmarks.second_master import FoundCamera, Mapped
-from ocmm_core.errors import BusError
-from ocmm_core.simulation.virtual_bus import namespace_command
+from tests.host import HANG_S, needs_package, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
 pytestmark = pytest.mark.timing
@@ -21,21 +20,17 @@ pytestmark = pytest.mark.timing
 _ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.timeout(150)
 @pytest.mark.parametrize("master", ["kickcat", "pysoem"])
 def test_a_second_master_agrees_with_the_esi_file(master: str, tmp_path: Path) -> None:
-    pytest.importorskip(master, reason="the second master (development group) is missing")
-    try:
-        prefix = namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    needs_package(master, "a second master, of the development group")
+    prefix = private_network()
     out = tmp_path / "differences.json"
     program = _ROOT / "benchmarks" / "esi_agreement.py"
     done = subprocess.run(
         [*prefix, sys.executable, str(program), str(out), master],
         capture_output=True,
         text=True,
-        timeout=140,
+        timeout=HANG_S,
         check=False,
         env={**os.environ, "PYTHONPATH": str(_ROOT)},
     )

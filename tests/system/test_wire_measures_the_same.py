@@ -11,9 +11,8 @@ import pytest
 from ocmm_core.cli.compose import StationRequest, build_station
 from ocmm_core.cli.headless import make_console, run_job
 from ocmm_core.documents import resource
-from ocmm_core.errors import BusError
 from ocmm_core.inspection.view import JobView
-from ocmm_core.simulation.virtual_bus import namespace_command
+from tests.host import private_network
 
 RESOLUTION_MM = 1e-5
 """Spots on the wire are rounded to 2^-16 px: 4.4e-6 px RMS, 2e-7 mm at the LEDs, independent from
@@ -32,14 +31,10 @@ def measured(source: str, out: Path) -> tuple[JobView, dict[str, int]]:
 
 @pytest.mark.slow
 @pytest.mark.timing
-@pytest.mark.timeout(150)
 def test_the_wire_gives_the_features_of_the_virtual_rig_in_this_process(
     tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
-    try:
-        namespace_command()
-    except BusError as error:
-        pytest.skip(f"{error.what} {error.remedy}")
+    private_network()
     direct, _ = measured("simulated", tmp_path / "direct")
     wired, counts = measured("ethercat:virtual", tmp_path / "wired")
 

@@ -15,7 +15,7 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation import named_rig
 from ocmm_core.simulation.camera_process import SegmentConfig
-from ocmm_core.simulation.virtual_bus import namespace_command
+from tests.host import HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
 pytestmark = pytest.mark.timing
@@ -65,16 +65,13 @@ print(json.dumps(seen))
 
 
 def test_named_rig_is_made_and_removed_and_leaves_other_interfaces_alone(tmp_path: Path) -> None:
-    try:
-        prefix = namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    prefix = private_network()
     path = os.pathsep.join([str(_ROOT), str(Path(__file__).parent)])
     done = subprocess.run(
         [*prefix, sys.executable, "-c", _PROGRAM],
         capture_output=True,
         text=True,
-        timeout=50,
+        timeout=HANG_S,
         check=False,
         env={**os.environ, "PYTHONPATH": path, "XDG_STATE_HOME": str(tmp_path)},
     )

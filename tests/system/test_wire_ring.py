@@ -11,8 +11,7 @@ from typing import Any
 
 import pytest
 
-from ocmm_core.errors import BusError
-from ocmm_core.simulation.virtual_bus import namespace_command
+from tests.host import HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
 pytestmark = pytest.mark.timing
@@ -23,15 +22,12 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="module")
 def played() -> dict[str, Any]:
-    try:
-        prefix = namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    prefix = private_network()
     done = subprocess.run(
         [*prefix, sys.executable, "-W", "error", str(_PROGRAM)],
         capture_output=True,
         text=True,
-        timeout=55,
+        timeout=HANG_S,
         check=False,
         env={**os.environ, "PYTHONPATH": str(_ROOT)},
     )

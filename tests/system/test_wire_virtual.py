@@ -23,6 +23,7 @@ from ocmm_core.fieldbus.identity import CameraIdentity
 from ocmm_core.simulation.camera_process import SegmentConfig
 from ocmm_core.simulation.pattern import TestPattern
 from ocmm_core.simulation.virtual_bus import VirtualBus, namespace_command
+from tests.host import HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
 pytestmark = pytest.mark.timing
@@ -34,11 +35,8 @@ PATTERN = msgspec.Raw(b'{"pattern":"test"}')
 
 @pytest.fixture
 def namespace() -> list[str]:
-    """Return the command prefix for a private namespace, or skip."""
-    try:
-        return namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    """Return the command prefix for a private network."""
+    return private_network()
 
 
 def wait_for(ring: FrameRing, state: AcquisitionState, seconds: float) -> None:
@@ -58,11 +56,11 @@ def test_virtual_bus_delivers_what_its_cameras_show_and_leaves_nothing() -> None
             ring,
         )
         bus.start()
-        wait_for(ring, AcquisitionState.RUNNING, 20.0)
+        wait_for(ring, AcquisitionState.RUNNING, HANG_S)
         time.sleep(0.5)
         begin = time.monotonic()
         bus.request_stop()
-        assert bus.join(5.0)
+        assert bus.join(HANG_S)
         assert time.monotonic() - begin < 2.0
         status = read_status(ring)
         assert status.state is AcquisitionState.STOPPED
@@ -94,8 +92,8 @@ def test_virtual_bus_says_why_it_failed() -> None:
             ring,
         )
         bus.start()
-        wait_for(ring, AcquisitionState.STOPPED, 20.0)
-        assert bus.join(5.0)
+        wait_for(ring, AcquisitionState.STOPPED, HANG_S)
+        assert bus.join(HANG_S)
         status = read_status(ring)
         assert status.stop_reason is StopReason.FAILED
         assert "'right' (serial 1002)" in status.message
@@ -126,11 +124,11 @@ def test_virtual_bus_ends_with_the_program_that_started_it() -> None:
     try:
         assert parent.stdout is not None
         child = int(parent.stdout.readline())
-        wait_for(ring, AcquisitionState.RUNNING, 20.0)
+        wait_for(ring, AcquisitionState.RUNNING, HANG_S)
         parent.kill()
-        wait_for(ring, AcquisitionState.STOPPED, 5.0)
+        wait_for(ring, AcquisitionState.STOPPED, HANG_S)
         # The orphan is ours now (this process adopts grandchildren); it must end by itself.
-        end = time.monotonic() + 5.0
+        end = time.monotonic() + HANG_S
         while os.waitpid(child, os.WNOHANG) == (0, 0):
             assert time.monotonic() < end
             time.sleep(0.01)
@@ -155,8 +153,8 @@ def test_bus_process_reports_an_interface_that_does_not_exist() -> None:
             BusConfig(interface="nope0", ring_path=str(ring.path), cameras=CAMERAS), ring
         )
         bus.start()
-        wait_for(ring, AcquisitionState.STOPPED, 10.0)
-        assert bus.join(5.0)
+        wait_for(ring, AcquisitionState.STOPPED, HANG_S)
+        assert bus.join(HANG_S)
         status = read_status(ring)
         assert status.stop_reason is StopReason.FAILED
         assert "nope0" in status.message

@@ -30,7 +30,7 @@ from ocmm_core.simulation.virtual_bus import CAMERA_INTERFACE, HOST_INTERFACE
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 FRAMES = 6000
-_LIMIT_S = 30.0
+_LIMIT_S = 240.0
 _ETH_P_ALL = 3
 
 
@@ -103,13 +103,13 @@ def main(folder: Path, writer: str) -> None:
         else:
             time.sleep(0.005)
     child.request_stop()
-    child.join(5.0)
+    child.join(_LIMIT_S)
     ended.set()
     if writer == "pcap":
         listener.join()
     if dump is not None:
         dump.terminate()
-        dump.wait(5.0)
+        dump.wait(_LIMIT_S)
     status = read_status(ring)
     ring.close()
     if not blocks:

@@ -19,6 +19,7 @@ from ocmm_core.acquisition.worker import (
     read_status,
 )
 from ocmm_core.errors import AcquisitionError, BusError, InternalError
+from tests.host import HANG_S
 
 MakeBlock = Callable[[int, int], FrameBlock]
 
@@ -160,7 +161,7 @@ def test_it_stops_when_asked_from_either_side(
     worker.start()
     with pytest.raises(AcquisitionError, match="started already"):
         worker.start()
-    until = time.monotonic() + 5.0
+    until = time.monotonic() + HANG_S
     while read_status(ring).frames < 80 and time.monotonic() < until:
         time.sleep(0.001)
     if by_word:
@@ -168,7 +169,7 @@ def test_it_stops_when_asked_from_either_side(
     else:
         worker.request_stop()
         worker.request_stop()
-    assert worker.join(5.0)
+    assert worker.join(HANG_S)
     status = read_status(ring)
     assert status.stop_reason is StopReason.REQUESTED
     assert status.elapsed == status.good == source.reads
@@ -186,12 +187,12 @@ def test_a_source_that_is_not_live_waits_for_the_reader(
     worker = AcquisitionWorker(source, ring)
     worker.start()
     counters: list[int] = []
-    until = time.monotonic() + 10.0
+    until = time.monotonic() + HANG_S
     while len(counters) < 320 and time.monotonic() < until:
         block = ring.read(5)
         if block is not None:
             counters += block.counter.tolist()
-    assert worker.join(5.0)
+    assert worker.join(HANG_S)
     assert counters == list(range(320))
     assert read_status(ring).overrun == 0
     assert read_status(ring).stop_reason is StopReason.FINISHED
@@ -206,7 +207,7 @@ def test_a_waiting_source_can_be_stopped(
     worker.start()
     assert not worker.join(0.05)
     worker.request_stop()
-    assert worker.join(5.0)
+    assert worker.join(HANG_S)
     assert read_status(ring).stop_reason is StopReason.REQUESTED
     block = ring.read(100)
     assert block is not None

@@ -28,6 +28,7 @@ from ocmm_core.fieldbus.requests import (
     decode_request,
     encode_line,
 )
+from tests.host import HANG_S
 
 REQUEST = ObjectRequest(7, "left", 0x1018, 4)
 
@@ -54,7 +55,7 @@ class Ends:
         return decode_reply(self.waiting.pop(0))
 
     def take(self) -> ObjectRequest | EepromRequest:
-        until = time.monotonic() + 5.0
+        until = time.monotonic() + HANG_S
         while time.monotonic() < until:
             request = self.port.take()
             if request is not None:
@@ -143,7 +144,7 @@ def test_more_requests_than_have_room_are_answered_with_an_error(ends: Ends) -> 
 def test_a_cancelled_request_is_not_given_out(ends: Ends) -> None:
     ends.send(encode_line(REQUEST) + encode_line(CancelRequest(7)))
     ends.send(encode_line(ObjectRequest(8, "left", 1, 0)))
-    until = time.monotonic() + 5.0
+    until = time.monotonic() + HANG_S
     while not ends.port.is_cancelled(7) and time.monotonic() < until:
         time.sleep(0.001)
     assert ends.take().number == 8
@@ -168,7 +169,7 @@ def test_the_end_of_the_input_is_told_once_and_answers_still_go_out(ends: Ends) 
     line = encode_line(REQUEST)
     ends.send(line)
     os.dup2(os.open(os.devnull, os.O_WRONLY), ends.write)
-    assert ends.ended.wait(5.0)
+    assert ends.ended.wait(HANG_S)
     assert ends.take() == REQUEST
     ends.port.reply(ObjectReply(7, finished=True, value=b"\x01"))
     assert ends.reply().value == b"\x01"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.capture import BusCapture
-from ocmm_core.errors import BusError
-from ocmm_core.simulation.virtual_bus import namespace_command
+from tests.host import HANG_S, needs_tools, private_network
 
 # Three processes must answer each other within a millisecond: not beside other tests.
 pytestmark = pytest.mark.timing
@@ -24,15 +22,12 @@ _ROOT = Path(__file__).resolve().parents[3]
 
 
 def play(folder: Path, writer: str) -> None:
-    try:
-        prefix = namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    prefix = private_network()
     done = subprocess.run(
         [*prefix, sys.executable, "-W", "error", str(_SCENARIO), str(folder), writer],
         capture_output=True,
         text=True,
-        timeout=50,
+        timeout=HANG_S,
         check=False,
         env={**os.environ, "PYTHONPATH": str(_ROOT)},
     )
@@ -43,14 +38,13 @@ def play(folder: Path, writer: str) -> None:
 def test_a_recorded_bus_gives_the_frames_that_the_application_got(
     writer: str, tmp_path: Path
 ) -> None:
-    if shutil.which(writer) is None and writer == "tcpdump":
-        pytest.skip("tcpdump is not installed")
+    if writer == "tcpdump":
+        needs_tools(writer)
     play(tmp_path, writer)
     got = np.load(tmp_path / "frames.npy")
     capture = check_same_frames(BusCapture(tmp_path / "bus.pcap"), got)
     # The cameras stand on the wire in the other order than in the rig.
     assert capture.serials == (1002, 1001)
-    check_dissected(tmp_path / "bus.pcap")
     # Also where it must be told how many cameras there are.
     check_same_frames(BusCapture(tmp_path / "bus.pcap", n_cameras=2), got)
 
@@ -71,13 +65,13 @@ def check_same_frames(capture: BusCapture, got: NDArray[np.void]) -> BusCapture:
     return capture
 
 
-def check_dissected(path: Path) -> None:
-    """Let tshark read the recording, where it is installed: every frame is well formed."""
-    if shutil.which("tshark") is None:
-        return
+def test_another_program_finds_every_frame_well_formed(tmp_path: Path) -> None:
+    needs_tools("tshark")
+    play(tmp_path, "pcap")
+    path = str(tmp_path / "bus.pcap")
     listed = [
         subprocess.run(
-            ["tshark", "-r", str(path), "-Y", chosen], capture_output=True, text=True, check=True
+            ["tshark", "-r", path, "-Y", chosen], capture_output=True, text=True, check=True
         ).stdout.splitlines()
         for chosen in ("ecat", "ecat && (_ws.malformed || _ws.expert.severity == error)")
     ]

@@ -20,6 +20,7 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.errors import AcquisitionError
+from tests.host import HANG_S
 
 MakeBlock = Callable[[int, int], FrameBlock]
 
@@ -188,7 +189,7 @@ def test_a_reader_in_another_process_gets_only_whole_frames(make_block: MakeBloc
         writer.start()
         got, newest = 0, -1
         last = n_blocks * _BLOCK - 1
-        until = time.monotonic() + 30.0
+        until = time.monotonic() + HANG_S
         while newest < last and time.monotonic() < until:
             block = ring.read(2 * _CAPACITY)
             if block is None:
@@ -197,11 +198,11 @@ def test_a_reader_in_another_process_gets_only_whole_frames(make_block: MakeBloc
             assert same(block, make_block(int(block.counter[0]), len(block)))
             newest = int(block.counter[-1])
             got += len(block)
-        writer.join(10.0)
+        writer.join(HANG_S)
         assert newest == last
         assert got + ring.word(Word.OVERRUN) == last + 1
         assert ring.word(Word.OVERRUN) > 0
     finally:
-        writer.join(10.0)
+        writer.join(HANG_S)
         writer.close()
         ring.close()

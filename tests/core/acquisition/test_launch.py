@@ -18,8 +18,9 @@ from ocmm_core.acquisition.rights import (
     granted_by,
     rights_of,
 )
+from tests.host import forbids_file_rights, needs_root, not_run, on_linux_only
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="capabilities are Linux's")
+pytestmark = on_linux_only
 
 _NAME = "ocmm-acq-python"
 
@@ -36,18 +37,20 @@ def pair(tmp_path: Path) -> tuple[Path, Path]:
 
 
 def grant(path: Path, capabilities: frozenset[int], *, effective: bool = True) -> None:
-    """Attach rights as setcap does (linux/capability.h, revision 2), or skip."""
+    """Attach rights as setcap does (linux/capability.h, revision 2)."""
     mask = sum(1 << number for number in capabilities)
     content = struct.pack("<5I", 0x02000000 | effective, mask & 0xFFFFFFFF, 0, mask >> 32, 0)
     try:
         os.setxattr(path, "security.capability", content)
     except OSError as error:
-        pytest.skip(f"rights cannot be attached to a file here ({error.strerror})")
+        if not forbids_file_rights(error):
+            raise
+        not_run(f"rights cannot be attached to a file here ({error.strerror})")
 
 
 def owned_by_root(path: Path) -> None:
     if path.stat().st_uid != 0:
-        pytest.skip("only root can make a file of root's")
+        needs_root("make a file of root's")
 
 
 def test_without_a_copy_the_bus_process_runs_with_the_ordinary_interpreter(tmp_path: Path) -> None:

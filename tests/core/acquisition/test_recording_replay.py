@@ -24,6 +24,7 @@ from ocmm_core.acquisition.source import FrameSource, SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason, read_status
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import AcquisitionError, InputError
+from tests.host import HANG_S
 
 MakeBlock = Callable[[int, int], FrameBlock]
 
@@ -141,12 +142,12 @@ def test_the_worker_replays_a_recording(path: Path, blocks: list[FrameBlock]) ->
         worker = AcquisitionWorker(ReplaySource(path), ring)
         worker.start()
         found: list[FrameBlock] = []
-        until = time.monotonic() + 10.0
+        until = time.monotonic() + HANG_S
         while sum(map(len, found)) < 2046 and time.monotonic() < until:
             block = ring.read(100)
             if block is not None:
                 found.append(block)
-        assert worker.join(5.0)
+        assert worker.join(HANG_S)
         assert frames_of(found) == frames_of(blocks)
         status = read_status(ring)
         assert (status.stop_reason, status.overrun) == (StopReason.FINISHED, 0)
@@ -155,6 +156,7 @@ def test_the_worker_replays_a_recording(path: Path, blocks: list[FrameBlock]) ->
         ring.close()
 
 
+@pytest.mark.timing
 def test_recorded_time_is_kept_when_asked(path: Path) -> None:
     began = time.monotonic()
     source = ReplaySource(path, speed=4.0)
@@ -174,6 +176,7 @@ def test_recorded_time_is_kept_when_asked(path: Path) -> None:
     source.close()
 
 
+@pytest.mark.timing
 def test_a_long_pause_is_waited_for_in_short_reads(
     tmp_path: Path, description: SourceDescription, rig: Rig, make_block: MakeBlock
 ) -> None:

@@ -17,6 +17,7 @@ from ocmm_core.acquisition.remote_objects import RemoteObjects
 from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.errors import BusError, InputError, OcmmError
 from ocmm_core.fieldbus.requests import MAX_VALUE_BYTES
+from tests.host import HANG_S
 
 OWNER = """
 import sys, threading, time
@@ -71,7 +72,7 @@ def process() -> Iterator[ChildProcess]:
     child.start()
     yield child
     child.close_input()
-    assert child.join(5.0)
+    assert child.join(HANG_S)
     ring.close()
 
 
@@ -114,7 +115,7 @@ def test_several_threads_get_their_own_answers(process: ChildProcess) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20.0)
+        thread.join(HANG_S)
     assert not any(thread.is_alive() for thread in threads)
     assert wrong == []
 
@@ -155,11 +156,11 @@ def test_who_waits_when_the_process_ends_is_told(process: ChildProcess) -> None:
 
     thread = threading.Thread(target=wait)
     thread.start()
-    waiting.wait(5.0)
+    waiting.wait(HANG_S)
     time.sleep(0.05)
     with pytest.raises(BusError, match="has ended"):
         RemoteObjects(process, "right").read(1, 255)
-    thread.join(5.0)
+    thread.join(HANG_S)
     assert [error.code for error in told] == ["bus.process"]
     with pytest.raises(BusError, match="has ended"):
         RemoteObjects(process, "right").read(1, 0)

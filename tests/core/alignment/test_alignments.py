@@ -40,6 +40,8 @@ from ocmm_core.features.shapes import DIRECTION, POINT
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
 from tests.core.alignment.parts import NOMINALS, SHAPES, anywhere, measured
 
+pytestmark = pytest.mark.numerics
+
 MOTIONS: tuple[LockedMotion, ...] = ("rx", "ry", "rz", "x", "y", "z")
 DATUMS = DatumReferenceFrame(datums=("A", "H", "G"))
 BEST = BestFit(points=("H", "G", "S", "P"))

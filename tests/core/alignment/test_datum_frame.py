@@ -11,6 +11,8 @@ from ocmm_core.features.shapes import DIRECTION, POINT, element
 from ocmm_core.geometry import RigidTransform, rotation_from_vector, unit
 from tests.core.alignment.parts import NOMINALS, SHAPES, anywhere, measured
 
+pytestmark = pytest.mark.numerics
+
 
 @pytest.mark.parametrize(
     ("datums", "open_"),

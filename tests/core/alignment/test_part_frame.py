@@ -16,6 +16,8 @@ from ocmm_core.measuring.point import MeasuredPoint
 from tests.core.features.exact_touches import flat_touches, nominal, round_touches
 from tests.core.features.shape_samples import somewhere
 
+pytestmark = pytest.mark.numerics
+
 RULE = DatumAlignment(primary="top", secondary=("a", "b"), origin="a")
 
 

@@ -198,7 +198,6 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
 
 
 @pytest.mark.statistics
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize("depth", [15.0, 200.0])
 def test_chance_alone_makes_extra_terms_look_needed_as_often_as_stated(depth: float) -> None:
     rng = np.random.default_rng(15)
@@ -264,7 +263,6 @@ def test_covariance_of_undetermined_parameters_is_none() -> None:
 
 @pytest.mark.statistics
 @pytest.mark.slow
-@pytest.mark.timeout(300)
 def test_no_wrong_minimum_in_a_thousand_calibrations(
     record_property: Callable[[str, object], None],
 ) -> None:
@@ -278,7 +276,6 @@ def test_no_wrong_minimum_in_a_thousand_calibrations(
 
 
 @pytest.mark.statistics
-@pytest.mark.timeout(300)
 def test_no_wrong_minimum_wherever_the_world_is(
     record_property: Callable[[str, object], None],
 ) -> None:

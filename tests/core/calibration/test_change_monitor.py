@@ -29,8 +29,6 @@ LOOK_NS = MonitorOptions().look_ns
 BUMP_S = 10.0
 
 
-LEARNING = pytest.mark.timeout(240)
-"""The baseline takes some 15 s of computing, once for the module, and longer on a busy machine."""
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +205,6 @@ def test_a_resting_probe_adds_no_certainty(bench: Monitored) -> None:
     assert np.all(sigmas(looks) < 0.75 * sigmas(looks[:10]))
 
 
-@LEARNING
 def test_a_learnt_baseline_holds_the_pattern_of_the_sensors(
     bench: Monitored, baseline: Baseline, record_property: Callable[[str, object], None]
 ) -> None:
@@ -246,7 +243,6 @@ def test_a_coarse_residual_map_leaves_the_whole_pattern(bench: Monitored) -> Non
     assert left[0] == pytest.approx(bench.rig.noise.pattern_px)
 
 
-@LEARNING
 def test_nothing_happens_on_a_rig_to_which_nothing_happened(
     bench: Monitored, baseline: Baseline
 ) -> None:
@@ -258,7 +254,6 @@ def test_nothing_happens_on_a_rig_to_which_nothing_happened(
         assert sum(result.good for result in results) > 0.5 * len(results)
 
 
-@LEARNING
 @pytest.mark.parametrize(
     "push",
     [
@@ -303,7 +298,6 @@ def test_looks_do_not_depend_on_how_the_stream_is_cut(bench: Monitored) -> None:
         assert np.array_equal(one.residuals, other.residuals, equal_nan=True)
 
 
-@LEARNING
 def test_a_clock_set_anew_begins_anew(bench: Monitored, baseline: Baseline) -> None:
     track = bench.probing(2.0, 4.0)
     monitor = CalibrationMonitor(bench.rig, bench.body, baseline=baseline)

@@ -13,6 +13,8 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from tests.core.calibration.swept_probe import attitudes
 
+pytestmark = pytest.mark.numerics
+
 PUBLISHED_TIP = np.array([-17.7799, 1.1113, -156.865])
 PUBLISHED_CENTRE = np.array([146.901, -62.9689, -1042.14])
 

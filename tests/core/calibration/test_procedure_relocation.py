@@ -49,7 +49,6 @@ def begin(bench: Bench, rig: Rig, poses: int = 120) -> RelocationProcedure:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(240)
 def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     before = bench.calibrated()
@@ -101,7 +100,6 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(240)
 def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     bench.bar = replace(bench.bar, leds=())

@@ -15,6 +15,8 @@ from ocmm_core.calibration.reference_points import (
 )
 from ocmm_core.errors import InputError
 
+pytestmark = pytest.mark.numerics
+
 HEAD = "# ocmm reference points\n# unit: mm\n# uncertainty: 0.0017\n# frame: CMM\n"
 SPOT_HEAD = "# ocmm spots\n# sigma: 0.0105\n"
 SPOTS = SPOT_HEAD + "point,serial,u,v\n"

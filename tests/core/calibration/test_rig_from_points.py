@@ -42,7 +42,6 @@ def codes(calibration: RigCalibration) -> set[str]:
 
 @pytest.mark.statistics
 @pytest.mark.slow
-@pytest.mark.timeout(300)
 def test_table_1_of_the_thesis() -> None:
     # 8000 points: the RMS itself is known to one per cent.
     assert table_1(40) == pytest.approx(TABLE_1_UM, rel=0.05)
@@ -50,7 +49,6 @@ def test_table_1_of_the_thesis() -> None:
 
 @pytest.mark.statistics
 @pytest.mark.slow
-@pytest.mark.timeout(300)
 def test_what_the_depth_of_the_calibrated_volume_is_worth() -> None:
     flat, deep = (cost_of(depth, (100.0,), 60) for depth in (15.0, 200.0))
     # A focal length, a distance and little else are free in depth: known to some 10 per cent.
@@ -64,7 +62,6 @@ def test_what_the_depth_of_the_calibrated_volume_is_worth() -> None:
 
 
 @pytest.mark.statistics
-@pytest.mark.timeout(300)
 def test_error_map_is_what_calibrations_scatter_by() -> None:
     ends = np.array([[-150.0, 150.0], [-80.0, 80.0], [-150.0, 150.0]])
     flat = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -91,7 +88,6 @@ def test_error_map_is_empty_where_only_one_camera_sees() -> None:
 
 
 @pytest.mark.statistics
-@pytest.mark.timeout(300)
 def test_common_reference_points_couple_the_cameras() -> None:
     found = []
     for seed in range(120):

@@ -24,6 +24,8 @@ from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Points3
 
+pytestmark = pytest.mark.numerics
+
 EDGE_MM = 12.288
 """Half a sensor side: where the distortion in per cent is stated (errata of the thesis, 1f)."""
 

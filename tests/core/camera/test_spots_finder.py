@@ -15,8 +15,6 @@ from ocmm_core.geometry import Float
 from tests.core.camera.spot_pictures import LIGHT, picture, spot
 
 # The first one compiles, which takes ten seconds of processor time.
-pytestmark = pytest.mark.timeout(240)
-
 SHAPE = (120, 160)
 OPTIONS = SpotOptions(dark_spread=0.0, response_spread=0.0, hold=100, search_lines=10)
 """No fixed pattern; a search of the small sensor takes six frames."""

@@ -14,8 +14,6 @@ from ocmm_core.geometry import Float
 from tests.core.camera.spot_pictures import LIGHT, picture, spot
 
 # The first one compiles, which takes ten seconds of processor time.
-pytestmark = pytest.mark.timeout(240)
-
 SHAPE = (16, 16)
 OPTIONS = SpotOptions(dark_spread=0.0, response_spread=0.0)
 """These pictures have no fixed pattern."""

@@ -10,6 +10,7 @@ import pytest
 
 from ocmm_core.cli import main
 from ocmm_core.documents import resource
+from tests.host import HANG_S
 
 Ocmm = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -25,7 +26,7 @@ def ocmm(tmp_path: Path) -> Ocmm:
             capture_output=True,
             text=True,
             stdin=subprocess.DEVNULL,
-            timeout=55,
+            timeout=HANG_S,
             check=False,
         )
 

@@ -17,21 +17,18 @@ from typer.testing import CliRunner
 from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.pictures import encode_pgm, encode_png
 from ocmm_core.documents import resource
-from ocmm_core.errors import BusError, OcmmError
-from ocmm_core.simulation.virtual_bus import namespace_command
+from ocmm_core.errors import OcmmError
 from tests.core.acquisition.test_capture import bringup, steady, write_pcap
 from tests.core.cli.conftest import Ocmm
+from tests.host import HANG_S, private_network
 
 VIRTUAL = ("--source", "ethercat:virtual")
 
 
 @pytest.fixture
 def virtual() -> None:
-    """Skip where this system allows no private namespaces."""
-    try:
-        namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    """Need a virtual wire."""
+    private_network()
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pgm"])
@@ -153,7 +150,7 @@ class TestVirtualWire:
             # The whole sensor takes much longer than that.
             time.sleep(0.5)
             os.killpg(process.pid, signal.SIGINT)
-            out, err = process.communicate(timeout=20)
+            out, err = process.communicate(timeout=HANG_S)
         assert process.returncode == 130, out + err
         assert "Stopped" in out
         assert "Traceback" not in err

@@ -23,8 +23,9 @@ from ocmm_core.camera.model import on_sensor, project
 from ocmm_core.geometry import Float, rotation_from_vector
 from tests.core.calibration.procedure_site import Bench
 from tests.core.cli.conftest import Ocmm
+from tests.host import HANG_S
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.slow
 
 CONTROL = ReferencePoints(
     ("N1", "N2", "N3", "N4"),
@@ -52,7 +53,7 @@ def killed(arguments: list[str], folder: Path, session: Path, kind: Kind, lines:
         stderr=subprocess.STDOUT,
     ) as program:
         try:
-            end = time.monotonic() + 120.0
+            end = time.monotonic() + HANG_S
             while time.monotonic() < end and program.poll() is None:
                 found = sessions(session, kind)
                 if found and found[0].read_bytes().count(b"\n") > lines:

@@ -18,7 +18,7 @@ from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotB
 from tests.core.cli.conftest import Ocmm
 from tests.core.cli.test_calibrate_cli import killed
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.slow
 
 
 def recorded(bench: PivotBench, path: Path, shift: Float, n: int = 420) -> Path:

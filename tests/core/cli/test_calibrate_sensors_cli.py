@@ -14,18 +14,18 @@ from ocmm_core.documents import resource
 from ocmm_core.tracking.body import load_probe
 from tests.core.cli.conftest import Ocmm
 from tests.core.station.test_station_calibration import calibrate, fresh_record
+from tests.host import HANG_S
 
 COMMAND = ("calibrate", "sensors", "--calibrations", "cal")
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(240)
 def test_sensors_are_learnt_for_the_calibration_in_force(tmp_path: Path) -> None:
     store = calibrate(tmp_path / "cal", fresh_record())
     # Forty seconds of 8000 frames each, and the learning: longer than the fixture waits.
     said = subprocess.run(
         [sys.executable, "-m", "ocmm_core.cli", *COMMAND, "--seconds", "40"],
-        cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=200,
+        cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=HANG_S,
         check=False,
     )  # fmt: skip
     assert said.returncode == 0, said.stdout + said.stderr

@@ -15,7 +15,7 @@ from tests.core.calibration.made_probe_records import make_probe_record, make_ti
 from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld
 from tests.core.cli.conftest import Ocmm
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
+pytestmark = pytest.mark.slow
 
 TIP = "6 mm"
 

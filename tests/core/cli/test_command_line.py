@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import re
 import socket
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ import pytest
 from ocmm_core.documents import resource
 from ocmm_core.storage.job_file import JobFile
 from tests.core.cli.conftest import Ocmm
+from tests.host import on_linux_only
 
 QUICK = resource("plans", "quick.toml")
 DEMO = resource("plans", "demo.toml")
@@ -204,7 +204,7 @@ def test_an_existing_job_is_never_overwritten(
     assert (tmp_path / "out/QUICK-002_SIMULATED_report.csv").exists()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="named interfaces are made on Linux only")
+@on_linux_only
 def test_rig_status_says_that_there_is_none(ocmm: Ocmm) -> None:
     done = ocmm("rig", "status")
     assert done.returncode == 0

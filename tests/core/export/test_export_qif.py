@@ -29,6 +29,7 @@ from tests.core.export.sample_report import (
     sample_view,
 )
 from tests.core.export.sample_report import write_incomplete as write_report
+from tests.host import not_run
 
 Q = f"{{{NAMESPACE}}}"
 
@@ -366,11 +367,9 @@ def test_an_item_that_leads_to_another_shape_is_found(tmp_path: Path) -> None:
     assert any("PlaneFeatureNominal" in fault for fault in check_qif(root))
 
 
-@pytest.mark.skipif(
-    not os.environ.get("OCMM_QIF_SCHEMAS"),
-    reason="the schemas of QIF 3.0 are not here: set OCMM_QIF_SCHEMAS to QIFDocument.xsd",
-)
 def test_the_schemas_of_the_standard_accept_the_document(tmp_path: Path) -> None:
+    if not os.environ.get("OCMM_QIF_SCHEMAS"):
+        not_run("the schemas of QIF 3.0 are not here: set OCMM_QIF_SCHEMAS to QIFDocument.xsd")
     schema = etree.XMLSchema(etree.parse(os.environ["OCMM_QIF_SCHEMAS"]))
     for data in (sample_report(), every_way(), every_way(length=0.0, width=0.0)):
         (path,) = write_report(data, ("qif",), tmp_path)

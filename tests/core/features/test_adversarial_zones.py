@@ -11,6 +11,8 @@ from ocmm_core.geometry import Float, Points3
 from tests.core.features.exact_zones import narrowest_ring, narrowest_width
 from tests.core.features.shape_samples import somewhere
 
+pytestmark = pytest.mark.numerics
+
 
 def _scan(half_angle: float, n: int, arc: float, length: float) -> Points3:
     """Return points (n, 3) along one curve up a cone of radius 50 mm in the middle."""

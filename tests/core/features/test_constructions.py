@@ -36,6 +36,8 @@ from ocmm_core.measuring.point import MeasuredPoint
 from tests.core.features.exact_touches import nominal, nudged, round_touches
 from tests.core.features.shape_samples import somewhere
 
+pytestmark = pytest.mark.numerics
+
 SLOPE = 0.25
 PART: dict[str, tuple[Shape, Float]] = {
     "TOP": (Shape.PLANE, element((7.0, -5.0, 10.0), (0.0, 0.0, 1.0))),

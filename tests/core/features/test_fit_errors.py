@@ -11,6 +11,8 @@ from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Points3
 from tests.core.features.shape_samples import ALL_SHAPES, RADIUS, ideal_points, somewhere
 
+pytestmark = pytest.mark.numerics
+
 RNG = np.random.default_rng(17)
 ON_A_LINE = np.array([5000.0, -300.0, 20.0]) + np.outer(np.linspace(0.0, 40.0, 12), [0.6, 0.0, 0.8])
 IN_A_PLANE = somewhere(RNG).apply(ideal_points(Shape.PLANE, RNG, 12))

@@ -19,6 +19,8 @@ from tests.core.features.shape_samples import (
     true_geometry,
 )
 
+pytestmark = pytest.mark.numerics
+
 AT_10_M = 1e-9
 """mm: a double resolves 2e-12 mm at 10 m; partial arcs magnify it by up to some hundreds."""
 

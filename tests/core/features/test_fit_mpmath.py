@@ -20,6 +20,8 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, Points3, rotation_from_vector
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points, somewhere
 
+pytestmark = pytest.mark.numerics
+
 DIGITS = 50
 FAR = 10_000.0
 """mm: how far from the origin the parts stand."""

@@ -21,6 +21,8 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points
 
+pytestmark = pytest.mark.numerics
+
 CLOUD = np.random.default_rng(21).normal(size=(9, 3))
 ABOUT_AN_AXIS = [0.4, 0.3, -0.3, 0.6, 0.0, 0.8]
 OUTLINE = [0.2, -0.1, 0.4, 1.3, 0.6, 0.0, 0.0]

@@ -13,6 +13,8 @@ from tests.core.features.exact_zones import largest_inside, smallest_around
 from tests.core.features.shape_samples import somewhere
 from tests.core.features.test_zone import sample
 
+pytestmark = pytest.mark.numerics
+
 BOTH = (Criterion.INSCRIBED, Criterion.CIRCUMSCRIBED)
 BOUNDED = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
 

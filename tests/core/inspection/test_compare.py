@@ -18,6 +18,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.compare import compare_folder, compare_jobs
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
 from ocmm_core.tolerances.result import Verdict
+from tests.host import HANG_S
 
 PLAN = resource("plans", "quick.toml")
 
@@ -34,7 +35,7 @@ def batch(tmp_path_factory: pytest.TempPathFactory) -> tuple[ReopenedJob, ...]:
         built = build_station(request)
         try:
             built.station.start()
-            assert built.station.wait_finished(30.0)
+            assert built.station.wait_finished(HANG_S)
         finally:
             built.station.close()
         found.append(reopen_job(built.job_path))

@@ -33,6 +33,8 @@ from ocmm_core.simulation.artefacts import load_part
 from ocmm_core.simulation.rig import TrueTouch, VirtualRig
 from ocmm_core.tracking.body import load_probe
 
+pytestmark = pytest.mark.numerics
+
 BALL = 3.0
 AXIS = (0.2, -0.3, 0.9)
 SHAPES = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,6 +36,7 @@ from ocmm_core.inspection.surfaces import places_of
 from ocmm_core.inspection.teach import taught_plan
 from ocmm_core.tolerances.characteristic import Characteristic
 from tests.core.inspection.test_guidance import BALL, point_at
+from tests.host import needs_package
 
 PLANS = sorted(resource("plans").glob("*.toml"))
 
@@ -236,9 +236,12 @@ def test_a_file_that_is_no_model_is_refused(tmp_path: Path) -> None:
         features_from_step(path)
 
 
-def test_without_the_extra_a_model_is_refused_with_what_to_install(tmp_path: Path) -> None:
-    if importlib.util.find_spec("OCP") is not None:
-        pytest.skip("the extra 'step' is installed")
+def test_without_the_extra_a_model_is_refused_with_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # As if it were missing, also where it is installed; the reading process has the same path.
+    (tmp_path / "OCP.py").write_text("raise ImportError\n")
+    monkeypatch.syspath_prepend(tmp_path)
     path = tmp_path / "a.step"
     path.write_text("ISO-10303-21;\n")
     with pytest.raises(InputError, match="extra"):
@@ -246,7 +249,7 @@ def test_without_the_extra_a_model_is_refused_with_what_to_install(tmp_path: Pat
 
 
 def test_surfaces_of_a_model_become_features(tmp_path: Path) -> None:
-    pytest.importorskip("OCP", reason="the extra 'step' is not installed")
+    needs_package("OCP", "the extra 'step'")
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt

@@ -30,6 +30,7 @@ from ocmm_core.simulation.artefacts import load_part
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tolerances.result import Verdict
 from tests.core.inspection.conftest import Bench
+from tests.host import HANG_S
 
 
 def touched_part(bench: Bench, index: int, up: Float) -> tuple[float, float, float]:
@@ -190,7 +191,7 @@ def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path:
     built = build_station(request)
     try:
         built.station.start()
-        assert built.station.wait_finished(50.0)
+        assert built.station.wait_finished(HANG_S)
         view = built.station.job()
     finally:
         built.station.close()
@@ -232,7 +233,7 @@ def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
     try:
         assert built.job_path == job.path
         built.station.start()
-        assert built.station.wait_finished(50.0)
+        assert built.station.wait_finished(HANG_S)
         view = built.station.job()
     finally:
         built.station.close()

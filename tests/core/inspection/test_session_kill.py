@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
 
 from benchmarks.kill import REOPEN_LIMIT_S, run, wrong_points
+from tests.host import on_linux_only
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="kills a copy of this program")
+pytestmark = on_linux_only
 
 
 @pytest.mark.slow
+@pytest.mark.timing
 def test_no_acknowledged_step_of_a_session_is_lost_by_a_kill(tmp_path: Path) -> None:
     """500 kills are the benchmark's; a step of two commits is caught by some of these 30."""
     outcomes = run(30, seed=1, folder=tmp_path)

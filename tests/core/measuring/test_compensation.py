@@ -17,6 +17,8 @@ from ocmm_core.measuring.trigger import Touch, TouchCollector
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.result import TrackBlock, cut
 
+pytestmark = pytest.mark.numerics
+
 PERIOD_S = 125e-6
 UP = np.array([0.0, 0.0, 1.0])
 

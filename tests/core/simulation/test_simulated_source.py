@@ -16,6 +16,7 @@ from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason, read_sta
 from ocmm_core.errors import InputError
 from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.simulation.source import SimulatedSource
+from tests.host import HANG_S
 
 MakeRig = Callable[..., VirtualRig]
 
@@ -57,11 +58,11 @@ def test_a_worker_takes_the_whole_script_and_accounts_for_every_cycle(make_rig: 
         worker = AcquisitionWorker(SimulatedSource(rig), ring)
         worker.start()
         frames = 0
-        deadline = time.monotonic() + 20.0
+        deadline = time.monotonic() + HANG_S
         while frames < rig.n_frames and time.monotonic() < deadline:
             block = ring.read(512)
             frames += 0 if block is None else len(block)
-        assert worker.join(5.0)
+        assert worker.join(HANG_S)
         status = read_status(ring)
         assert (frames, status.frames, status.overrun) == (rig.n_frames, rig.n_frames, 0)
         assert status.stop_reason is StopReason.FINISHED
@@ -125,12 +126,13 @@ def test_touches_can_be_added_while_another_thread_reads(make_rig: MakeRig) -> N
     reader.start()
     for _ in range(20):
         source.extend([("BED", 1)])
-    reader.join(20.0)
+    reader.join(HANG_S)
     assert not failures
     assert counters == list(range(3000))
     assert len(rig.truth.touches) == 21
 
 
+@pytest.mark.timing
 def test_a_paced_source_keeps_time(make_rig: MakeRig) -> None:
     source = SimulatedSource(make_rig(frame_rate_hz=500), speed=5.0)
     source.open()

@@ -18,6 +18,7 @@ from ocmm_core.documents import resource
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
+from tests.host import HANG_S
 
 ALL_LEDS = (0, 1, 2, 3, 4, 5)
 
@@ -41,7 +42,7 @@ def build(tmp_path: Path) -> Iterator[Callable[..., BuiltStation]]:
         item.station.close()
 
 
-def wait_until(condition: Callable[[], bool], timeout_s: float = 20.0) -> None:
+def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
     end = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < end, "the condition never came true"
@@ -55,7 +56,7 @@ def test_the_script_is_measured_and_told_by_signals(build: Callable[..., BuiltSt
     station.point_taken.connect(taken.append)
     station.changed.connect(lambda: changes.append(threading.current_thread().name))
     station.start()
-    assert station.wait_finished(30.0)
+    assert station.wait_finished(HANG_S)
     assert station.job().complete
     assert [point.number for point in taken] == list(range(1, 15))
     assert set(changes) == {"ocmm-reconstruction"}
@@ -69,7 +70,7 @@ def test_two_stations_do_not_hear_each_other(build: Callable[..., BuiltStation])
     heard: list[MeasuredPoint] = []
     second.point_taken.connect(heard.append)
     first.start()
-    assert first.wait_finished(30.0)
+    assert first.wait_finished(HANG_S)
     assert heard == []
 
 
@@ -82,7 +83,7 @@ def test_a_refused_touch_is_made_again_by_the_operator(build: Callable[..., Buil
     refused: list[Refusal] = []
     station.point_refused.connect(refused.append)
     station.start()
-    assert station.wait_finished(30.0)
+    assert station.wait_finished(HANG_S)
     assert [item.code.value for item in refused] == ["lost"]
     assert refused[0].what == "The cameras do not see the probe."
     assert station.job().complete
@@ -109,6 +110,7 @@ def test_live_number_goes_when_the_targets_go_and_says_why(
     assert lost.reason == "The cameras do not see the probe."
 
 
+@pytest.mark.timing
 def test_take_arms_a_point_and_stop_comes_within_two_seconds(
     build: Callable[..., BuiltStation],
 ) -> None:
@@ -132,7 +134,7 @@ def test_export_writes_the_verdict_and_the_three_tables(
 ) -> None:
     station = build().station
     station.start()
-    assert station.wait_finished(30.0)
+    assert station.wait_finished(HANG_S)
     names = [path.name for path in station.export(tmp_path / "report")]
     kinds = ("job", "points", "features", "report")
     assert names[:4] == [f"QUICK-001_SIMULATED_{kind}.csv" for kind in kinds]

@@ -17,21 +17,21 @@ from ocmm_core.calibration.in_use import Word, open_calibration, store_folder
 from ocmm_core.calibration.records import CameraRecord
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.errors import BusError, CalibrationError
+from ocmm_core.errors import CalibrationError
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal
-from ocmm_core.simulation.virtual_bus import namespace_command
 from ocmm_core.station.calibration_watch import CalibrationWatch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tolerances.verdict import PartWord
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.fieldbus.direct_camera import DirectCamera
+from tests.host import HANG_S, private_network
 
 # Whole jobs through the whole station.
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(150)]
+pytestmark = pytest.mark.slow
 
 Build = Callable[..., BuiltStation]
 
@@ -72,7 +72,7 @@ def build(tmp_path: Path) -> Iterator[Build]:
         item.station.close()
 
 
-def wait_until(condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
     end = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < end, "the condition never came true"
@@ -85,7 +85,7 @@ def test_a_job_is_measured_with_the_record_and_says_so(build: Build, tmp_path: P
     station = built.station
     assert station.rig.identity == store.active_hash
     station.start()
-    assert station.wait_finished(120.0)
+    assert station.wait_finished(HANG_S)
     view = station.job()
     assert view.complete
     assert view.unproven == ""
@@ -125,7 +125,7 @@ def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_p
     built = build(frame_rate_hz=500, uncalibrated=True)
     station = built.station
     station.start()
-    assert station.wait_finished(120.0)
+    assert station.wait_finished(HANG_S)
     view = station.job()
     assert view.complete
     assert "never calibrated" in view.unproven
@@ -198,10 +198,7 @@ def test_what_is_written_is_the_calibration_in_force(tmp_path: Path) -> None:
 def test_cameras_that_store_nothing_are_not_measured_with_until_they_do(
     build: Build, tmp_path: Path
 ) -> None:
-    try:
-        namespace_command()
-    except BusError as error:
-        pytest.skip(str(error))
+    private_network()
     calibrate(tmp_path, fresh_record(sensor_temperatures_c=(36.5, 34.0)))
     station = build(source="ethercat:virtual").station
     assert "not asked yet" in str(station.calibration().hindrance)

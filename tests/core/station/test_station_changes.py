@@ -61,7 +61,7 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
         store.refresh()
         return store.events[-1].kind is EventKind.SUSPECTED
 
-    wait_until(doubted, 50.0)
+    wait_until(doubted)
     standing = store.standing(datetime.now(UTC))
     assert standing.state is State.SUSPECT
     assert store.events[-1].who == "monitor"
@@ -91,7 +91,7 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
 
     store.verify(make_verification(record), datetime.now(UTC))
     # The camera was verified where it stands now: the points count again.
-    wait_until(lambda: station.job().held == (), 20.0)
+    wait_until(lambda: station.job().held == ())
     station.close()
     with JobFile.open(built.job_path, read_only=True) as job_file:
         assert "points released" in [event.kind for event in job_file.events()]
@@ -102,7 +102,7 @@ def test_points_stay_held_back_when_the_job_is_opened_again(build: Build) -> Non
     station = built.station
     assert station.calibration().record is None
     station.start()
-    wait_until(lambda: station.job().held != (), 50.0)
+    wait_until(lambda: station.job().held != ())
     assert "Fasten the cameras and verify the calibration" in station.live().reason
     station.close()
     before = station.job()
@@ -118,7 +118,7 @@ def test_the_record_is_named_by_the_doubt(build: Build, tmp_path: Path) -> None:
     store = calibrate(tmp_path, record)
     station = build(calibrations=tmp_path).station
     station.start()
-    wait_until(lambda: station.job().held != (), 50.0)
+    wait_until(lambda: station.job().held != ())
     station.close()
     store.refresh()
     assert store.events[-1].calibration == record_hash(record)

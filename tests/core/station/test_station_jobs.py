@@ -20,8 +20,9 @@ from ocmm_core.inspection.plan_file import save_plan
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.view import JobHeader
 from ocmm_core.measuring.temperature import Climate, PartWarmth
+from tests.host import HANG_S
 
-PATIENCE_S = 60.0
+PATIENCE_S = HANG_S
 
 
 @pytest.fixture

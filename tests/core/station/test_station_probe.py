@@ -31,6 +31,7 @@ from ocmm_core.storage.rows import make_head
 from ocmm_core.tolerances.result import Verdict
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.calibration.made_probe_records import make_probe_record
+from tests.host import HANG_S
 
 DOCUMENT = resource("probes", "standard.toml")
 PLAN = resource("plans", "quick.toml")
@@ -58,7 +59,7 @@ def build(tmp_path: Path) -> Iterator[Build]:
         item.station.close()
 
 
-def wait_until(condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
     end = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < end, "the condition never came true"
@@ -70,7 +71,7 @@ def test_a_job_keeps_tip_record_and_due_date(build: Build, tmp_path: Path) -> No
     built = build()
     station = built.station
     station.start()
-    assert station.wait_finished(60.0)
+    assert station.wait_finished(HANG_S)
     view = station.job()
     assert view.complete
     assert {result.verdict for result in view.characteristics} == {Verdict.CONFORM}
@@ -114,7 +115,7 @@ def test_who_insists_gets_points_that_prove_nothing(build: Build) -> None:
     built = build(uncalibrated=True)
     station = built.station
     station.start()
-    assert station.wait_finished(60.0)
+    assert station.wait_finished(HANG_S)
     view = station.job()
     assert "Probe 'standard' was never calibrated." in view.unproven
     assert {result.verdict for result in view.characteristics} == {Verdict.NOT_PROVEN}
@@ -168,7 +169,7 @@ def test_a_failed_check_holds_the_points_back_for_good(build: Build, tmp_path: P
     built = build()
     station = built.station
     station.start()
-    assert station.wait_finished(60.0)
+    assert station.wait_finished(HANG_S)
     count = len(station.job().held) + sum(len(one.points) for one in station.job().features)
     tips.check(passed=False)
     station.probe_records_changed()
@@ -192,7 +193,7 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
     other = make_probe_record(tip="long")
     station = build().station
     station.start()
-    assert station.wait_finished(60.0)
+    assert station.wait_finished(HANG_S)
     points = sum(len(one.points) for one in station.job().features)
     station.mount_tip(TIP)
     assert station.probe_view().word is Word.SUSPECT

@@ -22,6 +22,7 @@ from ocmm_core.simulation.world import (
 )
 from ocmm_core.storage.job_file import JobFile
 from tests.core.station.test_station_calibration import wait_until
+from tests.host import HANG_S
 
 Build = Callable[..., BuiltStation]
 
@@ -55,7 +56,7 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     built = build(world=WorldOptions(nudges=(NUDGE,)))
     station = built.station
     station.start()
-    assert station.wait_finished(50.0)
+    assert station.wait_finished(HANG_S)
     job = station.job()
     assert job.complete
     assert job.held == ()
@@ -85,15 +86,15 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
 def test_a_job_goes_on_relative_to_where_its_own_reference_body_stood(build: Build) -> None:
     first = build(stay=True)
     first.station.start()
-    wait_until(lambda: len(first.station.stored_job()[1]) >= 5, 50.0)
+    wait_until(lambda: len(first.station.stored_job()[1]) >= 5)
     first.station.close()
     # Since then part and reference body were carried on: the program takes another first place.
     moved = ScriptedNudge(0, 0, NUDGE.turn, (40.0, -25.0, 5.0))
     station = build(world=WorldOptions(nudges=(moved,)), stay=True).station
     station.start()
-    wait_until(lambda: station.live().status is StatusWord.READY, 20.0)
+    wait_until(lambda: station.live().status is StatusWord.READY)
     station.go_on(first.job_path)
-    wait_until(lambda: station.job().complete, 50.0)
+    wait_until(lambda: station.job().complete)
     view = station.job()
     step = next(item for item in view.characteristics if item.name == "Block step")
     assert step.measured is not None
@@ -104,7 +105,7 @@ def test_a_job_goes_on_relative_to_where_its_own_reference_body_stood(build: Bui
     assert reference.moved_mm == pytest.approx(47.4, abs=1.0)
     # The next part is measured in the same world.
     station.next_part(JobHeader("Ada", "DEMO_PART", "2", "", ""))
-    wait_until(lambda: len(station.stored_job()[1]) >= 1, 50.0)
+    wait_until(lambda: len(station.stored_job()[1]) >= 1)
     second = station.job_path
     station.close()
     opened = [reopen_job(path) for path in (first.job_path, second)]
@@ -126,7 +127,7 @@ def test_one_pushed_camera_is_noticed_as_without_a_reference_body(build: Build) 
     station.point_refused.connect(refusals.append)
     station.start()
     # The operator goes on touching: the first touch after the alarm says why it gives no point.
-    wait_until(lambda: len(refusals) > 0, 50.0)
+    wait_until(lambda: len(refusals) > 0)
     assert station.job().held != ()
     assert {refusal.code for refusal in refusals} == {RefusalCode.CALIBRATION}
     assert "has changed since the calibration" in refusals[0].what
@@ -139,8 +140,8 @@ def test_a_lost_reference_body_blocks_the_readout_and_the_points(build: Build) -
     refusals: list[Refusal] = []
     station.point_refused.connect(refusals.append)
     station.start()
-    wait_until(lambda: station.live().frame_counter > 6 * RATE_HZ + 50, 30.0)
-    wait_until(lambda: len(refusals) > 0, 30.0)
+    wait_until(lambda: station.live().frame_counter > 6 * RATE_HZ + 50)
+    wait_until(lambda: len(refusals) > 0)
     live = station.live()
     assert live.status is StatusWord.LOST
     assert live.reason == "The reference body is lost. Camera right does not see R1, R3."
@@ -163,10 +164,10 @@ def test_while_the_table_moves_the_first_place_is_not_taken(build: Build) -> Non
     station = built.station
     station.start()
     words = "The reference body: it does not rest, so that its place cannot be taken."
-    wait_until(lambda: station.live().reason == words, 20.0)
+    wait_until(lambda: station.live().reason == words)
     assert station.live().status is StatusWord.NOT_READY
     assert station.live().tip_world is None
-    wait_until(lambda: station.live().status is StatusWord.READY, 20.0)
+    wait_until(lambda: station.live().status is StatusWord.READY)
     reference = station.live().reference
     assert reference is not None
     assert reference.moved_mm is not None
@@ -178,7 +179,7 @@ def test_slots_say_which_led_of_which_body_they_follow(build: Build) -> None:
     built = build(speed=20.0, stay=True)
     station = built.station
     station.start()
-    wait_until(lambda: station.live().status is StatusWord.READY, 20.0)
+    wait_until(lambda: station.live().status is StatusWord.READY)
     live = station.live()
     assert built.virtual is not None
     truth = built.virtual.truth

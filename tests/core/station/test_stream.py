@@ -27,9 +27,10 @@ from ocmm_core.station.stream_client import LONGEST_REQUEST, MOST_WAITING, Strea
 from ocmm_core.station.stream_log import BLOCK, IN_MEMORY, StreamLog
 from ocmm_core.station.stream_server import StreamOptions, StreamServer
 from ocmm_core.station.verdict_watch import VerdictWatch
+from tests.host import HANG_S
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test
-TIMEOUT_S = 30.0
+TIMEOUT_S = HANG_S
 POINTS = 14  # of the quick plan
 JOB = "QUICK-001"
 

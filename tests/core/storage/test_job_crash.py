@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import pytest
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobHead
+from tests.host import HANG_S, private_mounts
 
 MakePoint = Callable[[int], MeasuredPoint]
 
@@ -96,7 +96,7 @@ def child(make_point: MakePoint, work: str) -> list[str]:
 
 def lines_of(command: list[str]) -> list[str]:
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=50, cwd=_REPOSITORY, check=False
+        command, capture_output=True, text=True, timeout=HANG_S, cwd=_REPOSITORY, check=False
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
@@ -141,11 +141,7 @@ def test_every_acknowledged_point_survives_a_kill(
 
 def in_namespace(prepare: str, command: list[str]) -> list[str]:
     """Return the lines of ``command``, run where ``prepare`` has mounted something for it alone."""
-    mounting = ["unshare", "--user", "--map-root-user", "--mount"]
-    able = sys.platform == "linux" and shutil.which("unshare") is not None
-    if not able or subprocess.run([*mounting, "true"], check=False).returncode != 0:
-        pytest.skip("mounting a disk for the test needs Linux user namespaces")
-    return lines_of([*mounting, "sh", "-c", f'{prepare} && exec "$@"', "sh", *command])
+    return lines_of([*private_mounts(), "sh", "-c", f'{prepare} && exec "$@"', "sh", *command])
 
 
 def test_a_full_disk_loses_nothing_and_can_be_cleared(

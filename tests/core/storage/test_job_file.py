@@ -16,6 +16,7 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobHead, make_head
+from tests.host import HANG_S
 
 MakePoint = Callable[[int], MeasuredPoint]
 
@@ -283,7 +284,7 @@ def test_threads_take_undo_and_read_at_once(
 
         def undo() -> None:
             for number in range(1, count + 1):
-                assert taken.acquire(timeout=20.0)
+                assert taken.acquire(timeout=HANG_S)
                 if number % 3 == 0:
                     job.annul_point(number, "every third")
 
@@ -296,7 +297,7 @@ def test_threads_take_undo_and_read_at_once(
         for thread in threads:
             thread.start()
         for thread in threads:
-            thread.join(30.0)
+            thread.join(HANG_S)
         assert problems == []
         assert [p.number for p in job.points()] == [n for n in range(1, count + 1) if n % 3]
         assert len(job.events()) == count

@@ -21,6 +21,8 @@ from ocmm_core.tolerances.results import evaluate_all
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 
+pytestmark = pytest.mark.numerics
+
 DATUMS = DatumReferenceFrame(datums=("top", "left", "front"))
 RULES = (DATUMS, DatumAlignment(primary="top", secondary=("left",), origin="up"))
 

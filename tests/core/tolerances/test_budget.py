@@ -32,6 +32,8 @@ from tests.core.tolerances.test_monte_carlo import (
     _actual,
 )
 
+pytestmark = pytest.mark.numerics
+
 N = len(POINTS)
 
 

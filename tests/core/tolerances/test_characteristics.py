@@ -27,6 +27,8 @@ from tests.core.tolerances.known_errors import (
 )
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 
+pytestmark = pytest.mark.numerics
+
 H2 = 0.04
 """Twice the amplitude of every wave of the part."""
 

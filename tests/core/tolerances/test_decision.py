@@ -25,6 +25,8 @@ from ocmm_core.tolerances.interval import Normal, normal_probability
 from ocmm_core.tolerances.result import LOWEST_TUR, CharacteristicResult, Verdict
 from ocmm_core.tolerances.spread import Spreads
 
+pytestmark = pytest.mark.numerics
+
 G = 2.0
 """Guard band in units of u: U itself."""
 

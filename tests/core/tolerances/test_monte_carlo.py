@@ -226,6 +226,7 @@ def test_the_same_seed_gives_the_same_numbers_with_any_number_of_threads() -> No
 
 
 @pytest.mark.slow
+@pytest.mark.timing
 def test_another_process_gives_the_same_numbers_tells_and_ends_when_asked() -> None:
     task = _task(ASKED[:2])
     options = MonteCarloOptions(max_trials=20_000, adaptive=False)

@@ -16,6 +16,8 @@ from ocmm_core.tolerances.evaluate import evaluate
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion
 
+pytestmark = pytest.mark.numerics
+
 PLACES = np.array([-12.0, -6.0, 0.0, 6.0, 12.0])
 BARREL = np.array([0.0, 0.01, 0.02, 0.01, 0.0])
 """mm: how much wider the slots are there, on each side."""

@@ -14,29 +14,57 @@ from ocmm_core.tracking.kernel import LOST, OK
 from ocmm_core.tracking.pose import Method, PoseBatch, solve, solve_reference
 
 SIGMA = 0.0105
-TOLERANCE_MM = 1e-9
-"""Rounding of spots of 1e3 px, 1e-13 px, is 1e-14 mm; the normal equations lose six to
-eight digits where few LEDs stand nearly in one line."""
+LED_MM = 2e-11
+"""Rounding of LEDs 1e3 mm away, 2e-13 mm, a hundredfold: the kernel triangulates by normal
+equations and turns by Horn's 4 x 4 matrix, the reference by singular values. The greatest of 20,000
+poses on three processors was 0.8e-11 mm."""
+COVARIANCE_MM2 = 1e-9
 
 Draw = Callable[..., tuple[Float, Float]]
 Look = Callable[..., Float]
 METHODS: tuple[Method, Method] = ("gauss-newton", "thesis")
 
 
-def assert_same(a: PoseBatch, b: PoseBatch, tolerance: float = TOLERANCE_MM) -> None:
+def lost_digits(body: ProbeBody, uv: Float) -> tuple[Float, Float]:
+    """Return how much rounding of the LEDs grows to at any point within reach (n,), and per mm.
+
+    LEDs that stand nearly in one line hold the turn about it by their small distance from it: by
+    that the error of an LED is divided, and times the arm it is at the tip.
+    """
+    located = np.isfinite(uv).all(axis=3).sum(axis=1) >= 2
+    per_mm = np.full(len(uv), np.inf)
+    for frame, seen in enumerate(located):
+        if np.count_nonzero(seen) >= 3:
+            leds = body.leds_probe[seen]
+            spread = np.linalg.svd(leds - leds.mean(axis=0), compute_uv=False)
+            per_mm[frame] = 1.0 / spread[1]
+    # From any LED to the tip and to the origin of the body.
+    ends = np.stack([body.tip_probe, np.zeros(3)])
+    reach = np.linalg.norm(body.leds_probe[:, None] - ends, axis=2).max()
+    return 1.0 + reach * per_mm, per_mm
+
+
+def assert_same(a: PoseBatch, b: PoseBatch, body: ProbeBody, uv: Float) -> None:
     assert np.array_equal(a.status, b.status)
     assert np.array_equal(a.dof, b.dof)
     good = a.status == OK
-    for name in ("tip_world", "origin_world", "tip_covariance", "rotation_world_from_probe"):
+    at_point, per_mm = lost_digits(body, uv)
+    for name, tolerance in (
+        ("tip_world", LED_MM * at_point[good, None]),
+        ("origin_world", LED_MM * at_point[good, None]),
+        ("tip_covariance", COVARIANCE_MM2),
+        ("rotation_world_from_probe", LED_MM * per_mm[good, None, None]),
+    ):
         one, other = getattr(a, name), getattr(b, name)
         assert np.isnan(one[~good]).all()
         assert np.isnan(other[~good]).all()
-        assert np.abs(one[good] - other[good]).max() < tolerance, name
-    # The same 1e-9 mm at the LEDs is 1e-8 px of a residual of 1e-2 px or, without refinement, more.
+        assert (np.abs(one[good] - other[good]) < tolerance).all(), name
+    # 1e-9 mm, where most is lost, is 1e-8 px of a residual of 1e-2 px or, without refinement, more.
     assert np.allclose(a.chi2[good], b.chi2[good], rtol=1e-6, atol=1e-6)
     assert np.isnan(a.chi2[~good]).all()
 
 
+@pytest.mark.numerics
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("n_cameras", [2, 3, 4])
 @pytest.mark.parametrize("n_leds", [3, 4, 6, 8])
@@ -54,7 +82,7 @@ def test_kernel_is_the_reference(
     uv[rng.random(uv.shape) < 0.01] = np.nan
     uv[rng.random(uv.shape) < 0.005] = np.inf
     kernel = solve(uv, rig, body, SIGMA, method)
-    assert_same(kernel, solve_reference(uv, rig, body, SIGMA, method))
+    assert_same(kernel, solve_reference(uv, rig, body, SIGMA, method), body, uv)
     located = (np.isfinite(uv).all(axis=3).sum(axis=1) >= 2).sum(axis=1)
     assert (kernel.status[located < 3] == LOST).all()
     # What is not lost for want of LEDs is so only near a line, which these probes seldom are.
@@ -167,6 +195,7 @@ def test_exact_spots_give_the_exact_tip(
         assert batch.chi2.max() < 1e-12
 
 
+@pytest.mark.timing
 def test_the_kernel_lets_other_threads_run(
     thesis_rig: Rig, standard_probe: ProbeBody, draw_poses: Draw, look: Look
 ) -> None:

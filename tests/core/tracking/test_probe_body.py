@@ -17,6 +17,8 @@ from ocmm_core.tracking.body import (
     satisfies_rules,
 )
 
+pytestmark = pytest.mark.numerics
+
 
 def document(tmp_path: Path, leds: list[tuple[float, float, float]], rules: str = "") -> Path:
     head = resource("probes", "standard.toml").read_text(encoding="utf-8").split("[[leds]]")[0]

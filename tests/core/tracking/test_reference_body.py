@@ -13,6 +13,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.tracking.body import ProbeBody, load_probe
 from ocmm_core.tracking.reference_body import ReferenceBody, check_together, load_reference
 
+pytestmark = pytest.mark.numerics
+
 Write = Callable[..., Path]
 SHIPPED = sorted(resource("references").glob("*.toml"))
 GOOD = ((-90.0, -15.0, 0.0), (80.0, 15.0, 10.0), (-35.0, 15.0, 110.0), (50.0, -15.0, 60.0))

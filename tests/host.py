@@ -1,0 +1,111 @@
+"""What the host of the tests allows: the only place that may say that a test is not run.
+
+A test asks here before it begins. What goes wrong afterwards is a failure, never a reason to leave
+the test out. Each of these ends the test as NOT RUN with its reason where the host cannot.
+"""
+
+from __future__ import annotations
+
+import errno
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from functools import cache
+from typing import NoReturn
+
+import pytest
+
+from ocmm_core.simulation.virtual_bus import namespace_command
+
+HANG_S = 240.0
+"""No answer after this long is none at all; a busy computer takes ten times what an idle one does.
+Less than pytest's own limit (`timeout` in pyproject.toml), so that the test can say what it
+waited for."""
+HANG_MS = int(1000 * HANG_S)
+
+on_linux_only = pytest.mark.skipif(sys.platform != "linux", reason="this is no Linux")
+
+
+def not_run(reason: str) -> NoReturn:
+    """End the test: this host lacks what it needs."""
+    pytest.skip(reason)
+
+
+def needs_tools(*names: str) -> None:
+    """Need programs of the system."""
+    for name in names:
+        if shutil.which(name) is None:
+            not_run(f"'{name}' is not installed")
+
+
+def needs_package(name: str, why: str) -> None:
+    """Need a Python package that is not one of the product's own."""
+    if importlib.util.find_spec(name) is None:
+        not_run(f"the package '{name}' is not installed ({why})")
+
+
+def needs_root(why: str) -> None:
+    """Need to be root."""
+    if os.geteuid() != 0:
+        not_run(f"only root can {why}")
+
+
+def private_network() -> list[str]:
+    """Return the product's own command prefix for a private network, where this host has them.
+
+    That the product does not find a way into a private network which is there is an error of it,
+    and is raised.
+    """
+    lacking = _lacking_network()
+    if lacking:
+        not_run(lacking)
+    return namespace_command()
+
+
+def private_mounts() -> list[str]:
+    """Return a command prefix that may mount without anybody else seeing it."""
+    prefix = ["unshare", "--user", "--map-root-user", "--mount"]
+    lacking = _complaint((*prefix, "true"))
+    if lacking:
+        not_run(f"no private mounts on this host: {lacking}")
+    return prefix
+
+
+def forbids_file_rights(error: OSError) -> bool:
+    """Whether a file system answered that no rights can be attached to files, or not by us."""
+    return error.errno in (errno.EPERM, errno.ENOTSUP)
+
+
+@cache
+def _lacking_network() -> str:
+    """Return why there can be no virtual cable in a private network; empty where there can be.
+
+    Asked with the system's own tools, so that an error of the product cannot pass for the host's.
+    """
+    if sys.platform != "linux":
+        return "no private networks on this host: this is no Linux"
+    cable = ("ip", "link", "add", "near", "type", "veth", "peer", "name", "far")
+    lacking = ""
+    for way in (("-n",), ("-r", "-n")):
+        lacking = _complaint(("unshare", *way, *cable))
+        if not lacking:
+            return ""
+    return f"no virtual cable in a private network on this host: {lacking}"
+
+
+def _complaint(command: tuple[str, ...]) -> str:
+    """Return what a tool of the system says when it cannot do this; empty where it can."""
+    folders = f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin:/usr/bin:/bin"
+    program = shutil.which(command[0], path=folders)
+    if program is None:
+        return f"'{command[0]}' is not installed"
+    done = subprocess.run(
+        [program, *command[1:]], capture_output=True, text=True, timeout=HANG_S, check=False,
+        env={**os.environ, "PATH": folders},
+    )  # fmt: skip
+    if done.returncode == 0:
+        return ""
+    lines = done.stderr.strip().splitlines()
+    return lines[-1] if lines else f"'{command[0]}' ended with {done.returncode}"
