@@ -48,6 +48,9 @@ from ocmm_core.inspection.cause import Explanation
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.verdict import PartVerdict, VerdictSummary
 
+_NO_NUMBERS = (None, None, None)
+"""Value, deviation and uncertainty of what is not measured."""
+
 
 def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     (data,) = jobs
@@ -73,7 +76,7 @@ def _differences(
     for told_result, reported in zip(found.results, data.reported, strict=False):
         result = reported.result
         numbers = (told_result.measured, told_result.deviation, told_result.uncertainty)
-        if numbers != (result.measured, result.deviation, result.uncertainty) or (
+        if numbers != (result.stated or _NO_NUMBERS) or (
             told_result.name,
             told_result.verdict,
         ) != (result.name, result.verdict.value):
@@ -194,6 +197,8 @@ def _feature(feature: ReportedFeature, summary: VerdictSummary) -> FeaturePart:
 def _result(reported: ReportedResult, explained: Explanation | None) -> ResultPart:
     result = reported.result
     name = check_name("characteristic", result.name)
+    # What is provisional is for screens; a program that takes a number asks for no verdict.
+    measured, deviation, uncertainty = result.stated or _NO_NUMBERS
     return ResultPart(
         name=name,
         kind=result.kind,
@@ -206,10 +211,10 @@ def _result(reported: ReportedResult, explained: Explanation | None) -> ResultPa
         nominal=result.nominal,
         lower=result.lower,
         upper=result.upper,
-        measured=_finite(name, result.measured),
-        deviation=_finite(name, result.deviation),
-        uncertainty=_finite(name, result.uncertainty),
-        interval=result.interval,
+        measured=_finite(name, measured),
+        deviation=_finite(name, deviation),
+        uncertainty=_finite(name, uncertainty),
+        interval=None if measured is None else result.interval,
         bonus=result.bonus,
         floor=_finite(name, result.floor),
         verdict=result.verdict.value,

@@ -81,6 +81,11 @@ def test_every_file_says_what_is_true(chunk: int) -> None:
         assert told.part_verdict.word == word, seed
         assert told.simulated == job.simulated
         assert [Verdict(item.verdict) for item in told.results] == verdicts, seed
+        for item in told.results:
+            # A program that takes a number asks for no verdict.
+            undecided = item.verdict in ("NOT MEASURED", "PROVISIONAL")
+            numbers = (item.measured, item.deviation, item.uncertainty)
+            assert all((number is None) == undecided for number in numbers), seed
         assert {
             item.name: None if item.verdict is None else Verdict(item.verdict)
             for item in told.features

@@ -116,12 +116,14 @@ def test_the_frame_of_a_virtual_rig_proves_nothing_about_a_real_part(
     plan = msgspec.structs.replace(bench.plan, alignment=frame)
     session = InspectionSession(plan, bench.rig, bench.body, job, SessionOptions())
     take_all(session, bench)
-    assert "The frame bed of the plan is SIMULATED" in session.view.unproven
-    assert session.view.part_verdict.word is PartWord.NOT_PROVEN
+    real = session.view
+    assert "The frame bed of the plan is SIMULATED" in real.unproven
+    assert real.part_verdict.word is PartWord.NOT_PROVEN
     # On a virtual rig it is as good as the part.
     session.note_origin(simulated=True)
-    assert session.view.unproven == ""
-    assert session.view.part_verdict.word is PartWord.CONFORMS
+    virtual = session.view
+    assert virtual.unproven == ""
+    assert virtual.part_verdict.word is PartWord.CONFORMS
 
 
 def test_an_interrupted_touch_gives_no_point(bench: Bench, job: JobFile) -> None:
