@@ -9,24 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.alignment.frame_doubt import doubt_of, saved_frame_in
+from ocmm_core.alignment.frame_doubt import saved_frame_in
 from ocmm_core.alignment.rules import Relocation, SavedFrame
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.camera.rig import Rig
-from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.constructed import nominal_geometries
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluated import EvaluatedJob, evaluated_job
 from ocmm_core.inspection.evaluation import alignment_of, checked_features
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring.contributions import ProbeState, contributions
+from ocmm_core.measuring.contributions import ProbeState
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.measuring.temperature import reported_points
-from ocmm_core.measuring.uncertainty import joint_covariance, sum_of
+from ocmm_core.measuring.uncertainty import joint_covariance
 from ocmm_core.tolerances.budget import Budget, budget_of
 from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.evaluate import evaluate, involved_features
 from ocmm_core.tolerances.monte_carlo_trials import Task
 from ocmm_core.tolerances.sampling import FormSample, form_samples, widened
 from ocmm_core.tolerances.spread import of_own_form
@@ -64,42 +63,35 @@ def job_uncertainty(
     options: SessionOptions,
 ) -> JobUncertainty:
     """Return budgets and tasks; see `evaluation.evaluate_job` for the arguments."""
-    climate = options.climate
-    reported = reported_points(points, climate.part)
-    found = checked_features(plan, reported, options)
-    actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
-    alignment = alignment_of(plan, found)
-    parts = contributions(
-        reported, sensitivities, rig, body, options.contact, climate.part,
-        _probe_state(options, body), doubt_of(alignment),
-    )  # fmt: skip
-    covariance = sum_of(parts, len(reported))
-    samples = form_samples(found, covariance)
+    job = evaluated_job(
+        plan, points, sensitivities, rig, body, options, probe_state(options, body)
+    )
+    return uncertainty_of(job)
+
+
+def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
+    """Return budgets and tasks of a job that was evaluated already."""
+    plan, actual, covariance, samples = job.plan, job.actual, job.covariance, job.samples
     budgets: dict[str, Budget] = {}
-    missing: dict[str, str] = {}
     plain: list[Characteristic] = []
     of_form: list[Characteristic] = []
     for item in plan.characteristics:
-        try:
-            involved = {
-                name: _measured(name, found) for name in involved_features(item, alignment)
-            }
-            evaluation = evaluate(item, involved, alignment)
-        except OcmmError as error:
-            missing[item.name] = error.what
-            continue
-        budgets[item.name] = budget_of(item, evaluation, actual, parts, covariance, samples)
-        (of_form if of_own_form(item, actual) else plain).append(item)
+        evaluation = job.evaluations.get(item.name)
+        if evaluation is not None:
+            budgets[item.name] = budget_of(
+                item, evaluation, actual, job.parts, covariance, samples
+            )
+            (of_form if of_own_form(item, actual) else plain).append(item)
     nominals = nominal_geometries(plan.features, plan.constructions)
     tasks = tuple(
         Task(
-            tuple(group), alignment, tuple(reported), actual, covariance,
-            _of_surfaces(taken, len(reported)), tuple(plan.constructions), nominals,
+            tuple(group), job.alignment, job.points, actual, covariance,
+            _of_surfaces(taken, len(job.points)), tuple(plan.constructions), nominals,
         )
         for group, taken in ((plain, samples), (of_form, ()))
         if group
     )  # fmt: skip
-    return JobUncertainty(budgets, missing, tasks)
+    return JobUncertainty(budgets, job.missing, tasks)
 
 
 def frame_covariance(
@@ -145,15 +137,6 @@ def frame_covariance(
     return 0.5 * (of_frame + of_frame.T)
 
 
-def _measured(name: str, found: Mapping[str, ActualFeature | FitError]) -> ActualFeature:
-    feature = found.get(name)
-    if isinstance(feature, ActualFeature):
-        return feature
-    if feature is not None:
-        raise feature
-    raise FitError("uncertainty.feature", f"{name} is not measured.", f"Measure {name}.")
-
-
 def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
     """Return what the form of surfaces adds to each point, (N, 3, 3), mm^2."""
     added = np.zeros((count, 3, 3))
@@ -163,7 +146,7 @@ def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
     return added
 
 
-def _probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
+def probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
     """Return what warmth and weight have added to the probe; None where its design is unknown."""
     text = options.climate.probe_design
     if not text:

@@ -1,0 +1,77 @@
+"""Which cause is named where one thing is wrong with a job, and how long that takes.
+
+    python -m benchmarks.causes [SEEDS]
+
+Seeds 20, 21, ... (those of the tests are 0 to 19) take turns with the ten causes of
+`benchmarks.cause_scenes`. Right is a result whose cause is named, and the feature where it sits;
+the result that is farthest out is asked about, and beside that all of them are counted. Good jobs
+must give nothing. Ends with 1 if fewer than 90 % are right.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+
+import numpy as np
+
+from benchmarks.cause_scenes import SPOILED, asked, is_right, make_job
+from ocmm_core.blas import use_one_thread
+from ocmm_core.inspection.explain import explanations_of
+
+FIRST_SEED = 20
+LEAST_RIGHT = 0.9
+
+
+def main() -> int:
+    """Print who was taken for what; return 1 where too many were wrong."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("seeds", nargs="?", type=int, default=200)
+    count = parser.parse_args().seeds
+    use_one_thread()
+    words = list(SPOILED)
+    named: dict[str, Counter[str]] = {word: Counter() for word in words}
+    right: Counter[str] = Counter()
+    all_right: Counter[str] = Counter()
+    results: Counter[str] = Counter()
+    times: list[float] = []
+    for seed in range(FIRST_SEED, FIRST_SEED + count):
+        word = words[seed % len(words)]
+        job, view, scene = make_job(seed, SPOILED[word][0])
+        begun = time.process_time()
+        found = explanations_of(job, view)
+        times.append(1e3 * (time.process_time() - begun) / max(len(found), 1))
+        first = asked(view, found)
+        named[word][first.cause.value if first else "-"] += 1
+        good = is_right(word, first, scene)
+        right[word] += good
+        results[word] += len(found)
+        all_right[word] += sum(is_right(word, item, scene) for item in found)
+        if not good:
+            said = first.suggestion if first else "nothing"
+            sys.stdout.write(f"  seed {seed} {word} {scene.wrong}: {said}\n")
+    sys.stdout.write(f"\n{'cause':12} {'right':>9}  {'of all results':>14}  named\n")
+    for word in words:
+        tried = sum(named[word].values())
+        said = ", ".join(f"{what} {n}" for what, n in named[word].most_common())
+        whole = f"{all_right[word]}/{results[word]}"
+        sys.stdout.write(f"{word:12} {right[word]:4}/{tried:<4}  {whole:>14}  {said}\n")
+    clean = sum(_says_something(seed) for seed in range(FIRST_SEED, FIRST_SEED + count // 4))
+    share = sum(right.values()) / count
+    sys.stdout.write(
+        f"{sum(right.values())} of {count} right ({100.0 * share:.1f} %); {clean} of {count // 4} "
+        f"good jobs with a cause of measuring; {np.median(times):.0f} ms a result (median), "
+        f"{np.percentile(times, 95):.0f} ms (95 %)\n"
+    )
+    return int(share < LEAST_RIGHT or clean > 0)
+
+
+def _says_something(seed: int) -> bool:
+    job, view, _ = make_job(seed, None)
+    return bool(explanations_of(job, view))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
