@@ -35,6 +35,7 @@ from ocmm_core.cli.headless import (
     exit_code,
     make_console,
     missing_sentences,
+    print_explanations,
     print_table,
     print_verdict,
     run_job,
@@ -377,6 +378,7 @@ def _measure(
         if with_truth and built.virtual is not None:
             truth = true_values(built.station.plan, built.virtual.part)
         print_table(console, view, truth)
+        print_explanations(console, built.station.explanations())
         print_verdict(console, view)
         if not view.part_verdict.complete:
             typer.echo(missing_sentences(view, built.job_path, written=incomplete), err=True)

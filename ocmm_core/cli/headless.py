@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich import box
@@ -17,6 +17,7 @@ from ocmm_core.calibration.in_use import Word
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.cli.compose import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
+from ocmm_core.inspection.cause import Explanation
 from ocmm_core.inspection.job_words import INCOMPLETE, state_lines
 from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_core.measuring.point import Refusal
@@ -159,6 +160,14 @@ def print_states(console: Console, view: JobView) -> None:
     """Print a line for everything that a job must not be taken for: SIMULATED, INCOMPLETE."""
     for line in state_lines(view):
         console.print(line, style="bold yellow", highlight=False, markup=False)
+
+
+def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
+    """Print a line for every result that is not good: by how much, and what to do."""
+    for item in explained:
+        console.print(
+            f"{item.characteristic}: {item.why} {item.suggestion}", highlight=False, markup=False
+        )
 
 
 def print_counters(console: Console, status: AcquisitionStatus) -> None:

@@ -17,6 +17,7 @@ from ocmm_core.export.head import head_table
 from ocmm_core.export.json_schema import (
     SCHEMA,
     ElementPart,
+    ExplanationPart,
     FeaturePart,
     FramePart,
     InstrumentPart,
@@ -43,6 +44,7 @@ from ocmm_core.export.tables import (
     report_table,
 )
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.cause import Explanation
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.verdict import PartVerdict, VerdictSummary
 
@@ -142,7 +144,9 @@ def _file(data: ReportData) -> ReportFile:
             translation_from_world=_vector(data.frame.translation),
         ),
         features=tuple(_feature(item, view.verdict_of(item.name)) for item in data.features),
-        results=tuple(_result(item) for item in data.reported),
+        results=tuple(
+            _result(item, data.explanation(item.result.name)) for item in data.reported
+        ),
         observations=tuple(
             _observation(point, data.taken_utc.get(point.number, ""))
             for point in data.observations
@@ -187,7 +191,7 @@ def _feature(feature: ReportedFeature, summary: VerdictSummary) -> FeaturePart:
     )
 
 
-def _result(reported: ReportedResult) -> ResultPart:
+def _result(reported: ReportedResult, explained: Explanation | None) -> ResultPart:
     result = reported.result
     name = check_name("characteristic", result.name)
     return ResultPart(
@@ -210,6 +214,20 @@ def _result(reported: ReportedResult) -> ResultPart:
         floor=_finite(name, result.floor),
         verdict=result.verdict.value,
         note=result.note,
+        explanation=None if explained is None else _explanation(explained),
+    )
+
+
+def _explanation(explained: Explanation) -> ExplanationPart:
+    finding = explained.finding
+    return ExplanationPart(
+        cause=finding.cause.value,
+        beyond=_finite(explained.characteristic, explained.beyond),
+        why=explained.why,
+        suggestion=finding.suggestion,
+        evidence=finding.evidence,
+        features=finding.features,
+        points=finding.points,
     )
 
 

@@ -106,6 +106,18 @@ class FeaturePart(_Part, frozen=True, kw_only=True):
     note: str
 
 
+class ExplanationPart(_Part, frozen=True, kw_only=True):
+    """Why a result is not CONFORM, and what to do; ``beyond`` is negative inside the limits."""
+
+    cause: str
+    beyond: float | None
+    why: str
+    suggestion: str
+    evidence: str
+    features: tuple[str, ...]
+    points: tuple[int, ...]
+
+
 class ResultPart(_Part, frozen=True, kw_only=True):
     """One characteristic; uncertainty is U, k = 2; interval holds the truth in 95 of 100 cases."""
 
@@ -128,6 +140,7 @@ class ResultPart(_Part, frozen=True, kw_only=True):
     floor: float | None
     verdict: str
     note: str
+    explanation: ExplanationPart | None = None
 
 
 class ObservationPart(_Part, frozen=True, kw_only=True):

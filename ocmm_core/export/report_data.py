@@ -15,6 +15,8 @@ from ocmm_core.export.names import check_file_stem
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import RigidTransform
+from ocmm_core.inspection.cause import Explanation
+from ocmm_core.inspection.explain import explanations
 from ocmm_core.inspection.job_words import job_states
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.reopen import ReopenedJob
@@ -150,6 +152,8 @@ class ReportData:
         Those points as they are stored, and why each was; empty where nobody has them.
     notes
         What else the reader must know, in sentences: doubts about the file.
+    explanations
+        Why results are NOT CONFORM or NOT PROVEN, and what to do, in the order of the plan.
     written_by
         Version of the program that reports; that of the program that measured is in ``head``.
     """
@@ -168,6 +172,7 @@ class ReportData:
     climate: Climate
     notes: tuple[str, ...] = ()
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
+    explanations: tuple[Explanation, ...] = ()
     written_by: str = __version__
 
     @property
@@ -185,6 +190,11 @@ class ReportData:
         """Return the results beside the characteristics of the plan."""
         asked = {item.name: item for item in self.plan.characteristics}
         return tuple(ReportedResult(result, asked.get(result.name)) for result in self.results)
+
+    def explanation(self, characteristic: str) -> Explanation | None:
+        """Return why a result is not CONFORM; None where there is nothing to explain."""
+        named = (item for item in self.explanations if item.characteristic == characteristic)
+        return next(named, None)
 
     @property
     def frame(self) -> RigidTransform:
@@ -250,6 +260,7 @@ def report_data(
     taken_utc: dict[int, str] | None = None,
     notes: tuple[str, ...] = (),
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = (),
+    explained: tuple[Explanation, ...] = (),
 ) -> ReportData:
     """Return what is reported about a job as it stands; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
@@ -285,6 +296,7 @@ def report_data(
         climate=climate,
         notes=notes,
         taken_back=taken_back,
+        explanations=explained,
     )
 
 
@@ -324,6 +336,9 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         taken_utc=job.taken_utc,
         notes=job.doubts,
         taken_back=job.taken_back,
+        explained=explanations(
+            job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
+        ),
     )
 
 

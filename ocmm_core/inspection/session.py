@@ -16,8 +16,10 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.acceptance import Meant, judge_touch
 from ocmm_core.inspection.any_order import Contact
+from ocmm_core.inspection.cause import Explanation
 from ocmm_core.inspection.conditions import Conditions
 from ocmm_core.inspection.evaluation import checked_features, frame_of
+from ocmm_core.inspection.explain import explanations
 from ocmm_core.inspection.guidance import aligned_nominals
 from ocmm_core.inspection.header import header_of
 from ocmm_core.inspection.job_view import JobState, view_of
@@ -87,6 +89,7 @@ class InspectionSession(JobSteps):
         self._header = header_of(job.head, job.events())
         self._evaluating = threading.Lock()
         """Held by who computes the view; never taken by who holds the lock of the job."""
+        self._explained: tuple[object, tuple[Explanation, ...]] | None = None
 
     @property
     def view(self) -> JobView:
@@ -121,6 +124,29 @@ class InspectionSession(JobSteps):
         with self._lock:
             points = reported_points(self._points.counting, self._options.climate.part)
             return frame_of(self._plan, checked_features(self._plan, points, self._options))
+
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Return why results are NOT CONFORM or NOT PROVEN, and what to do.
+
+        It takes some tenths of a second, in which nothing is locked; asked again before anything
+        has changed it is remembered.
+        """
+        while True:
+            view = self.view
+            with self._lock:
+                known = self._explained
+                # Who looks back gets another view of the same results.
+                if known is not None and known[0] is view.characteristics:
+                    return known[1]
+                if self._view is view:
+                    points = tuple(self._points.counting)
+                    sensitivities = tuple(self._points.sensitivities(self._reference))
+                    break
+        found = explanations(
+            self._plan, view, points, sensitivities, self._rig, self._body, self._options
+        )
+        self._explained = view.characteristics, found
+        return found
 
     @property
     def reference_home(self) -> ReferenceHome | None:

@@ -42,6 +42,7 @@ from ocmm_core.export.report_data import Instrument, ReportData, report_data
 from ocmm_core.failure import contained
 from ocmm_core.fieldbus.interface import is_virtual_interface
 from ocmm_core.fieldbus.report import BusReport
+from ocmm_core.inspection.cause import Explanation
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession
@@ -679,6 +680,10 @@ class MeasuringStation:
         """Return the features that are not done and how many points each still needs."""
         return self._session.missing()
 
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Return why results are not CONFORM, and what to do; see `InspectionSession`."""
+        return self._session.explanations()
+
     def report(self) -> ReportData:
         """Return everything that a report can say about the job as it stands."""
         calibration, probe, reference = self.calibration(), self.probe_view(), self.reference
@@ -701,6 +706,7 @@ class MeasuringStation:
             annulled=tuple(point.number for point, _ in back),
             taken_utc=self._job.taken_utc(),
             taken_back=back,
+            explained=self._session.explanations(),
         )
 
     def export(

@@ -28,7 +28,7 @@ from ocmm_gui.reports.canvas import (
     paint_text,
 )
 from ocmm_gui.reports.plots import deviations, picture
-from ocmm_gui.reports.sections import basis, features, records, title, verdicts
+from ocmm_gui.reports.sections import basis, features, records, title, verdicts, why_not
 
 _BAND_TOP, _BAND_HIGH = 40.0, 72.0
 """Above what is laid out, so that it covers no number; tenths of a millimetre."""
@@ -41,6 +41,7 @@ def lay_out(data: ReportData) -> Canvas:
     canvas = Canvas()
     title(canvas, data)
     verdicts(canvas, data)
+    why_not(canvas, data)
     deviations(canvas, data)
     picture(canvas, data)
     features(canvas, data)

@@ -62,6 +62,13 @@ _RESULT_COLUMNS = (
     Column("Verdict", 320.0),
 )
 
+_WHY_COLUMNS = (
+    Column("Characteristic", 350.0),
+    Column("Why", 640.0),
+    Column("What to do", 620.0),
+    Column("Points", 190.0, right=True),
+)
+
 _FEATURE_COLUMNS = (
     Column("Feature", 270.0),
     Column("Verdict", 370.0),
@@ -136,6 +143,28 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
     canvas.skip(12.0)
     for remark in remarks:
         canvas.text(remark, SMALL)
+
+
+def why_not(canvas: Canvas, data: ReportData) -> None:
+    """Write why results are not CONFORM, and what to do about each."""
+    if not data.explanations:
+        return
+    canvas.heading("Why, and what to do", 260.0)
+    rows = []
+    for item in data.explanations:
+        colour = verdict_colour(INK, item.verdict)
+        said = item.why if not item.finding.evidence else f"{item.why}\n{item.finding.evidence}"
+        rows.append(
+            [
+                Field(
+                    f"{_MARKS[item.verdict]} {item.characteristic}", Style(bold=True, colour=colour)
+                ),
+                Field(said),
+                Field(item.suggestion, STRONG),
+                Field(", ".join(str(number) for number in item.points) or "–"),
+            ]
+        )
+    canvas.table(_WHY_COLUMNS, rows)
 
 
 def features(canvas: Canvas, data: ReportData) -> None:
