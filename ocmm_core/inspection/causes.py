@@ -189,7 +189,8 @@ def _datum(
     own = inquiry.own_features(item)
     best: tuple[float, str] | None = None
     for name in inquiry.rests_on(item):
-        if name in own or not common.stands_out(name):
+        # What holds the frame is a datum of all else, also where it is toleranced itself.
+        if (name in own and name not in inquiry.held_by) or not common.stands_out(name):
             continue
         trial = inquiry.moved(
             f"home {name}", partial(brought_home, inquiry.job, common, name)

@@ -24,6 +24,7 @@ from ocmm_core.inspection.deviations import (
 )
 from ocmm_core.inspection.evaluated import EvaluatedJob
 from ocmm_core.inspection.guidance import whereabouts
+from ocmm_core.tolerances.sampling import FormSample
 
 STEEL_PER_K = 11.5e-6
 """Expansion that a change of temperature is told with where that of the part is not known."""
@@ -39,6 +40,7 @@ _GAIN, _MANY = 0.3, 3
 _FOLLOWS, _STRAYS = 1.5, 2.5
 """Misfit against the usual one up to which a feature follows a pattern, and beyond which not."""
 _LEAST_WITNESSES, _LEAST_SIZES = 2, 3
+_NOTHING = 1e-12
 _NOISY = 5.0
 """Square of the scatter against that of the noise beyond which points scatter for a reason."""
 
@@ -167,7 +169,7 @@ def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
     None where they do not, or too few features show it: the form of one surface is its own.
     """
     samples = [item for item in job.samples if item.feature not in leave_out]
-    ratios = [item.scatter / max(item.scatter - item.variance, 1e-12) for item in samples]
+    ratios = [scatter_ratio(item) for item in samples]
     weights = [item.degrees for item in samples]
     if len(samples) < 3:
         return None
@@ -176,6 +178,11 @@ def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
     if mean < _NOISY or noisy < 0.7 * len(samples):
         return None
     return float(np.sqrt(mean))
+
+
+def scatter_ratio(sample: FormSample) -> float:
+    """Return the mean square of a feature's residuals against what noise alone would give."""
+    return max(sample.scatter, _NOTHING) / max(sample.scatter - sample.variance, _NOTHING)
 
 
 def _explains(plain: Pattern, pattern: Pattern) -> bool:

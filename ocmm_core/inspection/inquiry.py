@@ -12,7 +12,7 @@ from ocmm_core.alignment.frame_doubt import unknown_frame
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.amounts import is_low, way_to_good
-from ocmm_core.inspection.common_causes import Common, common_causes, scatter_of
+from ocmm_core.inspection.common_causes import Common, common_causes, scatter_of, scatter_ratio
 from ocmm_core.inspection.evaluated import EvaluatedJob
 from ocmm_core.inspection.quarantine import held_below
 from ocmm_core.inspection.suspects import Suspects, suspects_of
@@ -64,9 +64,10 @@ class Inquiry:
         """Return the points that their own feature speaks against, by feature."""
         found = {}
         for sample in self.job.samples:
-            others = [item.scatter for item in self.job.samples if item is not sample]
-            noise = max(sample.scatter - sample.variance, 0.0)
-            usual = max(float(np.median(others)), noise) if len(others) > 1 else None
+            # Noise differs with the way a face looks: features are compared by it.
+            others = [scatter_ratio(item) for item in self.job.samples if item is not sample]
+            noise = sample.scatter / scatter_ratio(sample)
+            usual = max(float(np.median(others)), 1.0) * noise if len(others) > 1 else None
             seen = suspects_of(self.job.actual[sample.feature], noise, usual)
             if seen is not None:
                 found[sample.feature] = seen

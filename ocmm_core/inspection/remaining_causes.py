@@ -8,6 +8,7 @@ import numpy as np
 
 from ocmm_core.inspection.amounts import beyond_limit
 from ocmm_core.inspection.cause import Cause, Finding
+from ocmm_core.inspection.common_causes import scatter_ratio
 from ocmm_core.inspection.inquiry import MOST_POINTS, Inquiry
 from ocmm_core.tolerances.characteristic import FORMS, Characteristic
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
@@ -101,7 +102,7 @@ def scatter(
 
 def _own_shape(inquiry: Inquiry, names: Sequence[str]) -> str | None:
     """Return the feature whose surface alone scatters; None where others do, too."""
-    samples = {item.feature: item.scatter for item in inquiry.job.samples}
+    samples = {item.feature: scatter_ratio(item) for item in inquiry.job.samples}
     usual = float(np.median(list(samples.values())))
     rough = [name for name in names if samples.get(name, 0.0) > _ROUGH * usual]
     return rough[0] if len(rough) == 1 and len(samples) > _ENOUGH else None

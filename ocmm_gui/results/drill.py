@@ -3,31 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ocmm_core.alignment.report import AlignmentReport
 from ocmm_core.errors import MeasuringError
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.alignment_preview import alignment_of_points
+from ocmm_core.inspection.cause import Explanation
+from ocmm_core.inspection.evaluated import EvaluatedJob, evaluated_job
+from ocmm_core.inspection.explain import explanations_of
 from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
-from ocmm_core.inspection.uncertainty import JobUncertainty, job_uncertainty
+from ocmm_core.inspection.uncertainty import probe_state, uncertainty_of
 from ocmm_core.tolerances.budget import Budget
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
 from ocmm_gui.maintain.side_process import Tell
+from ocmm_gui.views.point_view import upright
 
 
 @dataclass(frozen=True, slots=True)
 class Budgets:
-    """The budgets of a job by the name of the characteristic, and why others have none."""
+    """What is behind the results of a job, by the name of the characteristic.
+
+    Attributes
+    ----------
+    found, missing
+        Budgets, and why others have none.
+    explained
+        Why those are not good that are NOT CONFORM or NOT PROVEN, and what to do.
+    up
+        (3,), unit, world: upright as the cameras of the job stand; None before anything is known.
+    """
 
     found: Mapping[str, Budget]
     missing: Mapping[str, str]
+    explained: Mapping[str, Explanation] = field(default_factory=dict)
+    up: Float | None = None
 
 
 def budgets_of_file(path: Path, tell: Tell) -> Budgets:
-    """Return the budgets of all results of a job file; OcmmError where it cannot be read."""
-    known = _uncertainty(path, tell)
-    return Budgets(dict(known.budgets), dict(known.missing))
+    """Return budgets and explanations of a job file; OcmmError where it cannot be read."""
+    job, evaluated = _evaluated(path, tell)
+    known = uncertainty_of(evaluated)
+    tell("Looking for causes", 0.7)
+    explained = {item.characteristic: item for item in explanations_of(evaluated, job.view)}
+    return Budgets(dict(known.budgets), dict(known.missing), explained, upright(job.rig))
 
 
 def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
@@ -38,7 +58,7 @@ def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
     OcmmError
         The file cannot be read, or the result has no value that could be tried.
     """
-    for task in _uncertainty(path, tell).tasks:
+    for task in uncertainty_of(_evaluated(path, tell)[1]).tasks:
         own = tuple(item for item in task.characteristics if item.name == name)
         if own:
             asked = replace(task, characteristics=own)
@@ -66,10 +86,11 @@ def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
     )
 
 
-def _uncertainty(path: Path, tell: Tell) -> JobUncertainty:
+def _evaluated(path: Path, tell: Tell) -> tuple[ReopenedJob, EvaluatedJob]:
     tell("Reading the job", 0.1)
-    job: ReopenedJob = reopen_job(path)
+    job = reopen_job(path)
     tell("Computing the uncertainties", 0.5)
-    return job_uncertainty(
-        job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
+    probe = probe_state(job.options, job.body)
+    return job, evaluated_job(
+        job.plan, job.points, job.sensitivities, job.rig, job.body, job.options, probe
     )

@@ -8,6 +8,9 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QProgressBar, QVBoxLayout
 
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.cause import Cause, Explanation
+from ocmm_core.inspection.explain import EXPLAINED
 from ocmm_core.tolerances.decision import rule_words
 from ocmm_core.tolerances.monte_carlo import MonteCarloValue
 from ocmm_core.tolerances.result import CharacteristicResult
@@ -19,10 +22,11 @@ from ocmm_gui.operator.tolerance_bar import ToleranceBar
 from ocmm_gui.results.budget_view import BudgetBars, BudgetTable
 from ocmm_gui.results.drill import Budgets, budgets_of_file, trials_of_file
 from ocmm_gui.results.job_source import JobSource
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, verdict_colour
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font, verdict_colour
 from ocmm_gui.words import quantity
 
 _NONE = Budgets({}, {})
+_SEARCHING = "Looking for the cause ..."
 _BUSY = "The budget is being computed from the job file."
 
 
@@ -33,6 +37,8 @@ class ResultDetail(QFrame):
     of the job: the window stays free.
     """
 
+    explained = Signal(object)
+    """Emits the `Explanation` of the shown result, or None; None also while it is computed."""
     failed = Signal(object)
     """An `OcmmError`: why there is no budget or no trial."""
 
@@ -53,6 +59,9 @@ class ResultDetail(QFrame):
         self._verdict.setFixedHeight(38)
         self.bar = ToleranceBar()
         self.bar.setFixedHeight(54)
+        self._why = sentence_label("Why", 15)
+        self._now = sentence_label("What now", 16)
+        self._now.setFont(text_font(16, bold=True))
         self._rule = sentence_label("Decision rule", 13)
         self._standing = sentence_label("Calibration", 13)
         self._standing.setProperty("role", "muted")
@@ -74,7 +83,8 @@ class ResultDetail(QFrame):
         layout.setContentsMargins(12, 6, 12, 8)
         layout.setSpacing(5)
         for widget in (
-            self._title, self._verdict, self.bar, self._rule, self._standing, self._note,
+            self._title, self._verdict, self._why, self._now, self.bar, self._rule,
+            self._standing, self._note,
         ):  # fmt: skip
             layout.addWidget(widget)
         layout.addWidget(self.budget, 4)
@@ -145,6 +155,7 @@ class ResultDetail(QFrame):
         found = self._budgets.found.get(name)
         self.budget.show_budget(found)
         self.bars.show_budget(found)
+        self._show_explanation()
         trials = self._trials.get(name)
         if trials is not None and self._result is not None:
             self._check.setText(trial_words(self._result, trials))
@@ -153,6 +164,32 @@ class ResultDetail(QFrame):
         elif not self._simulation.is_running():
             waits = self._drill.is_running()
             self._check.setText(_BUSY if waits else "F6 checks U by Monte Carlo (JCGM 101).")
+
+    def explanation(self) -> Explanation | None:
+        """Return why the shown result is not good; None where it is, or nobody knows yet."""
+        result = self._result
+        found = None if result is None else self._budgets.explained.get(result.name)
+        # What was computed before the job changed says nothing of the verdict of now.
+        return found if result is not None and found and _is_of(found, result) else None
+
+    def up(self) -> Float | None:
+        """Return what is upright in the world of the job; None before that is known."""
+        return self._budgets.up
+
+    def _show_explanation(self) -> None:
+        found, result = self.explanation(), self._result
+        asked = result is not None and result.verdict in EXPLAINED
+        waits = asked and found is None and self._drill.is_running()
+        self._why.setText(_SEARCHING if waits else "" if found is None else found.why)
+        self._now.setText("" if found is None else found.suggestion)
+        self._now.setToolTip("" if found is None else found.finding.evidence)
+        self._why.setVisible(bool(self._why.text()))
+        self._now.setVisible(bool(self._now.text()))
+        # The note of a result in doubt is the suggestion itself, and bars say what the table says.
+        doubted = found is not None and found.cause is Cause.DOUBT
+        self._note.setVisible(bool(self._note.text()) and not doubted)
+        self.bars.setVisible(found is None)
+        self.explained.emit(found)
 
     def _look_again(self) -> None:
         """Compute the budgets of a job that has changed, after what is computed is done."""
@@ -195,6 +232,10 @@ class ResultDetail(QFrame):
         self.progress.setValue(0)
         self.progress.setFormat(what)
         self.progress.show()
+
+
+def _is_of(found: Explanation, result: CharacteristicResult) -> bool:
+    return found.verdict is result.verdict and found.uncertainty == result.uncertainty
 
 
 def decision_words(result: CharacteristicResult) -> str:

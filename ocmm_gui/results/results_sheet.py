@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
+from ocmm_core.inspection.cause import Explanation
 from ocmm_core.inspection.view import JobView
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_gui.actions import ActionInfo
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import verdict_mark
 from ocmm_gui.operator.path_panel import PathPanel
+from ocmm_gui.results.driving_points import DrivingPoints
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.result_detail import ResultDetail
 from ocmm_gui.results.result_table import ResultTable
@@ -56,13 +59,17 @@ class ResultsSheet(Sheet):
         self._job: JobView | None = None
         self.table = ResultTable()
         self.detail = ResultDetail()
+        self.points = DrivingPoints()
+        self.points.hide()
         self.file = PathPanel("job", "file", "Open")
         self._summary = FitText("Summary", limit=26)
         self._summary.setFixedHeight(36)
         self.body.addWidget(self.file)
         self.body.addWidget(self._summary)
         left = QVBoxLayout()
-        left.addWidget(self.table, 1)
+        left.setSpacing(8)
+        left.addWidget(self.table, 3)
+        left.addWidget(self.points, 2)
         row = QHBoxLayout()
         row.setSpacing(10)
         row.addLayout(left, 62)
@@ -71,6 +78,7 @@ class ResultsSheet(Sheet):
         self.table.result_chosen.connect(self._show_detail)
         self.file.given.connect(self.open_file)
         self.detail.failed.connect(self.failed)
+        self.detail.explained.connect(self._show_points)
         self.use_keys(
             {
                 "simulate": self.detail.simulate,
@@ -146,6 +154,13 @@ class ResultsSheet(Sheet):
             return
         standing = self._source.calibration or self._calibration()
         self.detail.show_result(self._source, result, standing)
+
+    def _show_points(self, found: object) -> None:
+        up = self.detail.up()
+        if isinstance(found, Explanation) and up is not None:
+            self.points.show_points(self._job, found, up)
+        else:
+            self.points.show_points(None, None, np.array([0.0, 0.0, 1.0]))
 
     def _result(self, name: str) -> CharacteristicResult | None:
         if self._job is None:

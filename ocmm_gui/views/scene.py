@@ -46,6 +46,15 @@ class Dots:
 
 
 @dataclass(frozen=True, slots=True)
+class Diamonds:
+    """Open squares on their corners, of constant size: (n, 3), mm, world frame; ``size`` in px."""
+
+    points: Float
+    colour: str
+    size: float = 16.0
+
+
+@dataclass(frozen=True, slots=True)
 class Face:
     """A translucent polygon: corners (n, 3), mm, world frame; ``alpha`` 0 to 255."""
 
@@ -63,7 +72,7 @@ class Tag:
     colour: str
 
 
-Item = Lines | Dots | Face | Tag
+Item = Lines | Dots | Diamonds | Face | Tag
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,6 +200,8 @@ def paint_scene(
     for item in items:
         if isinstance(item, Dots) and len(item.points):
             _paint_dots(painter, item, picture.apply(item.points))
+        elif isinstance(item, Diamonds) and len(item.points):
+            _paint_diamonds(painter, item, picture.apply(item.points), halo)
     painter.setFont(font)
     taken: list[QRectF] = []
     for item in items:
@@ -207,6 +218,23 @@ def _paint_dots(painter: QPainter, item: Dots, places: Float) -> None:
     radius = 0.5 * item.size
     for x, y, _ in places[np.argsort(places[:, 2])].tolist():
         painter.drawEllipse(QPointF(x, y), radius, radius)
+
+
+def _paint_diamonds(painter: QPainter, item: Diamonds, places: Float, halo: str) -> None:
+    half = 0.5 * item.size
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    # The halo keeps the mark in sight on lines and dots of its own colour.
+    for pen in (QPen(QColor(halo), 6.0), QPen(QColor(item.colour), 2.6)):
+        painter.setPen(pen)
+        for x, y, _ in places.tolist():
+            painter.drawPolygon(
+                QPolygonF(
+                    [
+                        QPointF(x, y - half), QPointF(x + half, y),
+                        QPointF(x, y + half), QPointF(x - half, y),
+                    ]
+                )
+            )  # fmt: skip
 
 
 def _paint_tag(
