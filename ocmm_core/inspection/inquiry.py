@@ -21,6 +21,7 @@ from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.budget import Budget, budget_of
 from ocmm_core.tolerances.characteristic import FORMS, Characteristic
 from ocmm_core.tolerances.evaluate import needs_part_frame
+from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 
 MOST_POINTS = 5
@@ -176,16 +177,34 @@ class Inquiry:
         evaluation, common = self.job.evaluations.get(item.name), self.common
         if item.kind in FORMS:
             return self.extremes(item.features[0])
-        if evaluation is None or common is None:
+        if evaluation is None:
             return ()
+        sign = -1.0 if is_low(item, result) else 1.0
+        if common is None:
+            # Where the part is nobody knows: each point counts by how far it is off its element.
+            return self._foremost(self._by_residuals(evaluation, sign))
         back = common.place.T_nominal_from_world
         pushes: list[tuple[float, int]] = []
-        sign = -1.0 if is_low(item, result) else 1.0
         gradient = evaluation.gradient[:-1].reshape(-1, 3)
         for surface in common.surfaces:
             off, normals, _ = surface.lies(back)
             push = sign * off * np.sum(gradient[surface.places] * (normals @ back.rotation), axis=1)
             pushes += zip(push.tolist(), self.numbers[surface.places].tolist(), strict=True)
+        return self._foremost(pushes)
+
+    def _by_residuals(self, evaluation: Evaluation, sign: float) -> list[tuple[float, int]]:
+        pushes: list[tuple[float, int]] = []
+        for sample in self.job.samples:
+            residuals = self.job.actual[sample.feature].fit.residuals
+            slopes = sample.slopes(evaluation.gradient[None])[0]
+            # A line is off in two directions across it, and its residuals have no sign.
+            if len(slopes) == len(residuals):
+                numbers = self.numbers[sample.places].tolist()
+                pushes += zip((sign * slopes * residuals).tolist(), numbers, strict=True)
+        return pushes
+
+    @staticmethod
+    def _foremost(pushes: list[tuple[float, int]]) -> tuple[int, ...]:
         pushes.sort(reverse=True)
         least = _WEAKEST * pushes[0][0] if pushes else 0.0
         return tuple(number for push, number in pushes[:MOST_POINTS] if push > max(least, 0.0))
