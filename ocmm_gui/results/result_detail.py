@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QProgressBar, QVBoxLayout
 
 from ocmm_core.geometry import Float
@@ -26,6 +27,7 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, text_font, verdict_colo
 from ocmm_gui.words import quantity
 
 _NONE = Budgets({}, {})
+_ROOMY_PX = 760
 _SEARCHING = "Looking for the cause ..."
 _BUSY = "The budget is being computed from the job file."
 
@@ -185,11 +187,20 @@ class ResultDetail(QFrame):
         self._now.setToolTip("" if found is None else found.finding.evidence)
         self._why.setVisible(bool(self._why.text()))
         self._now.setVisible(bool(self._now.text()))
-        # The note of a result in doubt is the suggestion itself, and bars say what the table says.
+        # The note of a result in doubt is the suggestion itself.
         doubted = found is not None and found.cause is Cause.DOUBT
         self._note.setVisible(bool(self._note.text()) and not doubted)
-        self.bars.setVisible(found is None)
+        self._make_room()
         self.explained.emit(found)
+
+    def _make_room(self) -> None:
+        """Leave out the bars where words need their room: they say what the table says."""
+        self.bars.setVisible(self._now.isHidden() or self.height() >= _ROOMY_PX)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show the bars where there is room for them."""
+        super().resizeEvent(event)
+        self._make_room()
 
     def _look_again(self) -> None:
         """Compute the budgets of a job that has changed, after what is computed is done."""
