@@ -144,7 +144,8 @@ def _factor() -> Float:
     covariance = joint_covariance(
         with_all.points, with_all.sensitivities, with_all.rig, with_all.body, None, None
     )
-    factor: Float = np.linalg.cholesky(covariance + 1e-15 * np.eye(len(covariance)))
+    steadied = covariance + 1e-15 * np.eye(len(covariance))
+    factor: Float = np.asarray(np.linalg.cholesky(steadied), dtype=np.float64)
     return factor
 
 

@@ -24,8 +24,9 @@ from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.reports import pdf
 from ocmm_gui.results.driving_points import DrivingPoints
 from ocmm_gui.results.job_source import JobSource
+from ocmm_gui.results.opening import opened_job
 from ocmm_gui.results.results_sheet import ResultsSheet
-from tests.gui.test_report_pdf import texts
+from tests.gui.pdf_texts import texts
 
 PATIENCE_MS = 150_000
 STEP, BALL = "Block step", "Ball diameter"
@@ -110,7 +111,7 @@ def test_the_table_ends_with_a_line_for_it(step: Explanation) -> None:
 def test_the_page_says_it_and_marks_the_points(
     qtbot: QtBot, job_path: Path, step: Explanation
 ) -> None:
-    source = JobSource.of_file(job_path)
+    source = JobSource.of_opened(opened_job(job_path, lambda _what, _share: None))
     sheet = ResultsSheet(source, lambda: "")
     qtbot.addWidget(sheet)
     sheet.resize(1260, 660)

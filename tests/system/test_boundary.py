@@ -203,7 +203,7 @@ class Reader:
             time.sleep(0.005)
         self._stop.set()
         self._thread.join()
-        self._evaluator.close()
+        self._evaluator.close(PATIENCE_S)
         if self._client is not None:
             self._client.close()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -38,9 +39,9 @@ def test_verdicts_follow_from_what_is_measured(bench: Bench, seed: int) -> None:
                 lambda: _touch(session, bench, by_feature, rng),
                 lambda: _touch(session, bench, by_feature, rng),
                 session.finish,
-                lambda name=name: session.skip(name),
-                lambda name=name: session.reopen(name),
-                lambda name=name: session.repeat(name),
+                partial(session.skip, name),
+                partial(session.reopen, name),
+                partial(session.repeat, name),
                 session.undo,
                 session.redo,
                 lambda: session.delete_point(int(rng.integers(1, 15)), "a chip"),
