@@ -31,6 +31,10 @@ from tests.host import not_run
 # As the product does, before numpy is loaded: two threads on small matrices wait for each other,
 # ten times as long as the work takes where other tests run beside.
 use_one_thread()
+if "numpy" in sys.modules:
+    # It would have no effect, and numbers here would differ in their last bit from those of the
+    # product's own processes.
+    raise ImportError("numpy was loaded before the tests could set the threads of its BLAS")
 
 # The same result on every machine: windows are drawn in memory unless somebody wants to look.
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")

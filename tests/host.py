@@ -17,8 +17,6 @@ from typing import NoReturn
 
 import pytest
 
-from ocmm_core.simulation.virtual_bus import namespace_command
-
 HANG_S = 240.0
 """No answer after this long is none at all; a busy computer takes ten times what an idle one does.
 Less than pytest's own limit (`timeout` in pyproject.toml), so that the test can say what it
@@ -61,6 +59,10 @@ def private_network() -> list[str]:
     lacking = _lacking_network()
     if lacking:
         not_run(lacking)
+    # The tests' set-up reads this file before it has told the linear algebra to use one thread,
+    # and what is imported here would load it.
+    from ocmm_core.simulation.virtual_bus import namespace_command
+
     return namespace_command()
 
 
