@@ -22,6 +22,7 @@ _ALL: Mapping[str, Words] = {
     "start": ("Begins with", "Alignment that comes first; or empty"),
     "type": ("Alignment", "How it is found where the part is; empty: it is not"),
     "covariance": ("Covariance", "Of a turn and a shift of the frame, rad and mm"),
+    "simulated": ("Simulated", "The frame was measured on a virtual rig"),
     "digest": ("SHA-256", "Of the document of the frame; F12 imports one"),
 }
 
