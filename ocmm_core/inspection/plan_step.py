@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +19,14 @@ from ocmm_core.inspection.plan_step_worker import StepFace, read_step
 
 TIMEOUT_S = 120.0
 MOST_FEATURES = 1000
+_LOOK_S = 0.05
 _DECIMALS = 6
 
 
 def features_from_step(
-    path: Path | str, timeout_s: float = TIMEOUT_S
+    path: Path | str,
+    timeout_s: float = TIMEOUT_S,
+    given_up: Callable[[], bool] = lambda: False,
 ) -> tuple[NominalFeature, ...]:
     """Return the planes, cylinders, cones, spheres and tori of a model, in its own frame.
 
@@ -32,12 +37,14 @@ def features_from_step(
     ----------
     timeout_s
         After so long the reading is given up.
+    given_up
+        Asked some twenty times a second; the reading ends within a moment then.
 
     Raises
     ------
     InputError
         The extra is not installed, the file is no STEP file that can be read, it has no such
-        surfaces, or reading takes too long.
+        surfaces, or reading takes too long or was given up.
     """
     path = Path(path)
     if not read_bytes(path).lstrip().startswith(b"ISO-10303-21"):
@@ -49,8 +56,15 @@ def features_from_step(
     asked.close()
     found: list[StepFace] | str | OcmmError = "reading ended without an answer"
     try:
-        if answer.poll(timeout_s):
+        until = time.monotonic() + timeout_s
+        while not (ready := answer.poll(_LOOK_S)) and time.monotonic() < until and not given_up():
+            pass
+        if ready:
             found = answer.recv()
+        elif given_up():
+            raise InputError(
+                "plan.step_given_up", f"{path}: importing was given up.", "Import it again."
+            )
         else:
             found = f"reading took longer than {timeout_s:.0f} s"
     except EOFError:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+
+from PySide6.QtCore import Signal
 
 from ocmm_core.alignment.frame_document import load_frame, relocation, saved_frame
 from ocmm_core.alignment.rules import Relocation
@@ -11,7 +15,9 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.plan_csv import features_from_csv
 from ocmm_core.inspection.plan_edit import add_feature, with_alignment
 from ocmm_core.inspection.plan_step import features_from_step
+from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.plan_editor.plan_items import ALIGNMENT, ItemKey
+from ocmm_gui.worker import Worker
 
 _MODELS = (".step", ".stp")
 _FRAME = ".toml"
@@ -20,20 +26,25 @@ _LIMIT_MM = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """The plan with what was imported, which item of it is new, and a sentence about it."""
+    """The plan before and with what was imported, which item is new, and a sentence about it."""
 
+    before: Plan
     plan: Plan
     chosen: ItemKey
     words: str
 
 
-def with_file(plan: Plan, path: Path, *, relocate: bool) -> Imported:
-    """Return the plan with what is in a file.
+def with_file(
+    plan: Plan, path: Path, *, relocate: bool, given_up: Callable[[], bool] = lambda: False
+) -> Imported:
+    """Return the plan with what is in a file; a model takes up to a minute.
 
     Parameters
     ----------
     relocate
         A frame is to be found again at its control points, and not taken as it was saved.
+    given_up
+        Asked while a model is read.
 
     Raises
     ------
@@ -42,12 +53,16 @@ def with_file(plan: Plan, path: Path, *, relocate: bool) -> Imported:
     """
     if path.suffix.lower() == _FRAME:
         return _with_frame(plan, path, relocate=relocate)
-    read = features_from_step if path.suffix.lower() in _MODELS else features_from_csv
-    found = read(path)
+    if path.suffix.lower() in _MODELS:
+        found = features_from_step(path, given_up=given_up)
+    else:
+        found = features_from_csv(path)
+    more = plan
     for feature in found:
-        plan = add_feature(plan, feature)
+        more = add_feature(more, feature)
     return Imported(
         plan,
+        more,
         ItemKey("features", found[0].name),
         f"{len(found)} features were added from {path.name}.",
     )
@@ -60,5 +75,54 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
     rule = relocation(document, limit) if relocate else saved_frame(document)
     how = "is found again at its control points" if relocate else "is taken as it was saved"
     return Imported(
-        with_alignment(plan, rule), ALIGNMENT, f"The frame {document.name} {how}."
+        plan, with_alignment(plan, rule), ALIGNMENT, f"The frame {document.name} {how}."
     )
+
+
+class Importing(WorkLine):
+    """Reads a file beside the window and shows that it does; nothing while it does not."""
+
+    imported = Signal(object)
+    """Emits what was `Imported`."""
+    failed = Signal(object)
+    """Emits the exception: why nothing was."""
+
+    def __init__(self) -> None:
+        super().__init__("Importing")
+        self._worker = Worker("ocmm-import", self)
+        self._given_up = threading.Event()
+        self._reads = False
+
+    def read(self, plan: Plan, path: Path, *, relocate: bool) -> None:
+        """Begin with a file; what is read already is given up."""
+        self._given_up.set()
+        given_up = self._given_up = threading.Event()
+        self._reads = True
+        self.begin(f"Importing {path.name}.", "F12 gives it up.")
+        self._worker.do(
+            lambda: with_file(plan, path, relocate=relocate, given_up=given_up.is_set),
+            lambda found: self._done(given_up, found),
+            lambda error: self._not_done(given_up, error),
+        )
+
+    def give_up(self) -> bool:
+        """Read no more, and say whether something was being read."""
+        reads, self._reads = self._reads, False
+        self._given_up.set()
+        self.end()
+        return reads
+
+    def close_work(self, limit_s: float) -> None:
+        """Give up, and wait for the end of the thread; call it before the window goes."""
+        self.give_up()
+        self._worker.close(limit_s)
+
+    def _done(self, given_up: threading.Event, found: Imported) -> None:
+        if not given_up.is_set():
+            self.give_up()
+            self.imported.emit(found)
+
+    def _not_done(self, given_up: threading.Event, error: Exception) -> None:
+        if not given_up.is_set():
+            self.give_up()
+            self.failed.emit(error)

@@ -33,7 +33,7 @@ from ocmm_gui.operator.path_panel import PathPanel
 from ocmm_gui.operator.step_picture import StepPicture, read_picture
 from ocmm_gui.plan_editor.draft import PlanDraft
 from ocmm_gui.plan_editor.drawn import drawn_of
-from ocmm_gui.plan_editor.importing import with_file
+from ocmm_gui.plan_editor.importing import Imported, Importing
 from ocmm_gui.plan_editor.item_form import ItemForm
 from ocmm_gui.plan_editor.plan_checks import PlanChecks, faulty_field
 from ocmm_gui.plan_editor.plan_items import (
@@ -54,6 +54,8 @@ from ocmm_gui.plan_editor.proposals import (
 from ocmm_gui.plan_editor.teaching import Teaching
 from ocmm_gui.sheet import Sheet
 
+_END_S = 1.0
+"""So long at most the window waits for a file that is still being read."""
 _KEYS = (
     ActionInfo("add", "Feature", "Add a feature after the chosen one", ("F6",)),
     ActionInfo("construct", "Construct", "Add a construction from the chosen feature", ("F5",)),
@@ -121,6 +123,9 @@ class PlanSheet(Sheet):
         self.other = PathPanel("plan", "file", "Open")
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
+        self.importing = Importing()
+        self.importing.imported.connect(self._on_imported)
+        self.importing.failed.connect(self.failed)
         self.image.given.connect(self.attach_picture)
         self.other.given.connect(self.open_file)
         self._lay_out()
@@ -138,7 +143,7 @@ class PlanSheet(Sheet):
                 "redo": self.redo,
                 "picture": lambda: self.image.ask(self._folder()),
                 "teach": self.teach,
-                "import": lambda: self.source.ask(self._folder()),
+                "import": self.ask_import,
                 "new": lambda: self._change_to(fresh_plan, None),
                 "open": lambda: self.other.ask(self._folder()),
                 "save": self.save,
@@ -215,12 +220,26 @@ class PlanSheet(Sheet):
         """Take the nominals of all measured features from the part of the running job."""
         self._teaching.toggle(self._job_path(), self.draft.plan)
 
+    def ask_import(self) -> None:
+        """Ask for a file to import, or give up the one that is being read."""
+        if not self.importing.give_up():
+            self.source.ask(self._folder())
+
     def import_file(self, path: Path) -> None:
         """Add the features of a table or of a model, or take the frame of a document."""
-        plan = self.draft.plan
         relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
-        found = self.attempt(lambda: with_file(plan, path, relocate=relocate))
-        if found is not None and self._did(lambda: found.plan, found.chosen):
+        self.importing.read(self.draft.plan, path, relocate=relocate)
+        self.items.setFocus()
+
+    def _on_imported(self, found: Imported) -> None:
+        if found.before is not self.draft.plan:
+            self.failed.emit(
+                InputError(
+                    "plan.changed", "The plan was changed while the file was read.",
+                    "Import the file again.",
+                )
+            )
+        elif self._did(lambda: found.plan, found.chosen):
             self.told.emit(found.words)
             self.items.setFocus()
 
@@ -266,6 +285,7 @@ class PlanSheet(Sheet):
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
         self._teaching.cancel()
+        self.importing.close_work(_END_S)
 
     def form(self) -> ItemForm:
         """Return the form of the chosen item."""
@@ -376,6 +396,7 @@ class PlanSheet(Sheet):
         right.addWidget(self.picture, 3)
         right.addWidget(self.checks, 2)
         right.addWidget(self._teaching)
+        right.addWidget(self.importing)
         row = QHBoxLayout()
         row.setSpacing(10)
         row.addWidget(self.items, 32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import multiprocessing
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -20,12 +22,13 @@ BORE = "BORE_A"
 
 
 @pytest.fixture
-def sheet(qtbot: QtBot) -> PlanSheet:
+def sheet(qtbot: QtBot) -> Iterator[PlanSheet]:
     """Return the editor on the shipped plan of twelve features."""
     path = resource("plans", "gauge.toml")
     made = PlanSheet(load_plan(path), path, lambda: Path("none.ocmm"))
     qtbot.addWidget(made)
-    return made
+    yield made
+    made.close_work()
 
 
 def _choose(sheet: PlanSheet, name: str, group: str = "features") -> None:
@@ -131,6 +134,7 @@ def test_a_plan_is_saved_with_features_from_a_table(
     table = tmp_path / "more.csv"
     table.write_text("name,shape,x,y,z,diameter\nPIN_1,Circle,1,2,3,8\nPIN_2,Circle,4,5,6,8\n")
     sheet.import_file(table)
+    qtbot.waitUntil(sheet.importing.isHidden, timeout=HANG_MS)
     path = tmp_path / "mine.toml"
     with qtbot.waitSignal(sheet.saved, timeout=HANG_MS):
         sheet.save_as(path)
@@ -138,3 +142,22 @@ def test_a_plan_is_saved_with_features_from_a_table(
     again = load_plan(path)
     assert msgspec.json.encode(again) == msgspec.json.encode(sheet.draft.plan)
     assert [item.name for item in again.features][-2:] == ["PIN_1", "PIN_2"]
+
+
+def test_a_model_is_read_beside_the_window_and_can_be_given_up(
+    sheet: PlanSheet, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A reader that never comes back; the reading process has the same path.
+    (tmp_path / "OCP.py").write_text("import time\ntime.sleep(600)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "a.step"
+    path.write_text("ISO-10303-21;\n")
+    before = sheet.draft.plan
+    told: list[object] = []
+    sheet.failed.connect(told.append)
+    sheet.import_file(path)
+    assert sheet.importing.words() == "Importing a.step. F12 gives it up."
+    sheet.keys["import"].trigger()
+    assert sheet.importing.words() == ""
+    qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=HANG_MS)
+    assert (sheet.draft.plan, told) == (before, [])

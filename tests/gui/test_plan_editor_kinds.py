@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +66,7 @@ ALIGNMENTS: dict[str, dict[str, str]] = {
 
 
 @pytest.fixture
-def sheet(qtbot: QtBot, tmp_path: Path) -> PlanSheet:
+def sheet(qtbot: QtBot, tmp_path: Path) -> Iterator[PlanSheet]:
     """Return the editor on a copy of the plan of twelve features, as a window of its own."""
     path = tmp_path / "gauge.toml"
     path.write_bytes(resource("plans", "gauge.toml").read_bytes())
@@ -76,7 +76,8 @@ def sheet(qtbot: QtBot, tmp_path: Path) -> PlanSheet:
     with qtbot.waitActive(made):
         made.show()
         made.activateWindow()
-    return made
+    yield made
+    made.close_work()
 
 
 def _fill(form: ItemForm, key: str, text: str) -> None:
@@ -154,7 +155,9 @@ def test_every_alignment_is_filled_in_saved_and_removed(
     assert sheet.draft.plan.alignment == rule
 
 
-def test_the_frame_of_a_document_is_taken_or_found_again(sheet: PlanSheet, tmp_path: Path) -> None:
+def test_the_frame_of_a_document_is_taken_or_found_again(
+    sheet: PlanSheet, qtbot: QtBot, tmp_path: Path
+) -> None:
     T = RigidTransform(np.eye(3), np.array([1.0, 2.0, 3.0]))
     places = {name: np.array(place) for name, place in (
         ("BORE_A", [0.0, 0.0, 0.0]), ("BORE_B", [90.0, 0.0, 0.0]), ("BALL", [0.0, 50.0, 9.0]),
@@ -167,6 +170,7 @@ def test_the_frame_of_a_document_is_taken_or_found_again(sheet: PlanSheet, tmp_p
     assert "comes from its document" in sheet.checks.text()
     assert form.faulty() == "digest"
     sheet.import_file(path)
+    qtbot.waitUntil(sheet.importing.isHidden, timeout=HANG_MS)
     assert isinstance(sheet.draft.plan.alignment, SavedFrame)
     assert form.item() == sheet.draft.plan.alignment
     rotation = form.fields["rotation"]
@@ -174,6 +178,7 @@ def test_the_frame_of_a_document_is_taken_or_found_again(sheet: PlanSheet, tmp_p
     assert rotation.isReadOnly()
     _fill(form, "type", "relocation")
     sheet.import_file(path)
+    qtbot.waitUntil(sheet.importing.isHidden, timeout=HANG_MS)
     _fill(form, "limit", "0,25")
     rule = sheet.draft.plan.alignment
     assert isinstance(rule, Relocation)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from dataclasses import replace
 from pathlib import Path
 
@@ -246,6 +247,25 @@ def test_without_the_extra_a_model_is_refused_with_what_to_install(
     path.write_text("ISO-10303-21;\n")
     with pytest.raises(InputError, match="extra"):
         features_from_step(path)
+
+
+def test_reading_a_model_can_be_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A reader that never comes back; the reading process has the same path.
+    (tmp_path / "OCP.py").write_text("import time\ntime.sleep(600)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "a.step"
+    path.write_text("ISO-10303-21;\n")
+    asked: list[int] = []
+
+    def given_up() -> bool:
+        asked.append(1)
+        return len(asked) > 3
+
+    with pytest.raises(InputError, match="given up"):
+        features_from_step(path, given_up=given_up)
+    assert multiprocessing.active_children() == []
 
 
 def test_surfaces_of_a_model_become_features(tmp_path: Path) -> None:
