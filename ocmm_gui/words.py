@@ -8,6 +8,7 @@ import numpy as np
 
 from ocmm_core.features.nominal import CRITERIA
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.inspection.job_words import job_states
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, LiveView, StatusWord
 from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import CharacteristicResult, Verdict
@@ -306,13 +307,10 @@ def verdict_line(summary: VerdictSummary) -> str:
     return summary.words or str(summary.verdict.value)
 
 
-def part_line(job: JobView) -> str:
-    """Return the verdict on the part with all counts, in one line."""
+def counted_line(job: JobView) -> str:
+    """Return the verdict on the part with all counts, behind what the job must not be taken for."""
     part = job.part_verdict
     counted = part.summary.counted or "The plan has no characteristics"
+    states = ", ".join(job_states(job))
     words = f"{part.word.value}: {counted}"
-    return f"{SIMULATED}. {words}" if job.simulated else words
-
-
-SIMULATED = "SIMULATED"
-"""Stands on everything that came from a virtual rig."""
+    return f"{states}. {words}" if states else words

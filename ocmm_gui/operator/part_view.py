@@ -5,11 +5,11 @@ from __future__ import annotations
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 
+from ocmm_core.inspection.job_words import NO_REAL_PART, SIMULATED
 from ocmm_core.inspection.view import JobView
 from ocmm_gui.operator.marks import Mark, paint_mark, verdict_mark
 from ocmm_gui.painted import Painted
 from ocmm_gui.theme import fitted, text_font, verdict_colour
-from ocmm_gui.words import SIMULATED
 
 _WORD_SHARE = 0.46
 """Part of the height that the word gets where reasons stand below it."""
@@ -49,7 +49,7 @@ class PartVerdictView(Painted):
         if self._job is None:
             return ()
         part = self._job.part_verdict
-        simulated = (f"{SIMULATED}: no real part was measured.",) if self._job.simulated else ()
+        simulated = (f"{SIMULATED}: {NO_REAL_PART}",) if self._job.simulated else ()
         return (*simulated, *(part.reasons or (part.summary.counted,)))
 
     def type_pixels(self) -> tuple[int, int]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
 
+from ocmm_core.inspection.job_words import SIMULATED
 from ocmm_gui.painted import Painted
 from ocmm_gui.theme import CAP_HEIGHT, far_type, text_font
-from ocmm_gui.words import SIMULATED
 
 _DESK_SHARE = 0.022
 """Size of the type over the height of the window where it is read from a chair."""

@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout
 
 from ocmm_core.inspection.compare import Comparison, Trend, compare_folder
+from ocmm_core.inspection.job_words import NO_REAL_PART, SIMULATED
 from ocmm_gui.actions import ActionInfo
 from ocmm_gui.maintain.parts import Table, sentence_label
 from ocmm_gui.maintain.side_process import SideProcess, Tell
@@ -168,7 +169,8 @@ class CompareSheet(Sheet):
         if not isinstance(answer, Comparison):
             return
         jobs = answer.jobs
-        self.say(f"{len(jobs)} jobs of plan {answer.plan}, {jobs[0]} to {jobs[-1]}.")
+        origin = f"{SIMULATED}: {NO_REAL_PART} " if answer.simulated else ""
+        self.say(f"{origin}{len(jobs)} jobs of plan {answer.plan}, {jobs[0]} to {jobs[-1]}.")
         self.table.show_trends(answer.trends)
         self._left_out = answer.left_out
         if answer.trends:

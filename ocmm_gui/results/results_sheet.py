@@ -26,7 +26,7 @@ from ocmm_gui.results.result_detail import ResultDetail
 from ocmm_gui.results.result_table import ResultTable
 from ocmm_gui.sheet import Sheet
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, verdict_colour
-from ocmm_gui.words import part_line
+from ocmm_gui.words import counted_line
 
 _KEYS = (
     ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by trials", ("F6",)),
@@ -179,7 +179,7 @@ class ResultsSheet(Sheet):
         part = job.part_verdict
         mark = None if part.verdict is None else verdict_mark(part.verdict)
         self._summary.show_text(
-            part_line(job), verdict_colour(self._theme, part.verdict), mark
+            counted_line(job), verdict_colour(self._theme, part.verdict), mark
         )
 
     def _show_detail(self, name: str) -> None:

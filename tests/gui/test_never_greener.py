@@ -23,7 +23,7 @@ from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.results.result_table import ResultTable
 from ocmm_gui.sound import Sound, SoundPlayer
-from ocmm_gui.words import part_line
+from ocmm_gui.words import counted_line
 from tests.core.export.sample_report import sample_report
 from tests.generated_jobs import generated_job
 from tests.gui.pdf_texts import pages
@@ -103,7 +103,7 @@ def test_no_screen_is_greener_than_the_worst_characteristic(
             view.show_job(job)
         table.show_job(job)
         shown = job.shown
-        for said in (far.part.word(), desk.part.word(), part_line(job)):
+        for said in (far.part.word(), desk.part.word(), counted_line(job)):
             assert good or "CONFORMS" not in said, (seed, said)
         if job.shows_part:
             assert far.verdict() == "", seed

@@ -31,7 +31,7 @@ from ocmm_core.tolerances.result import Verdict
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.main_window import MainWindow
 from ocmm_gui.notify import Level, Notice, NoticeCentre
-from ocmm_gui.words import part_line
+from ocmm_gui.words import counted_line
 from tests.host import HANG_MS
 
 # Half a minute on two cores that have nothing else to do.
@@ -216,7 +216,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     keyboard.press(KEY.Key_F8)
     keyboard.press(KEY.Key_F3, KEY.Key_Down)
     results = window.sheets.results
-    assert results.summary() == part_line(job)
+    assert results.summary() == counted_line(job)
     # A feature that was accepted with a point less may show no form; nothing else is missing.
     of = {item.name: item.features for item in bridge.station.plan.characteristics}
     lacking = [r.name for r in job.characteristics if r.verdict is Verdict.NOT_MEASURED]
