@@ -129,6 +129,8 @@ def _grab_sheet(app: QApplication, window: MainWindow, folder: Path, name: str) 
         for _ in range(20):
             app.processEvents()
             time.sleep(0.01)
+        # Pages are drawn again for the room that there is now.
+        _until(app, lambda: not window.sheets.report.is_previewing())
         path = folder / f"inspect_{name}_{theme}.png"
         window.grab().save(str(path))
         sys.stdout.write(f"{path}\n")
@@ -227,8 +229,8 @@ def _is_measuring(live: LiveView, job: JobView) -> bool:
 def _is_finished(live: LiveView, job: JobView) -> bool:
     # On a busy computer the job may be farther than what is to be shown.
     shown = job.shown
-    done = shown is not None and shown.name == "BORE_B" and shown.state is FeatureState.DONE
-    return done and live.tip_world is not None
+    done = shown is not None and shown.state is FeatureState.DONE
+    return done and not job.complete and live.tip_world is not None
 
 
 def _is_trusted(live: LiveView, job: JobView) -> bool:

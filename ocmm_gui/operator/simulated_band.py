@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRectF, Qt
+from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
 
 from ocmm_core.inspection.job_words import SIMULATED
@@ -52,9 +52,10 @@ class SimulatedBand(Painted):
         share = self.height() / times
         painter.translate(0.0, self.height())
         painter.rotate(-90.0)
+        # Capitals alone stand in the middle: the room below a line is for letters that hang.
+        base = 0.5 * (self.width() + CAP_HEIGHT * self.type_pixels())
         for index in range(times):
-            box = QRectF(index * share, 0.0, share, self.width())
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, SIMULATED)
+            painter.drawText(QPointF((index + 0.5) * share - 0.5 * word, base), SIMULATED)
 
     def _fit(self) -> None:
         self.setFixedWidth(round(1.25 * CAP_HEIGHT * self.type_pixels()))
