@@ -57,7 +57,7 @@ ACTIONS = (
     ActionInfo("next", "Next", "Look at the next feature of the plan", ("PgDown",)),
     ActionInfo("skip", "Skip", "Leave this feature out; it can be measured later", ("S",)),
     ActionInfo("repeat", "Again", "Measure this feature anew; its points stay in the file", ("A",)),
-    ActionInfo("reopen", "Reopen", "Add points to a feature that is done or skipped", ("+",)),
+    ActionInfo("reopen", "Reopen", "Add points to a feature that is done or skipped", ("F6",)),
     ActionInfo("order", "Order", "Change between the order of the plan and any order", ("O",)),
     ActionInfo("side", "Side by", "Find the side of the material in another way", ("I",)),
     ActionInfo("pause", "Pause", "Take no points, or go on", ("Z", "Pause")),

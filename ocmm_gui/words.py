@@ -210,7 +210,7 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
     looked_at = job.shown if job.looked_at else None
     if looked_at is not None:
         state = "skipped" if looked_at.skipped else "done"
-        return f"{looked_at.name} is {state}. Press + to reopen it, PgDown to go on."
+        return f"{looked_at.name} is {state}. Press F6 to reopen it, PgDown to go on."
     feature = active_feature(job)
     if feature is None:
         if not job.part_verdict.complete:

@@ -189,7 +189,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
         # What the operator's script touches of a skipped feature counts; if it came while paused,
         # the feature is reopened.
         keyboard.look_at("RING", KEY.Key_PageUp)
-        keyboard.press(KEY.Key_Plus)
+        keyboard.press(KEY.Key_F6)
         keyboard.until(lambda job: job.active == "RING")
         job = keyboard.until(lambda job: job.complete)
     odd = [
