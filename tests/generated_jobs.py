@@ -17,8 +17,9 @@ from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.decision import Rule, make_result, not_measured, not_proven, provisional
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.interval import Normal
-from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_core.tolerances.result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.spread import Spreads
+from ocmm_core.tolerances.verdict import WORST_FIRST
 from tests.core.export.sample_report import feature, point, sample_view
 
 RULES: tuple[Rule, ...] = ("iso14253-1", "ilac-g8", "simple")
@@ -27,6 +28,11 @@ STATES = (
     FeatureState.PENDING,
 )  # fmt: skip
 ROUND = element([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 10.0)
+
+
+def is_greener(verdict: Verdict, than: Verdict) -> bool:
+    """Return whether a verdict promises more than another one."""
+    return WORST_FIRST.index(verdict) > WORST_FIRST.index(than)
 
 
 def generated_job(seed: int) -> tuple[JobView, list[NominalFeature]]:

@@ -23,11 +23,6 @@ WORST_FIRST = (
 """Nothing is shown greener than the worst of what it stands for, in this order."""
 
 
-def is_greener(verdict: Verdict, than: Verdict) -> bool:
-    """Return whether a verdict promises more than another one."""
-    return WORST_FIRST.index(verdict) > WORST_FIRST.index(than)
-
-
 @dataclass(frozen=True, slots=True)
 class VerdictSummary:
     """The verdict on several characteristics.

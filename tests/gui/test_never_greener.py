@@ -14,7 +14,7 @@ from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.view import FeatureState, JobView
 from ocmm_core.tolerances.result import LOWEST_TUR, Verdict
-from ocmm_core.tolerances.verdict import WORST_FIRST, PartWord, is_greener
+from ocmm_core.tolerances.verdict import WORST_FIRST, PartWord
 from ocmm_core.tracking.body import load_probe
 from ocmm_gui.actions import make_actions
 from ocmm_gui.desk_view import DeskView
@@ -25,7 +25,7 @@ from ocmm_gui.results.result_table import ResultTable
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.words import counted_line
 from tests.core.export.sample_report import sample_report
-from tests.generated_jobs import generated_job
+from tests.generated_jobs import generated_job, is_greener
 from tests.gui.pdf_texts import pages
 
 JOBS = 1000
