@@ -3,7 +3,8 @@
 Each line is on the disk before `ChainFile.append` returns. A last line without its end was being
 written when the power went: nobody was told of it, and it is left out. Any other line that is not
 as it was written makes the whole file unusable, because nobody could say what is missing. Cutting
-off whole lines at the end is not noticed; a copy of the last hash elsewhere would show it.
+off whole lines at the end does not show in the file itself: `ChainFile.links` is for who keeps a
+copy of the last hash elsewhere (`calibration.event_folder` does).
 """
 
 from __future__ import annotations
@@ -51,17 +52,23 @@ class ChainFile(Generic[T]):
         Where it is.
     items
         What the lines hold, oldest first.
+    links
+        The hash that ends each line, oldest first.
+    torn
+        Behind the last line stands the beginning of another one.
     """
 
     def __init__(self, path: Path, kind: type[T]) -> None:
         self.path = path
         self.items: tuple[T, ...] = ()
-        self._link = _FIRST_LINK
+        self.links: tuple[str, ...] = ()
+        self.torn = False
         self._length = 0
         if not path.exists():
             return
-        content = read_bytes(path)
-        content = content[: content.rfind(b"\n") + 1]
+        whole = read_bytes(path)
+        content = whole[: whole.rfind(b"\n") + 1]
+        links: list[str] = []
         items: list[T] = []
         for number, text in enumerate(content.splitlines(keepends=True), start=1):
             try:
@@ -69,16 +76,23 @@ class ChainFile(Generic[T]):
                 item = msgspec.json.decode(line.item, type=kind)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
                 raise _broken(path, number) from error
-            if text != _encode(number, self._link, item):
+            # The bytes as they stand: a line of an earlier version lacks what has come since.
+            if text != _encode(number, links[-1] if links else _FIRST_LINK, bytes(line.item)):
                 raise _broken(path, number)
-            self._link = line.sha256
+            links.append(line.sha256)
             items.append(item)
         self.items = tuple(items)
+        self.links = tuple(links)
+        self.torn = len(whole) != len(content)
         self._length = len(content)
 
-    def is_current(self) -> bool:
-        """Return whether the file is as long as it was when it was read or written last."""
-        return (self.path.stat().st_size if self.path.exists() else 0) == self._length
+    @property
+    def _link(self) -> str:
+        return self.links[-1] if self.links else _FIRST_LINK
+
+    def link_with(self, item: T) -> str:
+        """Return the hash that the next line would end with if it held ``item``."""
+        return _link_of(len(self.items) + 1, self._link, msgspec.json.encode(item))
 
     def append(self, item: T) -> None:
         """Add a line and return when it is on the disk.
@@ -88,7 +102,8 @@ class ChainFile(Generic[T]):
         StorageError
             It could not be written; the file holds what it held before.
         """
-        content = _encode(len(self.items) + 1, self._link, item)
+        link = self.link_with(item)
+        content = _encode(len(self.items) + 1, self._link, msgspec.json.encode(item))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
@@ -106,15 +121,19 @@ class ChainFile(Generic[T]):
                 f"{self.path}: a line could not be stored ({error.strerror}).",
                 "Free the disk or restore the right to write, then do it again.",
             ) from error
-        self._link = msgspec.json.decode(content, type=_Line).sha256
         self._length += len(content)
+        self.torn = False
+        self.links = (*self.links, link)
         self.items = (*self.items, item)
 
 
-def _encode(number: int, previous: str, item: msgspec.Struct) -> bytes:
-    content = msgspec.json.encode(item)
-    link = hashlib.sha256(b"%d %s " % (number, previous.encode()) + content).hexdigest()
-    return msgspec.json.encode(_Line(number, previous, msgspec.Raw(content), link)) + b"\n"
+def _encode(number: int, previous: str, item: bytes) -> bytes:
+    line = _Line(number, previous, msgspec.Raw(item), _link_of(number, previous, item))
+    return msgspec.json.encode(line) + b"\n"
+
+
+def _link_of(number: int, previous: str, item: bytes) -> str:
+    return hashlib.sha256(b"%d %s " % (number, previous.encode()) + item).hexdigest()
 
 
 def _broken(path: Path, number: int) -> StorageError:

@@ -1,7 +1,8 @@
 """Calibrated artefacts: length bars and spheres, with their certificates.
 
-Documents of the user. A certificate that has ended refuses the artefact; one whose uncertainty is
-not small against the permissible error warns above a fifth of it and refuses above a third.
+Documents of the user. A certificate that has ended refuses the artefact, and so do a temperature
+and a length that it does not hold for; one whose uncertainty is not small against the permissible
+error warns above a fifth of it and refuses above a third.
 """
 
 from __future__ import annotations
@@ -16,13 +17,16 @@ import numpy as np
 
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.calibration.thermal import HIGHEST_C, LOWEST_C, REFERENCE_C
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 
 BAR_SCHEMA = "ocmm.length-bar/1"
 SPHERE_SCHEMA = "ocmm.sphere/1"
-REFERENCE_C = 20.0
-"""ISO 1."""
+RATED_C = (10.0, 35.0)
+"""Where an artefact is used whose document names no range: a workshop. Further from 20 degrees its
+expansion is not known as the certificate states it, and its mounting and its nests are not as they
+were when it was calibrated."""
 
 U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
 """Expanded uncertainty of an artefact over the permissible error."""
@@ -60,6 +64,11 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
         Thermal expansion and its standard uncertainty, 1/K.
     certificate
         See `Certificate`.
+    temperatures
+        From and to, degrees Celsius: where the certificate holds, with the expansion.
+    certified
+        From and to, mm: lengths that the certificate covers; without it, all that the document
+        names.
     """
 
     name: str
@@ -69,6 +78,8 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     expansion: float
     expansion_sigma: float
     certificate: Certificate
+    temperatures: tuple[float, float] = RATED_C
+    certified: tuple[float, float] | None = None
 
 
 class BarDocument(ArtefactDocument, frozen=True, kw_only=True):
@@ -106,7 +117,7 @@ class Artefact:
     ----------
     use
         As it goes into records.
-    expanded, expanded_per_length, expansion, expansion_sigma
+    expanded, expanded_per_length, expansion, expansion_sigma, temperatures
         See `ArtefactDocument`.
     identity
         SHA-256 of the document.
@@ -118,21 +129,39 @@ class Artefact:
     expansion: float
     expansion_sigma: float
     identity: str
+    temperatures: tuple[float, float] = RATED_C
 
     def at(self, length: float, temperature_c: float | None) -> tuple[float, float]:
         """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
 
         Without a temperature, 20 degrees give or take 2 K (standard uncertainty) are assumed.
+
+        Raises
+        ------
+        InputError
+            The certificate does not hold at that temperature.
         """
+        cold_or_warm = self._outside(temperature_c)
+        if cold_or_warm is not None:
+            raise InputError(cold_or_warm.code, cold_or_warm.what, cold_or_warm.remedy)
         warmth = 0.0 if temperature_c is None else temperature_c - REFERENCE_C
         sigma_k = 2.0 if temperature_c is None else 0.3
         certified = 0.5 * (self.expanded + self.expanded_per_length * abs(length))
         thermal = abs(length) * np.hypot(warmth * self.expansion_sigma, sigma_k * self.expansion)
         return length * (1.0 + self.expansion * warmth), 2.0 * float(np.hypot(certified, thermal))
 
-    def judge(self, length: float, limit: float, now: datetime) -> list[Finding]:
-        """Return what speaks against using it for an error limit, mm, of a length, mm."""
-        found = []
+    def judge(
+        self, length: float, limit: float, now: datetime, temperature_c: float | None
+    ) -> list[Finding]:
+        """Return what speaks against using it for an error limit, mm, of a length, mm.
+
+        Parameters
+        ----------
+        temperature_c
+            Of the surroundings; None where nobody measured it.
+        """
+        outside = self._outside(temperature_c)
+        found = [] if outside is None else [outside]
         due = datetime.fromisoformat(self.use.due_utc)
         if now >= due:
             found.append(
@@ -156,6 +185,20 @@ class Artefact:
                 )
             )
         return found
+
+    def _outside(self, temperature_c: float | None) -> Finding | None:
+        low, high = self.temperatures
+        if temperature_c is None or low <= temperature_c <= high:
+            return None
+        return Finding(
+            "artefact.temperature",
+            f"The certificate of '{self.use.name}' (serial {self.use.serial}) holds from {low:g} "
+            f"to {high:g} °C, and the temperature of the surroundings is given as "
+            f"{temperature_c:g} °C.",
+            "Correct the temperature, wait until the room is within that range, or use an "
+            "artefact that is certified for it.",
+            refuses=True,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,6 +250,9 @@ def load_bar(path: Path | str) -> LengthBar:
         raise _wrong(path, "nests", "has fewer than two places", "Name all nests.")
     if len(document.leds) not in (0, 2):
         raise _wrong(path, "leds", f"has {len(document.leds)} places", "Give two, or none.")
+    for field, places in (("nests", document.nests), ("leds", document.leds)):
+        for place in places[1:]:
+            _require_certified(path, document, field, place - places[0])
     return LengthBar(_artefact(path, document), document.nests, document.leds)
 
 
@@ -215,6 +261,7 @@ def load_sphere(path: Path | str) -> Sphere:
     document = load_document(path, SphereDocument, SPHERE_SCHEMA)
     if not document.diameter > 0.0:
         raise _wrong(path, "diameter", "is not above zero", "Give it in millimetres.")
+    _require_certified(path, document, "diameter", document.diameter)
     return Sphere(_artefact(path, document), document.diameter)
 
 
@@ -222,6 +269,14 @@ def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
     for field in ("expanded", "expanded_per_length", "expansion_sigma"):
         if getattr(document, field) < 0.0:
             raise _wrong(path, field, "is below zero", "Correct that field.")
+    low, high = document.temperatures
+    if not LOWEST_C <= low < high <= HIGHEST_C:
+        raise _wrong(
+            path,
+            "temperatures",
+            f"is from {low:g} to {high:g} °C",
+            f"Give the range of the certificate, within {LOWEST_C:g} to {HIGHEST_C:g} °C.",
+        )
     try:
         due = datetime.fromisoformat(document.certificate.due_utc)
     except ValueError as error:
@@ -243,7 +298,23 @@ def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
         expansion=document.expansion,
         expansion_sigma=document.expansion_sigma,
         identity=digest(path),
+        temperatures=document.temperatures,
     )
+
+
+def _require_certified(
+    path: Path | str, document: ArtefactDocument, field: str, length: float
+) -> None:
+    if document.certified is None:
+        return
+    low, high = document.certified
+    if not low <= length <= high:
+        raise _wrong(
+            path,
+            field,
+            f"has a length of {length:g} mm, and its certificate covers {low:g} to {high:g} mm",
+            "Take out what is not certified, or have the artefact calibrated for it.",
+        )
 
 
 def _wrong(path: Path | str, field: str, what: str, remedy: str) -> InputError:

@@ -12,14 +12,16 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
-import msgspec
-
-from ocmm_core.calibration.event_folder import EventFolder
+from ocmm_core.calibration.event_folder import EventFolder, StoredEvent
+from ocmm_core.calibration.evidence import KeptFile, record_file, session_files
 from ocmm_core.calibration.records import CameraRecord, VerificationRecord
 from ocmm_core.calibration.sealed import load_named, record_hash, save
 from ocmm_core.errors import CalibrationError
 
+THIS_COMPUTER = "this computer"
+"""Who puts a history in doubt that was set back."""
 DUE_BEFORE = timedelta(days=14)
 """A calibration that ends within this time is DUE."""
 CLOCK_TOLERANCE = timedelta(seconds=60)
@@ -33,6 +35,8 @@ class State(StrEnum):
     DUE = "DUE"
     EXPIRED = "EXPIRED"
     SUSPECT = "SUSPECT"
+    UNUSABLE = "UNUSABLE"
+    """A file that it rests on is missing or not as it was written."""
 
     @property
     def usable(self) -> bool:
@@ -49,13 +53,11 @@ class EventKind(StrEnum):
     SUSPECTED = "put in doubt"
 
 
-class Event(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One line of the chain.
+class Event(StoredEvent, frozen=True, kw_only=True):
+    """One line of the chain; see also `StoredEvent`.
 
     Attributes
     ----------
-    utc
-        ISO 8601 text.
     kind
         An `EventKind`.
     calibration
@@ -64,17 +66,12 @@ class Event(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         Hash of the verification record; empty for other kinds.
     since_utc
         For a doubt: last time at which all was well.
-    who, reason
-        For people.
     """
 
-    utc: str
     kind: EventKind
     calibration: str
     evidence: str = ""
     since_utc: str = ""
-    who: str
-    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +112,8 @@ class CalibrationStore(EventFolder[Event]):
         The chain of events is broken.
     """
 
+    _renewals = ("calibrate the cameras from known points and verify", "verify the calibration")
+
     def __init__(self, folder: Path) -> None:
         super().__init__(folder, Event)
 
@@ -136,32 +135,63 @@ class CalibrationStore(EventFolder[Event]):
         return accepted[-1].calibration if accepted else None
 
     def records(self) -> tuple[CameraRecord, ...]:
-        """Return all accepted records, oldest first; raise CalibrationError for a changed one."""
+        """Return all accepted records, oldest first; raise CalibrationError for a changed one.
+
+        Those that were lost, which the history says, are left out.
+        """
         hashes = dict.fromkeys(
             event.calibration for event in self.events if event.kind is EventKind.ACCEPTED
         )
-        return tuple(load_named(self._folder, name, CameraRecord) for name in hashes)
+        kept = set(self.wanted())
+        return tuple(
+            load_named(self._folder, name, CameraRecord)
+            for name in hashes
+            if record_file(name) in kept
+        )
 
     def verifications(self) -> tuple[VerificationRecord, ...]:
-        """Return all verifications, oldest first; raise CalibrationError for a changed one."""
+        """Return all verifications, oldest first, but lost ones; CalibrationError as `records`."""
+        kept = set(self.wanted())
         return tuple(
             load_named(self._folder, event.evidence, VerificationRecord)
             for event in self.events
-            if event.evidence
+            if event.evidence and record_file(event.evidence) in kept
         )
 
-    def accept(self, record: CameraRecord, who: str, reason: str, now: datetime) -> str:
+    def accept(
+        self,
+        record: CameraRecord,
+        who: str,
+        reason: str,
+        now: datetime,
+        session: Path | None = None,
+    ) -> str:
         """Store a calibration, put it in force and return its hash.
 
-        It is SUSPECT until a verification has passed.
+        It is SUSPECT until a verification has passed. One from known points rests on nothing
+        that was before: files of earlier ones that are lost are not asked for any more, and the
+        event says which.
+
+        Parameters
+        ----------
+        session
+            The file of the session that it comes from.
         """
+        lost = self._lost(0 if record.method == "known points" else 1)
         save(self._folder, record)
         digest = record_hash(record)
-        self._append(EventKind.ACCEPTED, digest, who, reason, now)
+        self._append(EventKind.ACCEPTED, digest, who, reason, now, session=session, lost=lost)
         return digest
 
-    def verify(self, record: VerificationRecord, now: datetime) -> None:
-        """Store a verification of the calibration in force.
+    def verify(
+        self, record: VerificationRecord, now: datetime, session: Path | None = None
+    ) -> None:
+        """Store a verification of the calibration in force; it makes up for lost earlier ones.
+
+        Parameters
+        ----------
+        session
+            The file of the session that it comes from.
 
         Raises
         ------
@@ -181,13 +211,15 @@ class CalibrationStore(EventFolder[Event]):
                 "This verification rests on the data that the cameras were calibrated with.",
                 "Take independent data.",
             )
+        lost = self._lost(1)
         save(self._folder, record)
         kind = EventKind.PASSED if record.passed else EventKind.FAILED
         count = len(record.checks)
         reason = f"{count} check{'s' if count != 1 else ''} by the rule: {record.rule}"
         self._append(
-            kind, record.calibration, record.made_by, reason, now, evidence=record_hash(record)
-        )
+            kind, record.calibration, record.made_by, reason, now,
+            evidence=record_hash(record), session=session, lost=lost,
+        )  # fmt: skip
 
     def suspect(self, who: str, reason: str, since: datetime, now: datetime) -> None:
         """Put the calibration in force in doubt, for all points since a moment."""
@@ -196,7 +228,7 @@ class CalibrationStore(EventFolder[Event]):
             self._append(EventKind.SUSPECTED, digest, who, reason, now, since=since)
 
     def standing(self, now: datetime) -> Standing:
-        """Return whether the calibration in force may be trusted.
+        """Return whether the calibration in force may be trusted, with all its files read again.
 
         Raises
         ------
@@ -208,7 +240,38 @@ class CalibrationStore(EventFolder[Event]):
             raise CalibrationError(
                 "calibration.none", "The cameras were never calibrated.", "Calibrate the cameras."
             )
-        return standing(record, self.events, now)
+        return self.standing_of(record, now, thorough=True)
+
+    def standing_of(self, record: CameraRecord, now: datetime, *, thorough: bool) -> Standing:
+        """Return whether a calibration may be trusted, and whether what it rests on is whole.
+
+        Parameters
+        ----------
+        record
+            The one in force.
+        thorough
+            See `defect`.
+        """
+        return doubt_of_folder(self, thorough=thorough) or standing(record, self.events, now)
+
+    def _files_of(self, event: Event) -> Sequence[KeptFile]:
+        digest = event.calibration if event.kind is EventKind.ACCEPTED else event.evidence
+        return (*([record_file(digest)] if digest else []), *event.files)
+
+    def _renewed_by(self, event: Event) -> int:
+        return 0 if event.kind is EventKind.ACCEPTED else 1
+
+    def _is_about(self, event: Event, about: str | None) -> bool:
+        return True
+
+    def _doubts(self, reason: str, utc: str) -> Sequence[Event]:
+        digest, last = self.active_hash, self.events[-1].utc
+        return () if digest is None else (
+            Event(
+                utc=utc, sealed=True, kind=EventKind.SUSPECTED, calibration=digest,
+                since_utc=last, who=THIS_COMPUTER, reason=reason,
+            ),
+        )  # fmt: skip
 
     def _append(
         self,
@@ -220,9 +283,14 @@ class CalibrationStore(EventFolder[Event]):
         *,
         evidence: str = "",
         since: datetime | None = None,
+        session: Path | None = None,
+        lost: tuple[str, ...] = (),
     ) -> None:
         event = Event(
             utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
+            sealed=True,
+            files=session_files(self._folder, session),
+            lost=lost,
             kind=kind,
             calibration=calibration,
             evidence=evidence,
@@ -234,7 +302,7 @@ class CalibrationStore(EventFolder[Event]):
 
 
 def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:
-    """Return the state of a calibration at a moment; see `CalibrationStore.standing`."""
+    """Return the state of a calibration at a moment by its events alone."""
     fault = clock_fault(events[-1].utc, now) if events else None
     if fault is not None:
         return fault
@@ -255,6 +323,8 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
             "Verify the calibration; if that fails, calibrate again.",
             last.since_utc or record.made_utc,
         )
+    if not last.sealed:
+        return unsealed("verification", "Verify the calibration again.")
     until = datetime.fromisoformat(record.valid_until_utc)
     if now >= until:
         return Standing(
@@ -269,6 +339,36 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
             "Calibrate the cameras before that day.",
         )
     return Standing(State.VALID)
+
+
+def doubt_of_folder(
+    folder: EventFolder[Any], about: str | None = None, *, thorough: bool
+) -> Standing | None:
+    """Return what is said where not all that a standing rests on is there; None where it is.
+
+    Parameters
+    ----------
+    about, thorough
+        See `EventFolder.defect`.
+    """
+    defect = folder.defect(about, thorough=thorough)
+    if defect is not None:
+        return Standing(State.UNUSABLE, defect.what, defect.remedy)
+    exchanged = folder.exchanged
+    if exchanged is not None:
+        since = folder.events[-1].utc
+        return Standing(State.SUSPECT, exchanged.what, exchanged.remedy, since)
+    return None
+
+
+def unsealed(what: str, remedy: str) -> Standing:
+    """Return what is said where the event that counts has no seal."""
+    return Standing(
+        State.SUSPECT,
+        f"The last {what} was stored by an earlier version of this program, which would not have "
+        f"noticed if a later event had been removed.",
+        remedy,
+    )
 
 
 def clock_fault(last_utc: str, now: datetime) -> Standing | None:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import platformdirs
 
-from ocmm_core.calibration.history import CalibrationStore, Standing, standing
+from ocmm_core.calibration.history import CalibrationStore, Standing, State, doubt_of_folder
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.calibration.sealed import canonical, record_hash
 from ocmm_core.camera.rig import Rig, load_rig
@@ -209,8 +209,14 @@ def open_calibration(
         rig = rig_from_record(record)
     except OcmmError as error:
         return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+    if record.rig != design.rig.name:
+        other = _other_rig(document, design.rig.name, record.rig, place)
+        return replace(design, fault=(Word.UNUSABLE, other))
     if _cameras(rig) != _cameras(design.rig):
         return replace(design, fault=(Word.UNUSABLE, _others(document, design.rig, rig)))
+    doubt = doubt_of_folder(store, thorough=True)
+    if doubt is not None and doubt.state is State.UNUSABLE:
+        return replace(design, fault=(Word.UNUSABLE, Obstacle(doubt.reason, doubt.remedy)))
     # How fast the cameras run is no matter of calibration.
     rig = replace(rig, frame_rate_hz=design.rig.frame_rate_hz)
     return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
@@ -255,8 +261,10 @@ def judge(in_use: CalibrationInUse, now: datetime) -> CalibrationView:
     except (OcmmError, OSError) as error:
         return replace(view, word=Word.UNUSABLE, obstacle=obstacle_of(error))
     if in_use.store.active_hash != record_hash(in_use.record):
-        return replace(view, word=Word.UNUSABLE, obstacle=_REPLACED)
-    found = standing(in_use.record, in_use.store.events, now)
+        exchanged = in_use.store.exchanged
+        other = _REPLACED if exchanged is None else obstacle_of(exchanged)
+        return replace(view, word=Word.UNUSABLE, obstacle=other)
+    found = in_use.store.standing_of(in_use.record, now, thorough=False)
     word, doubt, warnings, since = words_of(found)
     return replace(view, word=word, obstacle=doubt, warnings=warnings, since_utc=since)
 
@@ -287,6 +295,14 @@ def obstacle_of(error: OcmmError | OSError) -> Obstacle:
 
 def _never(rig: Rig) -> Obstacle:
     return Obstacle(f"The cameras of rig '{rig.name}' were never calibrated.", "Calibrate them.")
+
+
+def _other_rig(document: Path, name: str, found: str, place: Path) -> Obstacle:
+    return Obstacle(
+        f"The calibration in {place} is that of rig '{found}', but {document.name} describes rig "
+        f"'{name}'.",
+        f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in an empty one.",
+    )
 
 
 def _others(document: Path, design: Rig, calibrated: Rig) -> Obstacle:

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.calibration.beam import Bar, Beam, Panel, Section, make_beam
-from ocmm_core.calibration.thermal import Chain, Expansion, Layer
+from ocmm_core.calibration.thermal import HIGHEST_C, LOWEST_C, Chain, Expansion, Layer
 from ocmm_core.camera.rig import Vector3
 from ocmm_core.documents import Document, load_document, read_bytes, resource
 from ocmm_core.errors import InputError
@@ -277,5 +277,5 @@ def _check(path: Path, document: DesignDocument, materials: dict[str, MaterialEn
     if np.linalg.norm(np.cross(axis, soft)) < 1e-6:
         raise wrong("soft", "does not lie across 'axis'")
     known = document.reference_temperature_c
-    if known is not None and not -10.0 <= known <= 60.0:
+    if known is not None and not LOWEST_C <= known <= HIGHEST_C:
         raise wrong("reference_temperature_c", f"is {known:g}, where no probe is calibrated")

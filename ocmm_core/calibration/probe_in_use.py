@@ -14,13 +14,13 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from ocmm_core.calibration.history import State, doubt_of_folder
 from ocmm_core.calibration.in_use import Obstacle, Word, named_folder, obstacle_of, words_of
 from ocmm_core.calibration.probe_records import ProbeRecord, TipRecord, probe_from_records
 from ocmm_core.calibration.probe_store import (
     ProbeStore,
     TipEventKind,
     TipRecords,
-    standing_of_tip,
 )
 from ocmm_core.calibration.sealed import canonical, record_hash
 from ocmm_core.documents import read_bytes
@@ -233,6 +233,9 @@ def open_probe(
         body = probe_from_records(design.body, records.calibration, records.qualification)
     except OcmmError as error:
         return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+    doubt = doubt_of_folder(store, records.calibration.tip, thorough=True)
+    if doubt is not None and doubt.state is State.UNUSABLE:
+        return replace(design, fault=(Word.UNUSABLE, Obstacle(doubt.reason, doubt.remedy)))
     text = canonical(
         ProbeText(
             schema=TEXT_SCHEMA,
@@ -287,11 +290,13 @@ def judge_probe(in_use: ProbeInUse, now: datetime) -> ProbeView:
     except (OcmmError, OSError) as error:
         return replace(view, word=Word.UNUSABLE, obstacle=obstacle_of(error))
     if _is_replaced(records, store):
-        return replace(view, word=Word.UNUSABLE, obstacle=_replaced(in_use.tip))
+        exchanged = store.exchanged
+        other = _replaced(in_use.tip) if exchanged is None else obstacle_of(exchanged)
+        return replace(view, word=Word.UNUSABLE, obstacle=other)
     if store.mounted != in_use.tip:
         other = _other_mounted(in_use.tip, store.mounted or "")
         return replace(view, word=Word.UNUSABLE, obstacle=other)
-    found = standing_of_tip(records, store.events, now)
+    found = store.standing_of(records, now, thorough=False)
     word, doubt, warnings, since = words_of(found)
     return replace(view, word=word, obstacle=doubt, warnings=warnings, since_utc=since)
 

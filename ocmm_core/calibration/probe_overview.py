@@ -10,7 +10,7 @@ import numpy as np
 
 from ocmm_core.calibration.history import Standing
 from ocmm_core.calibration.probe_records import ProbeRecord, TipCheckRecord, TipRecord
-from ocmm_core.calibration.probe_store import ProbeStore, TipEvent, standing_of_tip
+from ocmm_core.calibration.probe_store import ProbeStore, TipEvent
 from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.calibration.trends import Course, Sample
 from ocmm_core.errors import OcmmError
@@ -126,7 +126,7 @@ def _state(
     return TipState(
         tip=tip,
         mounted=tip == store.mounted,
-        standing=standing_of_tip(active, store.events, now),
+        standing=store.standing_of(active, now, thorough=True),
         calibration=active.calibration,
         qualification=active.qualification,
         check=check,

@@ -13,13 +13,10 @@ import numpy as np
 
 from ocmm_core.calibration.beam import Deflection, bow, compression, sag, side_load
 from ocmm_core.calibration.probe_design import ProbeDesign
-from ocmm_core.calibration.thermal import Temperature, strain_shapes
+from ocmm_core.calibration.thermal import Temperature, require_temperature, strain_shapes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rigid_fit
 from ocmm_core.tracking.body import ProbeBody
-
-LOWEST_C, HIGHEST_C = 0.0, 50.0
-"""A probe or part outside is no place to measure with micrometres, or a wrong number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +63,7 @@ class Warmth:
 
 def check_temperature(what: str, temperature: Temperature) -> None:
     """Raise InputError where a temperature is none that one measures at."""
-    if not LOWEST_C <= temperature.celsius <= HIGHEST_C:
-        raise InputError(
-            "temperature.range",
-            f"The temperature of the {what} is given as {temperature.celsius:g} °C.",
-            f"Give it in degrees Celsius, from {LOWEST_C:g} to {HIGHEST_C:g}.",
-        )
+    require_temperature(what, temperature.celsius)
     if not 0.0 < temperature.sigma_k <= 10.0:
         raise InputError(
             "temperature.sigma",

@@ -13,10 +13,17 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 
-import msgspec
-
-from ocmm_core.calibration.event_folder import EventFolder
-from ocmm_core.calibration.history import DUE_BEFORE, Standing, State, clock_fault
+from ocmm_core.calibration.event_folder import EventFolder, StoredEvent
+from ocmm_core.calibration.evidence import KeptFile, record_file, session_files
+from ocmm_core.calibration.history import (
+    DUE_BEFORE,
+    THIS_COMPUTER,
+    Standing,
+    State,
+    clock_fault,
+    doubt_of_folder,
+    unsealed,
+)
 from ocmm_core.calibration.probe_records import ProbeRecord, TipCheckRecord, TipRecord
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.sealed import load_named, record_hash, save
@@ -38,13 +45,11 @@ class TipEventKind(StrEnum):
     DOUBTED = "put in doubt"
 
 
-class TipEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One line of the chain.
+class TipEvent(StoredEvent, frozen=True, kw_only=True):
+    """One line of the chain; see also `StoredEvent`.
 
     Attributes
     ----------
-    utc
-        ISO 8601 text.
     kind
         A `TipEventKind`.
     tip
@@ -53,17 +58,12 @@ class TipEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         Hash of the record that belongs to it; empty where there is none.
     since_utc
         For a doubt: last time at which all was well; empty otherwise.
-    who, reason
-        For people.
     """
 
-    utc: str
     kind: TipEventKind
     tip: str
     record: str = ""
     since_utc: str = ""
-    who: str
-    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +97,12 @@ class ProbeStore(EventFolder[TipEvent]):
     StorageError
         The chain of events is broken.
     """
+
+    _renewals = (
+        "calibrate the probe with this tip and qualify it",
+        "qualify the tip",
+        "make the quick tip check",
+    )
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder, TipEvent)
@@ -139,35 +145,57 @@ class ProbeStore(EventFolder[TipEvent]):
         return self._last(tip, TipEventKind.CALIBRATED)
 
     def calibrations(self) -> tuple[ProbeRecord, ...]:
-        """Return the calibrations of all tips, oldest first; CalibrationError for a changed one."""
+        """Return the calibrations of all tips, oldest first; CalibrationError for a changed one.
+
+        Those that were lost, which the history says, are left out.
+        """
         return tuple(
             load_named(self._folder, name, ProbeRecord)
             for name in self._named(TipEventKind.CALIBRATED)
         )
 
     def qualifications(self) -> tuple[TipRecord, ...]:
-        """Return all qualifications, also failed ones; CalibrationError for a changed one."""
+        """Return all qualifications, also failed ones; lost ones and errors as `calibrations`."""
         return tuple(
             load_named(self._folder, name, TipRecord)
             for name in self._named(TipEventKind.QUALIFIED, TipEventKind.NOT_QUALIFIED)
         )
 
     def checks(self) -> tuple[TipCheckRecord, ...]:
-        """Return all quick checks, oldest first; CalibrationError for a changed one."""
+        """Return all quick checks, oldest first; lost ones and errors as `calibrations`."""
         return tuple(
             load_named(self._folder, name, TipCheckRecord)
             for name in self._named(TipEventKind.PASSED, TipEventKind.FAILED)
         )
 
-    def calibrate(self, record: ProbeRecord, who: str, reason: str, now: datetime) -> str:
+    def calibrate(
+        self,
+        record: ProbeRecord,
+        who: str,
+        reason: str,
+        now: datetime,
+        session: Path | None = None,
+    ) -> str:
         """Store a calibration, put it in force with its tip mounted, and return its hash.
 
-        The tip is SUSPECT until it is qualified.
-        """
-        return self._put(TipEventKind.CALIBRATED, record, who, reason, now)
+        The tip is SUSPECT until it is qualified. Files of earlier events of this tip that are lost
+        are not asked for any more, and the event says which.
 
-    def qualify(self, record: TipRecord, now: datetime) -> str:
+        Parameters
+        ----------
+        session
+            The file of the session that it comes from.
+        """
+        lost = self._lost(0, record.tip)
+        return self._put(TipEventKind.CALIBRATED, record, who, reason, now, session, lost)
+
+    def qualify(self, record: TipRecord, now: datetime, session: Path | None = None) -> str:
         """Store a qualification, also one that failed, and return its hash.
+
+        Parameters
+        ----------
+        session
+            The file of the session that it comes from.
 
         Raises
         ------
@@ -176,10 +204,16 @@ class ProbeStore(EventFolder[TipEvent]):
         """
         self._require(record.tip, record.calibration)
         kind = TipEventKind.QUALIFIED if record.passed else TipEventKind.NOT_QUALIFIED
-        return self._put(kind, record, record.made_by, _said(record.checks), now)
+        said, lost = _said(record.checks), self._lost(1, record.tip)
+        return self._put(kind, record, record.made_by, said, now, session, lost)
 
-    def check(self, record: TipCheckRecord, now: datetime) -> str:
+    def check(self, record: TipCheckRecord, now: datetime, session: Path | None = None) -> str:
         """Store a quick check, also one that failed, and return its hash.
+
+        Parameters
+        ----------
+        session
+            The file of the session that it comes from.
 
         Raises
         ------
@@ -192,7 +226,8 @@ class ProbeStore(EventFolder[TipEvent]):
         ):
             raise _other(record.tip)
         kind = TipEventKind.PASSED if record.passed else TipEventKind.FAILED
-        return self._put(kind, record, record.made_by, _said(record.checks), now)
+        said, lost = _said(record.checks), self._lost(2, record.tip)
+        return self._put(kind, record, record.made_by, said, now, session, lost)
 
     def mount(self, tip: str, who: str, now: datetime) -> None:
         """Say that another tip, or the same one again, was screwed on; it must be checked.
@@ -213,7 +248,7 @@ class ProbeStore(EventFolder[TipEvent]):
             self._append(TipEventKind.DOUBTED, tip, who, reason, now, since=since)
 
     def standing(self, tip: str, now: datetime) -> Standing:
-        """Return whether a tip may be trusted.
+        """Return whether a tip may be trusted, with all its files read again.
 
         Raises
         ------
@@ -223,7 +258,36 @@ class ProbeStore(EventFolder[TipEvent]):
         active = self.active(tip)
         if active is None:
             raise _never(tip)
-        return standing_of_tip(active, self.events, now)
+        return self.standing_of(active, now, thorough=True)
+
+    def standing_of(self, active: TipRecords, now: datetime, *, thorough: bool) -> Standing:
+        """Return whether a tip may be trusted, and whether what it rests on is whole.
+
+        Parameters
+        ----------
+        active
+            What is in force for it.
+        thorough
+            See `defect`.
+        """
+        doubt = doubt_of_folder(self, active.calibration.tip, thorough=thorough)
+        return doubt or standing_of_tip(active, self.events, now)
+
+    def _files_of(self, event: TipEvent) -> Sequence[KeptFile]:
+        return (*([record_file(event.record)] if event.record else []), *event.files)
+
+    def _is_about(self, event: TipEvent, about: str | None) -> bool:
+        return about is None or event.tip == about
+
+    def _doubts(self, reason: str, utc: str) -> Sequence[TipEvent]:
+        last = self.events[-1].utc
+        return [
+            TipEvent(
+                utc=utc, sealed=True, kind=TipEventKind.DOUBTED, tip=tip, since_utc=last,
+                who=THIS_COMPUTER, reason=reason,
+            )
+            for tip in self.tips
+        ]  # fmt: skip
 
     def _require(self, tip: str, calibration: str) -> TipRecords:
         active = self.active(tip)
@@ -234,7 +298,9 @@ class ProbeStore(EventFolder[TipEvent]):
         return active
 
     def _named(self, *kinds: TipEventKind) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(one.record for one in self.events if one.kind in kinds))
+        kept = set(self.wanted())
+        named = dict.fromkeys(one.record for one in self.events if one.kind in kinds)
+        return tuple(one for one in named if record_file(one) in kept)
 
     def _last(self, tip: str, kind: TipEventKind) -> str | None:
         found = [one.record for one in self.events if one.tip == tip and one.kind is kind]
@@ -247,11 +313,22 @@ class ProbeStore(EventFolder[TipEvent]):
         who: str,
         reason: str,
         now: datetime,
+        session: Path | None,
+        lost: tuple[str, ...],
     ) -> str:
         save(self._folder, record)
         digest = record_hash(record)
-        self._append(kind, record.tip, who, reason, now, record=digest)
+        self._append(
+            kind, record.tip, who, reason, now, record=digest, session=session, lost=lost
+        )
         return digest
+
+    def _renewed_by(self, event: TipEvent) -> int:
+        return {
+            TipEventKind.CALIBRATED: 0,
+            TipEventKind.QUALIFIED: 1,
+            TipEventKind.NOT_QUALIFIED: 1,
+        }.get(event.kind, 2)
 
     def _append(
         self,
@@ -263,9 +340,14 @@ class ProbeStore(EventFolder[TipEvent]):
         *,
         record: str = "",
         since: datetime | None = None,
+        session: Path | None = None,
+        lost: tuple[str, ...] = (),
     ) -> None:
         event = TipEvent(
             utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
+            sealed=True,
+            files=session_files(self._folder, session),
+            lost=lost,
             kind=kind,
             tip=tip,
             record=record,
@@ -277,7 +359,7 @@ class ProbeStore(EventFolder[TipEvent]):
 
 
 def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> Standing:
-    """Return the state of a tip at a moment; see `ProbeStore.standing`."""
+    """Return the state of a tip at a moment by its events alone."""
     calibration, qualification = active.calibration, active.qualification
     tip = calibration.tip
     fault = clock_fault(events[-1].utc, now) if events else None
@@ -304,6 +386,8 @@ def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetim
             "probe.",
             last.since_utc or _last_good(events, tip, calibration.made_utc),
         )
+    if not last.sealed:
+        return unsealed("check", "Make the quick tip check: one minute.")
     ends = (
         (calibration.valid_until_utc, "calibration", "Calibrate the probe"),
         (qualification.valid_until_utc, "qualification of the tip", "Qualify the tip"),

@@ -350,7 +350,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.accept(outcome.record, self._begun.who, decided.reason, now)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
 
 
 def _chain(path: Path) -> ChainFile[SessionLine[KnownPointsEvent]]:

@@ -156,7 +156,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             The session file cannot be written.
         """
         length = bar.nests[-1] - bar.nests[0]
-        let_pass(bar.artefact.judge(length, np.inf, now), force=False)
+        let_pass(bar.artefact.judge(length, np.inf, now, temperature_c), force=False)
         if world == "points" and (control is None or len(control.names) < 3):
             raise CalibrationError(
                 "relocation.control",
@@ -382,7 +382,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
-        self._store.accept(outcome.record, self._begun.who, decided.reason, now)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
 
 
 def _chain(path: Path) -> ChainFile[SessionLine[RelocationEvent]]:

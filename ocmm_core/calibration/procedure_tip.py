@@ -157,7 +157,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome]):
             The session file cannot be written.
         """
         records, chosen = mounted_records(store, tip), limits or TipLimits()
-        judge_sphere(sphere, chosen.nominal, now)
+        judge_sphere(sphere, chosen.nominal, now, temperature_c)
         begun = TipBegun(
             utc=utc_text(now),
             rig=rig.name,
@@ -270,4 +270,5 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome]):
         )
 
     def _put(self, outcome: TipOutcome, decided: Decided) -> None:
-        self._store.qualify(outcome.record, datetime.fromisoformat(decided.utc))
+        now = datetime.fromisoformat(decided.utc)
+        self._store.qualify(outcome.record, now, self._chain.path)

@@ -158,7 +158,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
         """
         records = mounted_records(store, tip)
         qualification = _qualified(records, None)
-        judge_sphere(sphere, _ARTEFACT_LIMIT_MM, now)
+        judge_sphere(sphere, _ARTEFACT_LIMIT_MM, now, temperature_c)
         begun = TipCheckBegun(
             utc=utc_text(now),
             rig=rig.name,
@@ -294,7 +294,8 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
             raise _requalified()
 
     def _put(self, outcome: TipCheckOutcome, decided: Decided) -> None:
-        self._store.check(outcome.record, datetime.fromisoformat(decided.utc))
+        now = datetime.fromisoformat(decided.utc)
+        self._store.check(outcome.record, now, self._chain.path)
 
 
 def _qualified(records: TipRecords, digest: str | None) -> TipRecord:

@@ -133,11 +133,13 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             one
             for nest in bar.nests[1:]
             for one in bar.artefact.judge(
-                nest - bar.nests[0], chosen.of_length(nest - bar.nests[0]), now
+                nest - bar.nests[0], chosen.of_length(nest - bar.nests[0]), now, temperature_c
             )
         ]
         for sphere in spheres:
-            findings += sphere.artefact.judge(sphere.diameter, chosen.diameter, now)
+            findings += sphere.artefact.judge(
+                sphere.diameter, chosen.diameter, now, temperature_c
+            )
         let_pass(findings, force=False)
         begun = VerificationBegun(
             utc=utc_text(now),
@@ -369,7 +371,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         )
 
     def _put(self, outcome: VerificationOutcome, decided: Decided) -> None:
-        self._store.verify(outcome.record, datetime.fromisoformat(decided.utc))
+        now = datetime.fromisoformat(decided.utc)
+        self._store.verify(outcome.record, now, self._chain.path)
 
 
 def _chain(path: Path) -> ChainFile[SessionLine[VerificationEvent]]:

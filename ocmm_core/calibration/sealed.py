@@ -60,6 +60,19 @@ def unseal(path: Path, content: bytes, kind: type[R]) -> R:
     return record
 
 
+def is_sealed_as(content: bytes, digest: str) -> bool:
+    """Return whether a file holds, byte for byte, the record with a hash, of whatever kind."""
+    try:
+        found = msgspec.json.decode(content, type=_Sealed)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return False
+    return (
+        found.sha256 == digest
+        and hashlib.sha256(bytes(found.content)).hexdigest() == digest
+        and msgspec.json.encode(found) == content
+    )
+
+
 def save(folder: Path, record: msgspec.Struct) -> Path:
     """Write a record under its hash and return the file.
 

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.calibration.procedure import Decision, Kind
+from ocmm_core.calibration.thermal import require_temperature
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
@@ -44,7 +45,7 @@ class Begun(SessionEvent, frozen=True, kw_only=True):
     software
         Version.
     temperature_c
-        Of the surroundings; None where nobody measured it.
+        Of the surroundings; None where nobody measured it. InputError where it cannot be one.
     """
 
     rig: str
@@ -53,6 +54,11 @@ class Begun(SessionEvent, frozen=True, kw_only=True):
     who: str
     software: str
     temperature_c: float | None
+
+    def __post_init__(self) -> None:
+        """Refuse a temperature that nobody measures at; lengths of artefacts rest on it."""
+        if self.temperature_c is not None:
+            require_temperature("surroundings", self.temperature_c)
 
 
 class Entered(SessionEvent, frozen=True, kw_only=True):

@@ -12,10 +12,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 
 REFERENCE_C = 20.0
 """Reference temperature of lengths (ISO 1)."""
+LOWEST_C, HIGHEST_C = 0.0, 50.0
+"""A room, probe or part outside is no place to measure with micrometres, or a wrong number."""
+
+
+def require_temperature(what: str, celsius: float) -> None:
+    """Refuse a temperature that nobody measures at, wherever it was entered.
+
+    Parameters
+    ----------
+    what
+        Whose it is.
+    celsius
+        As it was given.
+
+    Raises
+    ------
+    InputError
+        It is outside `LOWEST_C` to `HIGHEST_C`, or no number.
+    """
+    if not LOWEST_C <= celsius <= HIGHEST_C:
+        raise InputError(
+            "temperature.range",
+            f"The temperature of the {what} is given as {celsius:g} °C.",
+            f"Give it in degrees Celsius, from {LOWEST_C:g} to {HIGHEST_C:g}.",
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -215,7 +215,10 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
         """Return what makes the result weaker: the sphere, and how well it is known."""
         begun = self._touching
         known = begun.sphere.artefact.judge(
-            begun.sphere.diameter, self._wanted.artefact_limit, datetime.fromisoformat(begun.utc)
+            begun.sphere.diameter,
+            self._wanted.artefact_limit,
+            datetime.fromisoformat(begun.utc),
+            begun.temperature_c,
         )
         if self._cameras is None:
             return let_pass(known, force=False)
@@ -389,9 +392,11 @@ def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
     return records
 
 
-def judge_sphere(sphere: Sphere, limit_mm: float, now: datetime) -> None:
-    """Refuse a sphere whose certificate ended or is not good enough for a limit."""
-    let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now), force=False)
+def judge_sphere(
+    sphere: Sphere, limit_mm: float, now: datetime, temperature_c: float | None
+) -> None:
+    """Refuse a sphere whose certificate does not hold now or is not good enough for a limit."""
+    let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
 
 
 def continued_records(

@@ -10,6 +10,7 @@ import numpy as np
 import typer
 
 from ocmm_core.calibration.artefacts import load_bar, load_sphere
+from ocmm_core.calibration.in_use import default_folder
 from ocmm_core.calibration.procedure import Kind
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
 from ocmm_core.calibration.procedure_relocation import (
@@ -339,7 +340,7 @@ def verify(
     if outcome is not None:
         print_verification(console, outcome)
     code = decided_code(procedure, decision, "verified", console)
-    print_standing(console, site.store, now())
+    print_standing(console, site.document, site.calibrations, now())
     failed = outcome is None or not outcome.record.passed
     raise typer.Exit(1 if failed else code)
 
@@ -379,8 +380,11 @@ def sensors(
 
 @calibrate_app.command()
 def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
-    """Say which calibration is in force and whether it may be used."""
-    usable = print_standing(make_console(), open_site(rig, calibrations).store, now())
+    """Say which calibration of a rig is in force, whether it is whole, and whether it may be used.
+
+    All files that it rests on are read again. Exit code 1 where points may not be taken.
+    """
+    usable = print_standing(make_console(), rig, calibrations or default_folder(), now())
     raise typer.Exit(0 if usable else 1)
 
 

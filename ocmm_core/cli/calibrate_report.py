@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from datetime import datetime
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ocmm_core.calibration.event_folder import EventFolder
 from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.in_use import Word, judge, open_calibration, store_folder
 from ocmm_core.calibration.outcome import CalibrationOutcome, Comparison, VerificationOutcome
-from ocmm_core.errors import OcmmError
+from ocmm_core.camera.rig import load_rig
 
 
 def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
@@ -76,26 +80,53 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     console.print(f"Verdict  {verdict}")
 
 
-def print_standing(console: Console, store: CalibrationStore, now: datetime) -> bool:
-    """Print the state of the calibration in force; return whether it may be used."""
-    try:
-        standing = store.standing(now)
-        record = store.active()
-    except OcmmError as error:
-        _say(console, f"State    none. {error.what} {error.remedy}")
-        return False
-    _say(console, f"State    {standing.state.value}")
-    if standing.reason:
-        _say(console, f"         {standing.reason} {standing.remedy}")
-    if standing.since_utc:
-        _say(console, f"         Points since {standing.since_utc[:19]} UTC are in doubt.")
-    if record is not None:
+def print_standing(
+    console: Console, document: Path, folder: Path, now: datetime
+) -> bool:
+    """Print of which rig the calibration in force is, and whether it may be used; return that.
+
+    Parameters
+    ----------
+    document
+        The rig document.
+    folder
+        Of calibrations, rig by rig.
+    """
+    in_use = open_calibration(document, folder)
+    design = load_rig(document)
+    cameras = ", ".join(f"{one.name} (serial {one.serial})" for one in design.cameras)
+    _say(console, f"Rig      {design.name}: {cameras}")
+    _say(console, f"         by {document}")
+    _say(console, f"Folder   {store_folder(folder, design.name)}")
+    view = judge(in_use, now)
+    _say(console, f"State    {view.word.value}")
+    for sentence in (*([str(view.obstacle)] if view.obstacle else []), *view.warnings):
+        _say(console, f"         {sentence}")
+    if view.since_utc:
+        _say(console, f"         Points since {view.since_utc[:19]} UTC are in doubt.")
+    record, store = view.record, in_use.store
+    if record is not None and store is not None:
         _say(
             console,
             f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} UTC "
             f"by {record.made_by}, valid until {record.valid_until_utc[:10]}",
         )
-    return standing.state.usable
+        if view.word is not Word.UNUSABLE:
+            _say(console, f"Evidence {evidence_words(store)}")
+    return view.obstacle is None
+
+
+def evidence_words(store: EventFolder[Any], about: str | None = None) -> str:
+    """Return what was read again and found whole."""
+    wanted = store.wanted(about)
+    records = sum(one.is_record for one in wanted)
+    sessions = len(wanted) - records
+    lost = sum(len(event.lost) for event in store.events)
+    before = f"; {lost} lost earlier, see the history" if lost else ""
+    return (
+        f"whole: history of {_counted(len(store.events), 'event')}, {_counted(records, 'record')}, "
+        f"{_counted(sessions, 'session')}{before}"
+    )
 
 
 def print_history(console: Console, store: CalibrationStore) -> None:
@@ -104,9 +135,11 @@ def print_history(console: Console, store: CalibrationStore) -> None:
     for name in ("UTC", "Calibration", "What", "Who", "Reason"):
         table.add_column(name, no_wrap=name != "Reason")
     for event in store.events:
+        lost = f" Lost before: {', '.join(event.lost)}." if event.lost else ""
         table.add_row(
-            event.utc[:19], event.calibration[:12], event.kind.value, event.who, event.reason
-        )
+            event.utc[:19], event.calibration[:12], event.kind.value, event.who,
+            f"{event.reason}{lost}",
+        )  # fmt: skip
     console.print(table)
 
 
@@ -129,6 +162,10 @@ def _print_comparison(console: Console, found: Comparison) -> None:
         f"known to {1e3 * found.length_sigma_after_mm:.1f} um (before: "
         f"{1e3 * found.length_sigma_before_mm:.1f} um, standard uncertainty).",
     )
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _say(console: Console, text: str) -> None:

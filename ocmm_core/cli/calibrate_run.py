@@ -60,6 +60,10 @@ class Site:
         The rig as its document says.
     rig
         With the calibration in force; the design where there is none.
+    document
+        The rig document.
+    calibrations
+        Folder of calibrations, rig by rig.
     store
         Its calibrations.
     sessions
@@ -68,6 +72,8 @@ class Site:
 
     design: Rig
     rig: Rig
+    document: Path
+    calibrations: Path
     store: CalibrationStore
     sessions: Path
 
@@ -75,10 +81,11 @@ class Site:
 def open_site(rig: Path, calibrations: Path | None) -> Site:
     """Return the rig and its calibrations; raise InputError where the document is wrong."""
     design = load_rig(rig)
-    folder = store_folder(calibrations or default_folder(), design.name)
+    root = calibrations or default_folder()
+    folder = store_folder(root, design.name)
     store = CalibrationStore(folder)
-    in_use = open_calibration(rig, calibrations or default_folder())
-    return Site(design, in_use.rig, store, folder / SESSIONS)
+    in_use = open_calibration(rig, root)
+    return Site(design, in_use.rig, rig, root, store, folder / SESSIONS)
 
 
 def continued(site: Site, kind: Kind, resume: Callable[[Path], P], console: Console) -> P | None:
@@ -86,8 +93,9 @@ def continued(site: Site, kind: Kind, resume: Callable[[Path], P], console: Cons
     for path in sessions(site.sessions, kind):
         try:
             procedure = resume(path)
-        except CalibrationError as error:
-            # Begun with another calibration or probe: its observations are of no use any more.
+        except (CalibrationError, InputError) as error:
+            # Begun with another calibration or probe, or at a temperature that nobody measures at:
+            # its observations are of no use any more.
             console.print(f"Left out {path.name}: {error.what}", style="dim", highlight=False)
             continue
         if is_open(procedure.base):

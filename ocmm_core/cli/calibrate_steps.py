@@ -86,7 +86,7 @@ def finish(
 ) -> None:
     """Decide, say what is in force, and exit where nothing was accepted."""
     code = decided_code(procedure, decision, reason, console)
-    print_standing(console, site.store, now())
+    print_standing(console, site.document, site.calibrations, now())
     if code:
         raise typer.Exit(code)
 

@@ -90,8 +90,9 @@ def open_probe_site(
     cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
     require_cameras(cameras, console)
     store = ProbeStore(probe_store_folder(probes or own_folder(source), body.name))
-    of_cameras = CalibrationStore(store_folder(calibrations or default_folder(), design.name))
-    site = Site(design, cameras.rig, of_cameras, store.folder / SESSIONS)
+    root = calibrations or default_folder()
+    of_cameras = CalibrationStore(store_folder(root, design.name))
+    site = Site(design, cameras.rig, rig, root, of_cameras, store.folder / SESSIONS)
     return ProbeSite(site, cameras, body, store)
 
 

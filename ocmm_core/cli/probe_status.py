@@ -11,10 +11,12 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ocmm_core.calibration.history import State
 from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
 from ocmm_core.calibration.probe_overview import TipState, probe_overview
 from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.cli.calibrate_report import evidence_words
 from ocmm_core.cli.headless import make_console
 from ocmm_core.cli.options import STANDARD_PROBE, ProbeOption
 from ocmm_core.tracking.body import load_probe
@@ -32,6 +34,7 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
     """
     console, store = make_console(), _store(probe, probes)
     found = probe_overview(store, datetime.now(UTC))
+    _say(console, f"Probe    {load_probe(probe).name}, by {probe}\nFolder   {store.folder}")
     if found.fault:
         _say(console, f"Records  cannot be used. {found.fault}")
         raise typer.Exit(1)
@@ -40,6 +43,8 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
+        if state.standing.state is not State.UNUSABLE:
+            _say(console, f"Evidence {evidence_words(store, state.tip)}")
     mounted = found.tips[0]
     raise typer.Exit(0 if mounted.mounted and mounted.standing.state.usable else 1)
 
@@ -51,9 +56,10 @@ def probe_history(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption =
         table.add_column(name, no_wrap=name != "Reason")
     for event in _store(probe, probes).events:
         since = f" Good until {event.since_utc[:19]}." if event.since_utc else ""
+        lost = f" Lost before: {', '.join(event.lost)}." if event.lost else ""
         table.add_row(
             event.utc[:19], event.tip, event.kind.value, event.record[:12], event.who,
-            f"{event.reason}{since}",
+            f"{event.reason}{since}{lost}",
         )  # fmt: skip
     make_console().print(table)
 

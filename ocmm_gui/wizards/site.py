@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.records import rig_from_record
+from ocmm_core.calibration.thermal import require_temperature
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.tracking.body import ProbeBody
@@ -231,10 +232,5 @@ def temperature(text: str) -> float | None:
             f"The temperature is {text.strip()!r}, which is no number.",
             "Write it in degrees Celsius, or leave it empty.",
         ) from error
-    if not -20.0 <= value <= 60.0:
-        raise InputError(
-            "wizard.temperature",
-            f"The temperature is {value:g} °C.",
-            "Write that of the room, in degrees Celsius.",
-        )
+    require_temperature("surroundings", value)
     return value

@@ -260,4 +260,4 @@ def test_lengths_are_certified_at_the_temperature_of_the_test(tmp_path: Path) ->
     assert expanded == pytest.approx(2e-3 * float(np.linalg.norm(parts)))
     assert steel.at(400.0, None)[1] > 0.018
     now = datetime(2026, 1, 1, tzinfo=UTC)
-    assert steel.judge(400.0, 0.1, now) == []
+    assert steel.judge(400.0, 0.1, now, None) == []
