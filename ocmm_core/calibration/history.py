@@ -51,6 +51,10 @@ class EventKind(StrEnum):
     PASSED = "verification passed"
     FAILED = "verification failed"
     SUSPECTED = "put in doubt"
+    FALLEN = "artefact found wrong"
+    """It, or the verification that is the evidence, rests on an artefact that was wrong."""
+    RECALLED = "jobs recalled"
+    """Jobs were computed anew; the evidence is what came out (`inspection.recall_record`)."""
 
 
 class Event(StoredEvent, frozen=True, kw_only=True):
@@ -63,9 +67,11 @@ class Event(StoredEvent, frozen=True, kw_only=True):
     calibration
         Hash of the record it is about.
     evidence
-        Hash of the verification record; empty for other kinds.
+        Hash of the verification record, also of one that has fallen, or of the record of a recall;
+        empty for other kinds.
     since_utc
-        For a doubt: last time at which all was well.
+        For a doubt: last time at which all was well; empty where that is not known. For an
+        artefact: since when it is wrong.
     """
 
     kind: EventKind
@@ -155,7 +161,8 @@ class CalibrationStore(EventFolder[Event]):
         return tuple(
             load_named(self._folder, event.evidence, VerificationRecord)
             for event in self.events
-            if event.evidence and record_file(event.evidence) in kept
+            if event.kind in (EventKind.PASSED, EventKind.FAILED)
+            and record_file(event.evidence) in kept
         )
 
     def accept(
@@ -221,11 +228,42 @@ class CalibrationStore(EventFolder[Event]):
             evidence=record_hash(record), session=session, lost=lost,
         )  # fmt: skip
 
-    def suspect(self, who: str, reason: str, since: datetime, now: datetime) -> None:
-        """Put the calibration in force in doubt, for all points since a moment."""
+    def suspect(self, who: str, reason: str, since: datetime | None, now: datetime) -> None:
+        """Put the calibration in force in doubt, since a moment or since its last good check."""
         digest = self.active_hash
         if digest is not None:
             self._append(EventKind.SUSPECTED, digest, who, reason, now, since=since)
+
+    def fall(
+        self,
+        calibration: str,
+        evidence: str,
+        *,
+        who: str,
+        reason: str,
+        since: datetime,
+        now: datetime,
+    ) -> None:
+        """Say that a calibration, or a verification of it, rests on an artefact that was wrong.
+
+        Parameters
+        ----------
+        calibration
+            Hash of the calibration.
+        evidence
+            Hash of its verification that falls; empty where it falls itself.
+        since
+            When the artefact was wrong.
+        """
+        self._append(
+            EventKind.FALLEN, calibration, who, reason, now, evidence=evidence, since=since
+        )
+
+    def recalled(
+        self, calibration: str, evidence: str, who: str, reason: str, now: datetime
+    ) -> None:
+        """Say that the jobs of a calibration were computed anew; ``evidence`` is what came out."""
+        self._append(EventKind.RECALLED, calibration, who, reason, now, evidence=evidence)
 
     def standing(self, now: datetime) -> Standing:
         """Return whether the calibration in force may be trusted, with all its files read again.
@@ -307,7 +345,12 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
     if fault is not None:
         return fault
     own = [event for event in events if event.calibration == record_hash(record)]
-    judged = [event for event in own if event.kind is not EventKind.ACCEPTED]
+    fallen = [event for event in own if event.kind is EventKind.FALLEN and not event.evidence]
+    if fallen:
+        return Standing(
+            State.SUSPECT, fallen[-1].reason, "Calibrate the cameras again.", record.made_utc
+        )
+    judged = [event for event in judgements(own) if event.kind is not EventKind.ACCEPTED]
     if not judged:
         return Standing(
             State.SUSPECT,
@@ -316,12 +359,13 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
             record.made_utc,
         )
     last = judged[-1]
+    good = [event.utc for event in judged if event.kind is EventKind.PASSED]
     if last.kind is not EventKind.PASSED:
         return Standing(
             State.SUSPECT,
-            last.reason if last.kind is EventKind.SUSPECTED else "The last verification failed.",
+            "The last verification failed." if last.kind is EventKind.FAILED else last.reason,
             "Verify the calibration; if that fails, calibrate again.",
-            last.since_utc or record.made_utc,
+            last.since_utc or (good[-1] if good else record.made_utc),
         )
     if not last.sealed:
         return unsealed("verification", "Verify the calibration again.")
@@ -369,6 +413,22 @@ def unsealed(what: str, remedy: str) -> Standing:
         f"noticed if a later event had been removed.",
         remedy,
     )
+
+
+def judgements(events: Sequence[Event]) -> list[Event]:
+    """Return what says how calibrations stand, oldest first: put in force, passed, failed, doubted.
+
+    A verification that passed by an artefact which was wrong is a doubt: nobody knows what it
+    would have said.
+    """
+    void = {one.evidence: one for one in events if one.kind is EventKind.FALLEN and one.evidence}
+    return [
+        msgspec.structs.replace(one, kind=EventKind.SUSPECTED, reason=void[one.evidence].reason)
+        if one.kind is EventKind.PASSED and one.evidence in void
+        else one
+        for one in events
+        if one.kind not in (EventKind.FALLEN, EventKind.RECALLED)
+    ]
 
 
 def clock_fault(last_utc: str, now: datetime) -> Standing | None:

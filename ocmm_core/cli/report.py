@@ -56,6 +56,14 @@ def report_command(
             "up there. Default: that of this user.",
         ),
     ] = None,
+    calibrations: Annotated[
+        Path | None,
+        typer.Option(
+            "--calibrations",
+            help="Folder of calibrations: what became known of the cameras later is looked up "
+            "there. Default: that of this user.",
+        ),
+    ] = None,
     incomplete: Annotated[
         bool,
         typer.Option(
@@ -72,7 +80,7 @@ def report_command(
     console = Console(soft_wrap=True)
     chosen = _formats(formats or ["polyworks"])
     layout = None if profile is None else load_profile(profile)
-    data = [_data(path, probes, console) for path in jobs]
+    data = [_data(path, probes, calibrations, console) for path in jobs]
     written = [name for name in chosen if name != _PDF]
     if preview_only:
         for name in written:
@@ -89,18 +97,27 @@ def report_command(
         for path in write_report(data, written, folder, layout, incomplete=incomplete):
             console.print(f"Report  {path}", highlight=False, markup=False)
     if _PDF in chosen:
-        for line in _print_pages(jobs, folder, probes, incomplete=incomplete):
+        for line in _print_pages(
+            jobs, folder, probes, calibrations, incomplete=incomplete
+        ):
             console.print(f"Report  {line}", highlight=False, markup=False)
 
 
 def _print_pages(
-    jobs: list[Path], folder: Path, probes: Path | None, *, incomplete: bool
+    jobs: list[Path],
+    folder: Path,
+    probes: Path | None,
+    calibrations: Path | None,
+    *,
+    incomplete: bool,
 ) -> list[str]:
     """Write the PDF reports in a process with the drawing of the window; return their paths."""
     # The core knows no Qt: what draws is a program of its own, as the window is.
     command = [sys.executable, "-m", "ocmm_gui.reports", *map(str, jobs), "--out", str(folder)]
     if probes is not None:
         command += ["--probes", str(probes)]
+    if calibrations is not None:
+        command += ["--calibrations", str(calibrations)]
     if incomplete:
         command += ["--incomplete"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
@@ -128,9 +145,11 @@ def _formats(names: list[str]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _data(path: Path, probes: Path | None, console: Console) -> ReportData:
-    job = reopen_job(path, probes)
-    for doubt in job.doubts:
+def _data(
+    path: Path, probes: Path | None, calibrations: Path | None, console: Console
+) -> ReportData:
+    job = reopen_job(path, probes, calibrations=calibrations)
+    for doubt in (*job.doubts, *job.remarks):
         console.print(f"{path.name}: {doubt}", style="yellow", highlight=False, markup=False)
     words = "; ".join((*job_states(job.view), part_line(job.view)))
     console.print(f"{path.stem}: {words}", highlight=False, markup=False)

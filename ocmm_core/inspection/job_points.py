@@ -227,10 +227,16 @@ class JobPoints:
         """Let points count again, and return them; StorageError, they stay held back then."""
         held = self.held[ward]
         numbers = [n for n in held if ward is not Ward.CAMERAS or n in self._own]
-        if numbers:
-            self._job.append_event(ward.released, event_text(numbers, reason))
-            self.held[ward] = {k: v for k, v in held.items() if k not in numbers}
-        return numbers
+        return self.release_points(numbers, reason, ward)
+
+    def release_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+        """Let these points count again, and return those that were held; errors as `release`."""
+        held = self.held[ward]
+        free = [number for number in numbers if number in held]
+        if free:
+            self._job.append_event(ward.released, event_text(free, reason))
+            self.held[ward] = {k: v for k, v in held.items() if k not in free}
+        return free
 
     def forget_sensitivities(self) -> None:
         """Let them be computed anew from the raw observations."""

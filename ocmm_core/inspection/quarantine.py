@@ -41,6 +41,18 @@ class Ward(Enum):
         "Take them again.",
     )
     """Nothing releases them: nobody knows since when the tip was wrong."""
+    CALIBRATION = (
+        "points held back for the calibration",
+        "points released for the calibration",
+        "Verify the calibration; if it passes they count again, else recall the jobs.",
+    )
+    """By the history of the calibration; what the monitor saw in the job itself is `CAMERAS`."""
+    FAILED_CALIBRATION = (
+        "points of a calibration that failed",
+        "points of a calibration that failed, released",
+        "Recall the jobs (ocmm recall), or take them again.",
+    )
+    """Only a recall releases them: nobody knows since when the cameras were wrong."""
 
     def __init__(self, held: str, released: str, remedy: str) -> None:
         self.held = held

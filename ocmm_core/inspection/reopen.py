@@ -1,10 +1,11 @@
 """A job opened read-only from its own file, computed anew and compared with what is stored.
 
 Plan, cameras, probe, reference body and temperatures are in the job file, as they were. Nothing
-else is needed: no document of this computer, no record, no clock. Only what became known of the tip
-later is looked up where its history is on this computer (`inspection.tip_history`). The file is
-copied first (`inspection.reopen_copy`), so that it may lie where nobody can write, come from
-another computer or an older version, or be measured by another program at the moment.
+else is needed: no document of this computer, no record, no clock. Only what became known later of
+the tip and of the cameras is looked up where their history is on this computer
+(`inspection.tip_history`, `inspection.camera_history`). The file is copied first
+(`inspection.reopen_copy`), so that it may lie where nobody can write, come from another computer or
+an older version, or be measured by another program at the moment.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.calibration.in_use import default_folder
 from ocmm_core.calibration.probe_in_use import default_probe_folder
 from ocmm_core.calibration.probe_shape import ContactForce
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.camera_history import CameraHistory, settle_by_calibration
 from ocmm_core.inspection.limits import methods_used
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
@@ -78,6 +81,8 @@ class ReopenedJob:
         One sentence for every point that comes out otherwise than it is stored.
     history
         What the history of the probe says of the job, where it is on this computer.
+    cameras
+        What the history of the calibration says of the job, or that it is not on this computer.
     """
 
     path: Path
@@ -96,6 +101,7 @@ class ReopenedJob:
     faults: tuple[str, ...]
     differences: tuple[str, ...]
     history: TipHistory = field(default_factory=TipHistory)
+    cameras: CameraHistory = field(default_factory=CameraHistory)
 
     @property
     def annulled(self) -> tuple[int, ...]:
@@ -115,12 +121,21 @@ class ReopenedJob:
     @property
     def doubts(self) -> tuple[str, ...]:
         """Return all that speaks against the job, in sentences."""
-        history = (*self.history.unread, *self.history.against)
-        return (*self.faults, *self.differences, *history)
+        tip = (*self.history.unread, *self.history.against)
+        cameras = (*self.cameras.unread, *self.cameras.against)
+        return (*self.faults, *self.differences, *cameras, *tip)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what a reader should know and what speaks against nothing, in sentences."""
+        return (self.cameras.absent,) if self.cameras.absent else ()
 
 
 def reopen_job(
-    path: Path | str, probes: Path | None = None, tell: Tell = lambda what, share: None
+    path: Path | str,
+    probes: Path | None = None,
+    tell: Tell = lambda what, share: None,
+    calibrations: Path | None = None,
 ) -> ReopenedJob:
     """Open a job read-only and compute everything in it anew.
 
@@ -132,6 +147,8 @@ def reopen_job(
         Where histories of probes are kept on this computer; None is the folder of this user.
     tell
         Told what is done next; whoever opens many points wants to see how far it is.
+    calibrations
+        Where histories of calibrations are kept on this computer; None is the folder of this user.
 
     Raises
     ------
@@ -148,12 +165,20 @@ def reopen_job(
         try:
             # The copy is our own: one of an older version is brought up to date by this.
             with JobFile.open(copy) as job:
-                return _reopened(path, job, probes or default_probe_folder(), tell)
+                return _reopened(
+                    path,
+                    job,
+                    probes or default_probe_folder(),
+                    calibrations or default_folder(),
+                    tell,
+                )
         except OcmmError as error:
             raise named(error, str(copy), str(path)) from error
 
 
-def _reopened(path: Path, job: JobFile, probes: Path, tell: Tell) -> ReopenedJob:
+def _reopened(
+    path: Path, job: JobFile, probes: Path, calibrations: Path, tell: Tell
+) -> ReopenedJob:
     tell("Reading the documents", 0.05)
     head, events = job.head, job.events()
     stored = StoredDocuments(path, head)
@@ -169,6 +194,7 @@ def _reopened(path: Path, job: JobFile, probes: Path, tell: Tell) -> ReopenedJob
     session = InspectionSession(plan, rig, body, job, options)
     faults = tuple(job.verify())
     history = settle_by_history(session, job, records, probes)
+    cameras = settle_by_calibration(session, job, stored.camera_record(), calibrations)
     tell("Comparing with what is stored", 0.6)
     anew = [[one.tip_world] for one in sensitivities]
     if "thesis" in methods_used(events):
@@ -183,7 +209,7 @@ def _reopened(path: Path, job: JobFile, probes: Path, tell: Tell) -> ReopenedJob
         rig=rig,
         body=body,
         options=options,
-        view=_judged(session.view, (*faults, *differences, *history.unread)),
+        view=_judged(session.view, (*faults, *differences, *cameras.unread, *history.unread)),
         T_part_from_world=session.T_part_from_world,
         points=tuple(points),
         sensitivities=tuple(sensitivities),
@@ -193,6 +219,7 @@ def _reopened(path: Path, job: JobFile, probes: Path, tell: Tell) -> ReopenedJob
         faults=faults,
         differences=differences,
         history=history,
+        cameras=cameras,
     )
 
 

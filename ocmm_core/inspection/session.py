@@ -264,6 +264,12 @@ class InspectionSession(JobSteps):
             self._view = None
             return self._points.release(reason, ward)
 
+    def release_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+        """Let points count again, and return those that were held; StorageError as `release`."""
+        with self._lock:
+            self._view = None
+            return self._points.release_points(numbers, reason, ward)
+
     def take_touch(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
         """Turn a touch into a durable point of the active feature, or say why not.
 

@@ -51,10 +51,17 @@ class StoredDocuments:
 
     def rig(self) -> Rig:
         """Return the cameras, of a calibration record or of the rig document itself."""
+        record = self.camera_record()
+        if record is None:
+            return self._from_text("rig", self.head.rig_text, load_rig)
+        return rig_from_record(record)
+
+    def camera_record(self) -> CameraRecord | None:
+        """Return the calibration; None where the rig document itself stands for it."""
         text = self.head.rig_text
         if _schema(text) != CAMERA_RECORD_SCHEMA:
-            return self._from_text("rig", text, load_rig)
-        return rig_from_record(self._record("rig", text, CameraRecord))
+            return None
+        return self._record("rig", text, CameraRecord)
 
     def probe_records(self) -> ProbeText | None:
         """Return the records of the probe; None where it was measured with its document."""

@@ -41,11 +41,10 @@ def settle_tip(
     StorageError
         It could not be made durable; points are held back until the program ends.
     """
-    taken = {k: datetime.fromisoformat(v) for k, v in job.taken_utc().items()}
-    doubts = points_in_doubt(events, tip, taken)
-    changed = [_hold(session, doubts.failed, Ward.FAILED_TIP)]
+    doubts = points_in_doubt(events, tip, first_taken(job))
+    changed = [hold(session, doubts.failed, Ward.FAILED_TIP)]
     if doubts.open:
-        changed.append(_hold(session, doubts.open, Ward.TIP))
+        changed.append(hold(session, doubts.open, Ward.TIP))
     else:
         changed.append(bool(session.release(_CHECKED, Ward.TIP)))
     return any(changed)
@@ -105,12 +104,29 @@ def settle_by_history(
         against=tuple(
             sentence
             for ward in (Ward.FAILED_TIP, Ward.TIP)
-            for sentence in _sentences(session.held_for(ward), ward)
+            for sentence in sentences(session.held_for(ward), ward)
         )
     )
 
 
-def _sentences(held: Mapping[int, str], ward: Ward) -> list[str]:
+def first_taken(job: JobFile) -> dict[int, datetime]:
+    """Return when the observation of each point was first stored, also of annulled ones.
+
+    A point that was put back, or turned round, is a new row; its observation is as old as it was.
+    """
+    stored = {k: datetime.fromisoformat(v) for k, v in job.taken_utc().items()}
+    points = [*job.points(), *(point for point, _ in job.annulled())]
+    first: dict[tuple[float, int, int], datetime] = {}
+    for point in sorted(points, key=lambda point: point.number):
+        first.setdefault((point.time_s, point.first_frame, point.last_frame), stored[point.number])
+    return {
+        point.number: first[(point.time_s, point.first_frame, point.last_frame)]
+        for point in points
+    }
+
+
+def sentences(held: Mapping[int, str], ward: Ward) -> list[str]:
+    """Return for every reason how many points it puts in doubt, and what to do."""
     reasons = list(held.values())
     return [
         f"{why} {_counted(reasons.count(why))} in doubt. {ward.remedy}"
@@ -118,13 +134,20 @@ def _sentences(held: Mapping[int, str], ward: Ward) -> list[str]:
     ]
 
 
-def _counted(count: int) -> str:
-    return "1 point is" if count == 1 else f"{count} points are"
+def hold(session: InspectionSession, points: Mapping[int, str], ward: Ward) -> bool:
+    """Hold back points, each for its reason, and say whether any was not held before.
 
-
-def _hold(session: InspectionSession, points: dict[int, str], ward: Ward) -> bool:
+    Raises
+    ------
+    StorageError
+        It could not be made durable; points are held back until the program ends.
+    """
     changed = False
     for reason in dict.fromkeys(points.values()):
         numbers = [number for number, why in points.items() if why == reason]
         changed |= bool(session.hold_back_points(numbers, reason, ward))
     return changed
+
+
+def _counted(count: int) -> str:
+    return "1 point is" if count == 1 else f"{count} points are"

@@ -1,8 +1,10 @@
 """The monitor at work: it puts the calibration in doubt, says who has moved, holds points back.
 
 Where the calibration comes from a store, the doubt is written there and lasts until a verification
-has passed; then the points count again. A rig that is measured with its document has nobody who
-could verify it: there the doubt lasts as long as the job runs.
+has passed; then the points count again. What others write there while a job is measured - that a
+verification failed, that an artefact was wrong - holds back its points as well. A rig that is
+measured with its document has nobody who could verify it: there the doubt lasts as long as the job
+runs.
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ from ocmm_core.calibration.change_verdict import Cause, Examination
 from ocmm_core.calibration.in_use import CalibrationInUse, CalibrationView, Obstacle, Word
 from ocmm_core.calibration.monitor import CalibrationMonitor
 from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.inspection.camera_history import is_known, settle_cameras
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.result import TrackBlock
 
@@ -39,8 +43,8 @@ class ChangeWatch:
         What is measured with.
     body
         The probe.
-    session
-        Holds the points.
+    session, job
+        Hold the points.
     clock
         The time of day, with its zone.
 
@@ -55,11 +59,14 @@ class ChangeWatch:
         in_use: CalibrationInUse,
         body: ProbeBody,
         session: InspectionSession,
+        job: JobFile,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
         self._in_use = in_use
         self._body = body
         self._session = session
+        self._job = job
+        self._settled = 0
         self._clock = clock
         self._baseline = None
         if in_use.record is not None and in_use.store is not None:
@@ -69,7 +76,6 @@ class ChangeWatch:
         self._monitor = self._new_monitor()
         self._doubt: Obstacle | None = None
         self._stored = False
-        self._began_ns: int | None = None
 
     @property
     def doubt(self) -> Obstacle | None:
@@ -91,15 +97,34 @@ class ChangeWatch:
         OcmmError
             The doubt could not be made durable; it holds all the same until the program ends.
         """
-        if self._began_ns is None:
-            self._began_ns = int(track.time_ns[0])
+        settled = self.settle()
         if self._doubt is not None:
-            return self._cleared(view)
+            return self._cleared(view) or settled
         alarm = next((item for item in self._monitor.feed(track) if item.alarm), None)
         if alarm is None:
-            return False
+            return settled
         self._raise(alarm, int(track.time_ns[-1]), view)
         return True
+
+    def settle(self) -> bool:
+        """Hold back and release points by what happened to the calibration; say if any changed.
+
+        The store takes in what other processes appended where the calibration is judged
+        (`calibration.in_use.judge`), some times a second.
+
+        Raises
+        ------
+        OcmmError
+            It could not be made durable, or the history cannot be read.
+        """
+        store, record = self._in_use.store, self._in_use.record
+        if store is None or record is None or len(store.events) == self._settled:
+            return False
+        self._settled = len(store.events)
+        used = self._job.head.rig_identity
+        if not is_known(store.events, used):
+            return False
+        return settle_cameras(self._session, self._job, store, used)
 
     def _raise(self, alarm: Examination, now_ns: int, view: CalibrationView) -> None:
         self._doubt = Obstacle(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
@@ -111,9 +136,11 @@ class ChangeWatch:
             of_cameras = alarm.cause in (Cause.CAMERA, Cause.UNKNOWN)
             if store is not None and of_cameras and view.word in _USABLE:
                 now = self._clock()
-                since_ns = alarm.since_ns if alarm.since_ns is not None else self._began_ns
-                ago_ns = now_ns - (since_ns if since_ns is not None else now_ns)
-                store.suspect(WHO, alarm.what, now - timedelta(seconds=ago_ns * 1e-9), now)
+                # Never found well in this run: it may have happened any time before it.
+                since = None
+                if alarm.since_ns is not None:
+                    since = now - timedelta(seconds=(now_ns - alarm.since_ns) * 1e-9)
+                store.suspect(WHO, alarm.what, since, now)
                 self._stored = True
 
     def _cleared(self, view: CalibrationView) -> bool:

@@ -177,7 +177,7 @@ class MeasuringStation:
             objects,
             failed=lambda error: self._faults.fail(error, "The watch over the calibration"),
         )
-        self._changes = ChangeWatch(calibration, body, self._session)
+        self._changes = ChangeWatch(calibration, body, self._session, job)
         self._probe = ProbeWatch(probe, self._session, job, options.pause)
         self._button = ButtonWatch()
         self._watcher: Callable[[FrameBlock], None] | None = None
@@ -309,7 +309,7 @@ class MeasuringStation:
         try:
             use = by()
             session = InspectionSession(use.plan, self.rig, self.body, job, use.options)
-            changes = ChangeWatch(self._calibration.in_use, self.body, session)
+            changes = ChangeWatch(self._calibration.in_use, self.body, session, job)
             probe = ProbeWatch(self._probe.in_use, session, job, self._options.pause)
             pipeline = None
             if session.reference_home is not None:

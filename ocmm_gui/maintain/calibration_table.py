@@ -26,6 +26,8 @@ _WORDS = {
     EventKind.PASSED: "Verification passed",
     EventKind.FAILED: "Verification FAILED",
     EventKind.SUSPECTED: "Put in doubt",
+    EventKind.FALLEN: "Artefact found WRONG",
+    EventKind.RECALLED: "Jobs recalled",
 }
 
 
@@ -38,7 +40,12 @@ class Tone(Enum):
     BAD = "bad"
 
 
-_TONES = {EventKind.PASSED: Tone.GOOD, EventKind.FAILED: Tone.BAD, EventKind.SUSPECTED: Tone.WARN}
+_TONES = {
+    EventKind.PASSED: Tone.GOOD,
+    EventKind.FAILED: Tone.BAD,
+    EventKind.FALLEN: Tone.BAD,
+    EventKind.SUSPECTED: Tone.WARN,
+}
 
 
 @dataclass(frozen=True, slots=True)

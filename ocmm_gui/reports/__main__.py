@@ -20,12 +20,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("jobs", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--probes", type=Path)
+    parser.add_argument("--calibrations", type=Path)
     parser.add_argument("--incomplete", action="store_true")
     options = parser.parse_args(arguments)
     try:
         with drawing():
             for job in options.jobs:
-                report = report_of_job(reopen_job(job, options.probes))
+                opened = reopen_job(job, options.probes, calibrations=options.calibrations)
+                report = report_of_job(opened)
                 path = write_pdf(report, options.out, incomplete=options.incomplete)
                 sys.stdout.write(f"{path}\n")
     except Exception as error:

@@ -35,6 +35,8 @@ class JobSource:
         How cameras and probe stood; empty for the running job, of which the station tells.
     doubts
         All that speaks against the file, in sentences.
+    remarks
+        What should be known beside, and speaks against nothing.
     """
 
     file: Callable[[], Path]
@@ -43,6 +45,7 @@ class JobSource:
     read_only: bool = False
     calibration: str = ""
     doubts: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def path(self) -> Path:
@@ -65,6 +68,7 @@ class JobSource:
             read_only=True,
             calibration=f"Cameras: {report.calibration.label}. Probe: {report.probe.label}.",
             doubts=opened.doubts,
+            remarks=opened.remarks,
         )
 
     def state(self) -> object:
@@ -78,5 +82,6 @@ class JobSource:
         who = header_words(job)
         if not self.read_only:
             return f"Running job {job.job}, part {job.part}. {who}."
-        doubts = " ".join(self.doubts) or "Computed anew from its points: the numbers agree."
+        agree = () if self.doubts else ("Computed anew from its points: the numbers agree.",)
+        doubts = " ".join((*self.doubts, *agree, *self.remarks))
         return f"{self.path.name}, read-only, part {job.part}. {who}. {doubts}"

@@ -21,14 +21,17 @@ class OpenedJob:
         The job as it stands, and all that a report can say about it.
     doubts
         All that speaks against the file, in sentences.
+    remarks
+        What should be known beside, and speaks against nothing.
     """
 
     path: Path
     report: ReportData
     doubts: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
 
 def opened_job(path: Path, tell: Tell) -> OpenedJob:
     """Return a job from its own file, computed anew; raise OcmmError as `reopen_job`."""
     job = reopen_job(path, tell=tell)
-    return OpenedJob(path, report_of_job(job), job.doubts)
+    return OpenedJob(path, report_of_job(job), job.doubts, job.remarks)

@@ -169,6 +169,24 @@ def test_a_doubt_stops_a_running_job_and_a_verification_lets_it_go_on(
     assert station.calibration().word is Word.VALID
 
 
+def test_a_verification_that_fails_meanwhile_holds_the_points_of_the_job_back(
+    build: Build, tmp_path: Path
+) -> None:
+    record = fresh_record()
+    store = calibrate(tmp_path, record)
+    station = build(frame_rate_hz=500, speed=1.0, stay=True).station
+    taken: list[MeasuredPoint] = []
+    station.point_taken.connect(taken.append)
+    station.start()
+    wait_until(lambda: len(taken) >= 1)
+    failed = make_verification(record, passed=False)
+    store.verify(msgspec.structs.replace(failed, data_sha256="c" * 64), datetime.now(UTC))
+    wait_until(lambda: set(station.job().held) == {point.number for point in taken})
+    store.verify(make_verification(record), datetime.now(UTC))
+    wait_until(lambda: station.calibration().word is Word.VALID)
+    assert {taken[0].number} <= set(station.job().held)
+
+
 def test_without_cameras_there_is_nothing_to_write_to(build: Build, tmp_path: Path) -> None:
     with pytest.raises(CalibrationError, match="never calibrated"):
         build(frame_rate_hz=500).station.write_to_cameras()
