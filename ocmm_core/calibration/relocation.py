@@ -16,6 +16,7 @@ from ocmm_core.calibration.bundle import common_covariance
 from ocmm_core.calibration.bundle_robust import RobustMinimum, adjust_robustly
 from ocmm_core.calibration.bundle_state import BundleState
 from ocmm_core.calibration.guards import Finding, let_pass
+from ocmm_core.calibration.relocation_culprit import accuse_in_relocation, accuse_points, lone_bar
 from ocmm_core.calibration.relocation_data import (
     KeptByPoints,
     Observations,
@@ -83,8 +84,10 @@ def relocate(
             "Wave the probe longer, with its LEDs towards the cameras.",
         )
     chi2 = found.minimum.cost
+    accusation = accuse_in_relocation(problem, found, start, body, observed, options)
+    accused = [accusation.finding] if accusation and accusation.finding else []
     # What is hopeless is refused here: a world frame and a covariance of it would mean nothing.
-    residuals = [*_convergence(found), *judge_residuals(chi2, dof)]
+    residuals = [*accused, *_convergence(found), *judge_residuals(chi2, dof)]
     let_pass(residuals, force=True)
 
     free = found.minimum.state
@@ -97,6 +100,10 @@ def relocate(
     misplaced: list[Finding] = []
     if isinstance(options.world, KeptByPoints):
         misplaced = judge_anchors(tuple(options.world.positions_world), anchors, covariance)
+        if accusation is not None:
+            misplaced = [
+                accuse_points(one, accusation.verdict, observed, options.world) for one in misplaced
+            ]
 
     back = np.argsort(problem.order)
     used, seen = found.used[back], np.isfinite(found.distances[back])
@@ -115,12 +122,13 @@ def relocate(
         found.placements_used,
     )
     frames = int(np.isfinite(tips[:, 0]).sum())
+    alone = lone_bar(accusation.verdict, observed, options) if accusation else None
     findings = [
         *residuals,
         *judge_knowledge(observed, options, problem.prior, state),
         *misplaced,
         *judge_spots(wrong, int(seen.sum()), state.cameras),
-        *judge_design(observed, bars, targets, frames),
+        *judge_design(observed, bars, targets, frames, alone),
         *judge_focal(state.cameras, covariance),
     ]
     return Relocation(

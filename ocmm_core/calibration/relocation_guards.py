@@ -63,7 +63,6 @@ def judge_residuals(chi2: float, dof: int) -> list[Finding]:
                 "Look for a camera that moves, a loose LED or a probe waved too fast, and check "
                 "the sigma of the spots.",
                 refuses=ratio > RMS_FORCED,
-                forcible=True,
             )
         ]
     if ratio**2 < 1.0 - deviation:
@@ -102,8 +101,9 @@ def judge_spots(
 
 
 def judge_design(
-    observed: Observations, bars: Sequence[BarResidual], targets: Points3, frames: int
-) -> list[Finding]:
+    observed: Observations, bars: Sequence[BarResidual], targets: Points3, frames: int,
+    scale_rests_on: str | None = None,
+) -> list[Finding]:  # fmt: skip
     """Return what the choice of frames and bars says.
 
     Parameters
@@ -114,6 +114,8 @@ def judge_design(
         (n, 3), mm, world: all LEDs that were seen by two cameras.
     frames
         How many took part.
+    scale_rests_on
+        Name of the only bar, where nothing else knows a length; None otherwise.
     """
     found = []
     if frames < FEW_FRAMES:
@@ -136,6 +138,16 @@ def judge_design(
         )
     else:
         found += _placements(bars)
+    if scale_rests_on is not None:
+        found.append(
+            Finding(
+                "relocation.one_bar",
+                f"All lengths hang on bar '{scale_rests_on}' alone: nothing else would show that "
+                f"it is wrong.",
+                "Verify with another certified bar before anything is measured.",
+                refuses=False,
+            )
+        )
     flat = cloud_of(targets).flatness
     if flat < FLAT_WARNED:
         found.append(
@@ -167,7 +179,6 @@ def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
                 "Show these placements again; if most of them do not fit, check the length on the "
                 "certificate and the geometry of the probe.",
                 refuses=len(wrong) > PLACEMENTS_REFUSED * len(bars),
-                forcible=True,
             )
         )
     weights = np.array([bar.sigma_mm**-2 for bar in bars if bar.used])
@@ -178,10 +189,9 @@ def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
                 "relocation.bar_contradicts",
                 f"The bar and the LEDs of the probe contradict each other: the placements show the "
                 f"bar {1e3 * (weights @ errors) / weights.sum():+.1f} um off its certified length.",
-                "Check the length on the certificate, the temperature, and the geometry of the "
-                "probe.",
+                "Check the length on the certificate and the temperature, and relocate with "
+                "another certified bar: if it says the same, calibrate the probe again.",
                 refuses=True,
-                forcible=True,
             )
         )
     if used < FEW_PLACEMENTS:
@@ -228,12 +238,11 @@ def judge_knowledge(
         found.append(
             Finding(
                 "relocation.probe_changed",
-                f"The LEDs of the probe do not stand where its document says, LED {led} "
+                f"The LEDs of the probe do not stand where its document says, LED {led + 1} most, "
                 f"{1e3 * np.linalg.norm(moved[led]):.0f} um off.",
-                "Choose the right probe, calibrate the probe again, or take its geometry as "
-                "unknown if the bar is to be trusted.",
+                "Choose the right probe, or calibrate the probe again; then begin the relocation "
+                "anew.",
                 refuses=True,
-                forcible=True,
             )
         )
     for index, bar in enumerate(observed.bars):
@@ -245,9 +254,9 @@ def judge_knowledge(
                     f"Bar '{bar.name}' is {1e3 * off[column]:+.1f} um from its certified length as "
                     f"the probe and other bars show it, {abs(off[column]) / bar.sigma:.0f} times "
                     f"its uncertainty.",
-                    "Check the length on the certificate, the temperature, and the probe.",
+                    "Check the length on the certificate and the temperature, and relocate with "
+                    "another certified bar: if it says the same, calibrate the probe again.",
                     refuses=True,
-                    forcible=True,
                 )
             )
     if options.lens == "prior":
@@ -259,9 +268,9 @@ def judge_knowledge(
                         "relocation.lens_changed",
                         f"The lens of camera '{camera.name}' is not what its calibration before "
                         f"said (focal length {1e3 * off[lens[0]]:+.1f} um).",
-                        "Look whether the lens is loose; then relocate with free lenses.",
+                        "Look whether the lens is loose, and fasten it; then calibrate the "
+                        "cameras from known points.",
                         refuses=True,
-                        forcible=True,
                     )
                 )
     return found
@@ -289,7 +298,6 @@ def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> 
             f"{', '.join(wrong)}.",
             "Check that none of them was moved and that each was touched under its own name.",
             refuses=True,
-            forcible=True,
         )
     ]
 

@@ -110,7 +110,7 @@ def build(
     data = _in_front(data, state)
     _check_enough(data, start, observed)
     state = _with_seats(data, state)
-    prior = _prior(start, body, observed, options, state)
+    prior = prior_of(start, body, observed, options, state)
     return RelocationProblem(data, prior, state, order)
 
 
@@ -140,10 +140,11 @@ def _with_seats(data: BundleData, state: BundleState) -> BundleState:
     )  # fmt: skip
 
 
-def _prior(
+def prior_of(
     rig: Rig, body: ProbeBody, observed: Observations, options: RelocationOptions,
     state: BundleState,
 ) -> Prior:  # fmt: skip
+    """Return what is known from before and what is sought, for the unknowns of a state."""
     columns = state.columns
     values = state.values()
     values[columns.of_leds] = body.leds_probe.ravel()

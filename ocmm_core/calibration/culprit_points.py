@@ -1,0 +1,102 @@
+"""Which of the known points lied: one that moved, two under each other's names, or all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.special import chdtrc
+
+from ocmm_core.geometry import Float, Points3, rigid_fit
+
+LEAST_CHANCE = 1e-3
+"""An explanation that leaves a misfit less probable than this explains nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class PointsExplained:
+    """One way in which the points fit.
+
+    Attributes
+    ----------
+    what
+        A clause in words.
+    names
+        Of the points it blames.
+    """
+
+    what: str
+    names: tuple[str, ...]
+
+
+def explain_points(
+    names: Sequence[str], found: Points3, listed: Points3, sigmas: Float
+) -> tuple[PointsExplained, ...]:
+    """Return all ways in which the found points fit the list.
+
+    Two names exchanged, one point that moved, or a list that is too large or too small; where the
+    points are few or lie evenly, several do.
+
+    Parameters
+    ----------
+    found, listed
+        (n, 3), mm, in any two frames.
+    sigmas
+        (n,), mm per axis, of the difference.
+    """
+    return tuple(
+        explained
+        for explained, square, dof in _ways(names, found, listed, sigmas)
+        if dof > 0 and chdtrc(dof, square) > LEAST_CHANCE
+    )
+
+
+def _ways(
+    names: Sequence[str], found: Points3, listed: Points3, sigmas: Float
+) -> Iterator[tuple[PointsExplained, float, int]]:
+    n = len(names)
+    for first, second in combinations(range(n), 2):
+        order = np.arange(n)
+        order[[first, second]] = second, first
+        pair = names[first], names[second]
+        yield (
+            PointsExplained(f"'{pair[0]}' and '{pair[1]}' were touched for each other", pair),
+            _misfit(found, listed[order], sigmas),
+            3 * n - 6,
+        )
+    for one in range(n):
+        kept = np.arange(n) != one
+        # Two points that are left know their distance only.
+        yield (
+            PointsExplained(f"'{names[one]}' is not where it was", (names[one],)),
+            _misfit(found[kept], listed[kept], sigmas[kept]),
+            max(3 * (n - 1) - 6, 1) if n > 2 else 0,
+        )
+    ratio, _ = scale_between(found, listed, sigmas)
+    yield (
+        PointsExplained(
+            f"all of them are {1e3 * abs(ratio - 1.0):.3f} mm/m "
+            f"{'farther' if ratio > 1.0 else 'nearer'} to each other than listed", tuple(names),
+        ),  # fmt: skip
+        _misfit(found, ratio * listed, sigmas),
+        3 * n - 7,
+    )
+
+
+def scale_between(found: Points3, listed: Points3, sigmas: Float) -> tuple[float, float]:
+    """Return how many times larger the found points are than the list, and its sigma."""
+    rotation, shift = rigid_fit(listed, found)
+    carried = listed @ rotation.T + shift
+    weights = sigmas**-2.0
+    arms = carried - np.average(carried, axis=0, weights=weights)
+    inertia = float(np.sum(weights[:, None] * arms**2))
+    off = float(np.sum(weights[:, None] * arms * (found - carried)))
+    return 1.0 + off / inertia, inertia**-0.5
+
+
+def _misfit(found: Points3, listed: Points3, sigmas: Float) -> float:
+    rotation, shift = rigid_fit(listed, found)
+    off = found - listed @ rotation.T - shift
+    return float(np.sum((off / sigmas[:, None]) ** 2))
