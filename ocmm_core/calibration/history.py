@@ -14,6 +14,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from ocmm_core.calibration.event_folder import EventFolder, StoredEvent
 from ocmm_core.calibration.evidence import KeptFile, record_file, session_files
 from ocmm_core.calibration.records import CameraRecord, VerificationRecord
