@@ -25,7 +25,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.evidence_site import EVENTS, SEAL, Store, View, cameras_in, probe_in
+from benchmarks.evidence_site import EVENTS, Store, View, cameras_in, probe_in
+from ocmm_core.calibration.chain_seal import NAME as SEAL
 from ocmm_core.calibration.in_use import Word
 from ocmm_core.errors import OcmmError
 

@@ -140,7 +140,7 @@ class EventFolder(ABC, Generic[T]):
         one, what = found
         return CalibrationError(
             "evidence.defect",
-            f"{self._folder / one.name}: {what}.",
+            f"{one.words(self._folder)} {what}.",
             f"Restore the file from a backup. Without one, {self._renewals[wanted[one]]}: from "
             f"then on the file is not needed.",
         )

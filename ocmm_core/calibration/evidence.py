@@ -45,6 +45,13 @@ class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return whether the name is the hash of the content."""
         return self.name == f"{self.sha256}.json"
 
+    def words(self, folder: Path) -> str:
+        """Return what it is and where; a record by as much of its name as the history shows."""
+        if self.is_record:
+            return f"Record {self.sha256[:12]} in {folder}"
+        path = folder / self.name
+        return f"Session {path.name} in {path.parent}"
+
 
 def record_file(digest: str) -> KeptFile:
     """Return the file of a record."""
@@ -121,22 +128,21 @@ class EvidenceCheck:
     def _look(self, wanted: KeptFile) -> str:
         """Return what is wrong with a file; empty where nothing is."""
         path = self._folder / wanted.name
-        kind = "record" if wanted.is_record else "session"
         try:
             stamp = stamp_of(path)
             if stamp is None:
-                return f"this {kind} is missing"
+                return "is missing"
             if self._good.get(wanted) == stamp:
                 return ""
             content = path.read_bytes()
         except OSError as error:
-            return f"this {kind} cannot be read ({error.strerror})"
+            return f"cannot be read ({error.strerror})"
         if wanted.is_record:
             whole = is_sealed_as(content, wanted.sha256)
         else:
             whole = hashlib.sha256(content).hexdigest() == wanted.sha256
         if not whole:
-            return f"this {kind} is not as it was written"
+            return "is not as it was written"
         self._good[wanted] = stamp
         return ""
 
