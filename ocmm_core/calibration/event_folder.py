@@ -87,6 +87,7 @@ class EventFolder(ABC, Generic[T]):
         seen = recall(folder)
         self._seen: tuple[int, str] = (0, "") if seen is None else (seen.count, seen.link)
         self._chain: ChainFile[T]
+        self._wanted_by: dict[str | None, tuple[tuple[str, ...], dict[KeptFile, int]]] = {}
         self._read_at = -float("inf")
         self._read()
 
@@ -151,15 +152,21 @@ class EventFolder(ABC, Generic[T]):
 
     def _wanted(self, about: str | None) -> dict[KeptFile, int]:
         """Return the files that must be there, and which of `_renewals` makes up for each."""
+        chain = self._chain
+        known = self._wanted_by.get(about)
+        if known is not None and known[0] is chain.links:
+            return known[1]
         wanted: dict[str, tuple[KeptFile, int]] = {}
-        for event in self.events:
+        for event in chain.items:
             if not self._is_about(event, about):
                 continue
             for name in event.lost:
                 wanted.pop(name, None)
             for one in self._files_of(event):
                 wanted[one.name] = one, self._renewed_by(event)
-        return dict(wanted.values())
+        found = dict(wanted.values())
+        self._wanted_by[about] = chain.links, found
+        return found
 
     _renewals: tuple[str, ...]
     """What makes up for files that are lost, the most thorough first; each stands in for those

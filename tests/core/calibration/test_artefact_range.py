@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def test_every_entry_says_the_same(celsius: float) -> None:
     said = []
     plan, probe = load_plan(resource("plans", "quick.toml")), resource("probes", "standard.toml")
     request = {"part": ClimateRequest(part_c=celsius), "probe": ClimateRequest(probe_c=celsius)}
-    for what, enter in {
+    entries: dict[str, Callable[[], object]] = {
         "surroundings": lambda: require_temperature("surroundings", celsius),
         "surroundings ": lambda: begun(celsius),
         "surroundings  ": lambda: temperature(str(celsius)),
@@ -94,7 +95,8 @@ def test_every_entry_says_the_same(celsius: float) -> None:
         "part": lambda: climate_in_use(request["part"], plan, load_probe(probe), None),
         "part ": lambda: check_part(PartWarmth(Temperature(celsius, 0.5, ""))),
         "probe": lambda: climate_in_use(request["probe"], plan, load_probe(probe), None),
-    }.items():
+    }
+    for what, enter in entries.items():
         with pytest.raises(InputError) as raised:
             enter()
         assert raised.value.code == "temperature.range"

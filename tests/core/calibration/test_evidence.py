@@ -261,6 +261,25 @@ def test_an_edit_that_shows_nowhere_is_found_by_reading_in_turn(tmp_path: Path) 
     assert found[0][0].name == "3.jsonl"
 
 
+def test_of_many_files_the_old_ones_are_looked_at_in_turn(tmp_path: Path) -> None:
+    names = [f"{number}.jsonl" for number in range(350)]
+    digest = hashlib.sha256(b"spots").hexdigest()
+    for name in names:
+        (tmp_path / name).write_bytes(b"spots")
+    files = [KeptFile(name, digest) for name in names]
+    check = EvidenceCheck(tmp_path)
+    assert check.defect(files, thorough=False) is None
+    (tmp_path / "149.jsonl").unlink()
+    # 250 old ones, 100 at a look.
+    looks = [check.defect(files, thorough=False) for _ in range(10)]
+    assert all(one is not None for one in looks[3:])
+    (tmp_path / "149.jsonl").write_bytes(b"spots")
+    assert check.defect(files, thorough=False) is None
+    # The newest are looked at each time.
+    (tmp_path / "349.jsonl").unlink()
+    assert check.defect(files, thorough=False) == (files[349], "is missing")
+
+
 def test_the_store_of_another_rig_under_this_name_is_unusable(tmp_path: Path) -> None:
     store = CalibrationStore(tmp_path / "recommended")
     other = make_record(rig="bridge")
