@@ -22,7 +22,7 @@ from ocmm_core.errors import CalibrationError
 
 PATROL_S = 1.0
 """Between two readings of a file that looks unchanged."""
-AT_A_LOOK = 100
+AT_A_LOOK = 40
 """So many of the newest files are looked at each time, and so many of the others in turn."""
 
 Stamp = tuple[int, int, int, int]
@@ -138,7 +138,8 @@ class EvidenceCheck:
         old, new = wanted[:-AT_A_LOOK], wanted[-AT_A_LOOK:]
         self._window = self._window + AT_A_LOOK if self._window + AT_A_LOOK < len(old) else 0
         window = old[self._window : self._window + AT_A_LOOK]
-        return [*(one for one in old if one in self._bad), *window, *new]
+        wrong = [one for one in old if one in self._bad] if self._bad else []
+        return [*wrong, *window, *new]
 
     def _look(self, wanted: KeptFile) -> str:
         """Return what is wrong with a file, and remember it; empty where nothing is."""
