@@ -110,9 +110,10 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
     if in_use.fault is not None and (tip is not None or in_use.fault[0] is not Word.NONE):
         require_records(in_use)
     if in_use.records is not None:
+        defect = None if in_use.store is None else in_use.store.defect(in_use.tip, thorough=True)
+        if defect is not None:
+            raise defect
         view = judge_probe(in_use, now())
-        if view.word is Word.UNUSABLE and view.obstacle is not None:
-            raise CalibrationError("calibrate.probe", view.obstacle.what, view.obstacle.remedy)
         make_console().print(f"Probe  {view.label}", highlight=False)
     return in_use.body
 
