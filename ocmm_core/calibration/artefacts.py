@@ -17,7 +17,7 @@ import numpy as np
 
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.records import ArtefactUse
-from ocmm_core.calibration.thermal import HIGHEST_C, LOWEST_C, REFERENCE_C
+from ocmm_core.calibration.thermal import HIGHEST_C, LOWEST_C, REFERENCE_C, require_temperature
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 
@@ -139,7 +139,7 @@ class Artefact:
         Raises
         ------
         InputError
-            The certificate does not hold at that temperature.
+            The certificate does not hold at that temperature, or nobody measures at it.
         """
         cold_or_warm = self._outside(temperature_c)
         if cold_or_warm is not None:
@@ -159,6 +159,11 @@ class Artefact:
         ----------
         temperature_c
             Of the surroundings; None where nobody measured it.
+
+        Raises
+        ------
+        InputError
+            Nobody measures at that temperature.
         """
         outside = self._outside(temperature_c)
         found = [] if outside is None else [outside]
@@ -187,8 +192,11 @@ class Artefact:
         return found
 
     def _outside(self, temperature_c: float | None) -> Finding | None:
+        if temperature_c is None:
+            return None
+        require_temperature("surroundings", temperature_c)
         low, high = self.temperatures
-        if temperature_c is None or low <= temperature_c <= high:
+        if low <= temperature_c <= high:
             return None
         return Finding(
             "artefact.temperature",

@@ -87,7 +87,9 @@ class EventFolder(ABC, Generic[T]):
         seen = recall(folder)
         self._seen: tuple[int, str] = (0, "") if seen is None else (seen.count, seen.link)
         self._chain: ChainFile[T]
+        self._wanted_by: dict[str | None, tuple[tuple[str, ...], dict[KeptFile, int]]] = {}
         self._read_at = -float("inf")
+        self._unfinished = False
         self._read()
 
     @property
@@ -140,7 +142,7 @@ class EventFolder(ABC, Generic[T]):
         one, what = found
         return CalibrationError(
             "evidence.defect",
-            f"{self._folder / one.name}: {what}.",
+            f"{one.words(self._folder)} {what}.",
             f"Restore the file from a backup. Without one, {self._renewals[wanted[one]]}: from "
             f"then on the file is not needed.",
         )
@@ -151,15 +153,21 @@ class EventFolder(ABC, Generic[T]):
 
     def _wanted(self, about: str | None) -> dict[KeptFile, int]:
         """Return the files that must be there, and which of `_renewals` makes up for each."""
+        chain = self._chain
+        known = self._wanted_by.get(about)
+        if known is not None and known[0] is chain.links:
+            return known[1]
         wanted: dict[str, tuple[KeptFile, int]] = {}
-        for event in self.events:
+        for event in chain.items:
             if not self._is_about(event, about):
                 continue
             for name in event.lost:
                 wanted.pop(name, None)
             for one in self._files_of(event):
                 wanted[one.name] = one, self._renewed_by(event)
-        return dict(wanted.values())
+        found = dict(wanted.values())
+        self._wanted_by[about] = chain.links, found
+        return found
 
     _renewals: tuple[str, ...]
     """What makes up for files that are lost, the most thorough first; each stands in for those
@@ -238,8 +246,22 @@ class EventFolder(ABC, Generic[T]):
             self._fault = error
             raise
         self._fault = None
+        if self._unfinished and not writing:
+            self._finish()
         if self._chain.links and self.exchanged is None:
             self._remember()
+
+    def _finish(self) -> None:
+        """Seal what a program wrote that ended before it could: then it cannot be cut off."""
+        try:
+            with self._locked(fcntl.LOCK_EX):
+                self._chain = self._read_whole()
+                if self._unfinished:
+                    write_seal(self._folder, self._chain)
+                    self._stamps = self._stamps_now()
+        except StorageError:
+            # What was read fitted; if it does no more, the next look says so.
+            self._stamps = (None, None)
 
     def _read_between_writes(self) -> ChainFile[T]:
         """Return the chain as `_read_whole`, also where another process writes just now."""
@@ -257,11 +279,14 @@ class EventFolder(ABC, Generic[T]):
             self._stamps = self._stamps_now()
             chain = ChainFile(self._folder / "events.jsonl", self._kind)
             needed = any(event.sealed for event in chain.items)
-            fault = fault_of(chain, read_seal(self._folder), needed=needed)
+            end = read_seal(self._folder)
+            fault = fault_of(chain, end, needed=needed)
         except OcmmError as error:
             raise StorageError(error.code, error.what, error.remedy) from error
         if fault is not None:
             raise fault
+        # The rest of a line that was torn goes when the next one is written.
+        self._unfinished = end is not None and bool(end.coming) and not chain.torn
         return chain
 
     def _remember(self) -> None:

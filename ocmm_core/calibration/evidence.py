@@ -3,7 +3,8 @@
 A record is named by its hash, and an event names the session file that the record came from by
 the hash of its bytes. `EvidenceCheck` reads them again. A file whose inode, length and times are
 those of when it was read last is not read at every look; one file in turn is, every
-`PATROL_S`, so that also an edit that kept all of them is noticed.
+`PATROL_S`, so that also an edit that kept all of them is noticed. Of a store that is many years old
+not all files are looked at each time, but the newest, and the others in turn.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from ocmm_core.errors import CalibrationError
 
 PATROL_S = 1.0
 """Between two readings of a file that looks unchanged."""
+AT_A_LOOK = 40
+"""So many of the newest files are looked at each time, and so many of the others in turn."""
 
 Stamp = tuple[int, int, int, int]
 """Inode, length, and times of the last change of content and of anything else, ns."""
@@ -44,6 +47,13 @@ class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def is_record(self) -> bool:
         """Return whether the name is the hash of the content."""
         return self.name == f"{self.sha256}.json"
+
+    def words(self, folder: Path) -> str:
+        """Return what it is and where; a record by as much of its name as the history shows."""
+        if self.is_record:
+            return f"Record {self.sha256[:12]} in {folder}"
+        path = folder / self.name
+        return f"Session {path.name} in {path.parent}"
 
 
 def record_file(digest: str) -> KeptFile:
@@ -85,6 +95,9 @@ class EvidenceCheck:
         self._folder = folder
         self._lock = threading.Lock()
         self._good: dict[KeptFile, Stamp] = {}
+        self._bad: set[KeptFile] = set()
+        self._begun = False
+        self._window = 0
         self._turn = 0
         self._patrolled = time.monotonic()
 
@@ -106,10 +119,12 @@ class EvidenceCheck:
             elif wanted and time.monotonic() - self._patrolled >= PATROL_S:
                 self._patrolled, self._turn = time.monotonic(), self._turn + 1
                 self._good.pop(wanted[self._turn % len(wanted)], None)
-            for one in wanted:
+            for one in wanted if thorough or not self._begun else self._chosen(wanted):
                 what = self._look(one)
                 if what:
                     return one, what
+            # Where one is wrong, those behind it were not read yet.
+            self._begun = True
         return None
 
     def lost(self, wanted: Sequence[KeptFile]) -> tuple[str, ...]:
@@ -118,25 +133,40 @@ class EvidenceCheck:
             self._good.clear()
             return tuple(one.name for one in wanted if self._look(one))
 
+    def _chosen(self, wanted: Sequence[KeptFile]) -> list[KeptFile]:
+        """Return what is looked at this time: what was wrong, the newest, some of the others."""
+        old, new = wanted[:-AT_A_LOOK], wanted[-AT_A_LOOK:]
+        self._window = self._window + AT_A_LOOK if self._window + AT_A_LOOK < len(old) else 0
+        window = old[self._window : self._window + AT_A_LOOK]
+        wrong = [one for one in old if one in self._bad] if self._bad else []
+        return [*wrong, *window, *new]
+
     def _look(self, wanted: KeptFile) -> str:
-        """Return what is wrong with a file; empty where nothing is."""
+        """Return what is wrong with a file, and remember it; empty where nothing is."""
+        what = self._what_is_wrong(wanted)
+        if what:
+            self._bad.add(wanted)
+        else:
+            self._bad.discard(wanted)
+        return what
+
+    def _what_is_wrong(self, wanted: KeptFile) -> str:
         path = self._folder / wanted.name
-        kind = "record" if wanted.is_record else "session"
         try:
             stamp = stamp_of(path)
             if stamp is None:
-                return f"this {kind} is missing"
+                return "is missing"
             if self._good.get(wanted) == stamp:
                 return ""
             content = path.read_bytes()
         except OSError as error:
-            return f"this {kind} cannot be read ({error.strerror})"
+            return f"cannot be read ({error.strerror})"
         if wanted.is_record:
             whole = is_sealed_as(content, wanted.sha256)
         else:
             whole = hashlib.sha256(content).hexdigest() == wanted.sha256
         if not whole:
-            return f"this {kind} is not as it was written"
+            return "is not as it was written"
         self._good[wanted] = stamp
         return ""
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import platformdirs
 
-from ocmm_core.calibration.history import CalibrationStore, Standing, State, doubt_of_folder
+from ocmm_core.calibration.history import CalibrationStore, Standing
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.calibration.sealed import canonical, record_hash
 from ocmm_core.camera.rig import Rig, load_rig
@@ -214,9 +214,6 @@ def open_calibration(
         return replace(design, fault=(Word.UNUSABLE, other))
     if _cameras(rig) != _cameras(design.rig):
         return replace(design, fault=(Word.UNUSABLE, _others(document, design.rig, rig)))
-    doubt = doubt_of_folder(store, thorough=True)
-    if doubt is not None and doubt.state is State.UNUSABLE:
-        return replace(design, fault=(Word.UNUSABLE, Obstacle(doubt.reason, doubt.remedy)))
     # How fast the cameras run is no matter of calibration.
     rig = replace(rig, frame_rate_hz=design.rig.frame_rate_hz)
     return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
@@ -243,7 +240,11 @@ def require_record(in_use: CalibrationInUse) -> CameraRecord:
 
 
 def judge(in_use: CalibrationInUse, now: datetime) -> CalibrationView:
-    """Return what is to be said about a calibration at a moment; takes a fraction of a ms."""
+    """Return what is to be said about a calibration at a moment.
+
+    The first time after it was opened all files that it rests on are read, some milliseconds; then
+    it takes a fraction of one.
+    """
     view = CalibrationView(
         Word.DESIGN,
         in_use.rig.name,

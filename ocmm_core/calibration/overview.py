@@ -46,6 +46,6 @@ def overview(store: CalibrationStore | None) -> CalibrationOverview:
         verifications = store.verifications()
         found = trends(store.records(), verifications)
     except OcmmError as error:
-        return CalibrationOverview(store.events, fault=str(error))
+        return CalibrationOverview(store.events, fault=str(store.defect(thorough=True) or error))
     own = [record for record in verifications if record.calibration == store.active_hash]
     return CalibrationOverview(store.events, found, own[-1] if own else None)

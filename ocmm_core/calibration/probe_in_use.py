@@ -14,7 +14,6 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
-from ocmm_core.calibration.history import State, doubt_of_folder
 from ocmm_core.calibration.in_use import Obstacle, Word, named_folder, obstacle_of, words_of
 from ocmm_core.calibration.probe_records import ProbeRecord, TipRecord, probe_from_records
 from ocmm_core.calibration.probe_store import (
@@ -233,9 +232,6 @@ def open_probe(
         body = probe_from_records(design.body, records.calibration, records.qualification)
     except OcmmError as error:
         return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
-    doubt = doubt_of_folder(store, records.calibration.tip, thorough=True)
-    if doubt is not None and doubt.state is State.UNUSABLE:
-        return replace(design, fault=(Word.UNUSABLE, Obstacle(doubt.reason, doubt.remedy)))
     text = canonical(
         ProbeText(
             schema=TEXT_SCHEMA,
@@ -269,7 +265,7 @@ def require_records(in_use: ProbeInUse) -> TipRecords:
 
 
 def judge_probe(in_use: ProbeInUse, now: datetime) -> ProbeView:
-    """Return what is to be said about a probe at a moment; takes a fraction of a ms."""
+    """Return what is to be said about a probe at a moment; the first time as `in_use.judge`."""
     view = ProbeView(
         Word.DESIGN,
         in_use.body.name,

@@ -107,7 +107,7 @@ def probe_overview(store: ProbeStore | None, now: datetime) -> ProbeOverview:
         tips = [_state(store, tip, checks, now) for tip in store.tips]
         found = _trends(store.calibrations(), store.qualifications(), checks)
     except OcmmError as error:
-        return ProbeOverview(events=store.events, fault=str(error))
+        return ProbeOverview(events=store.events, fault=str(store.defect(thorough=True) or error))
     ordered = sorted((one for one in tips if one is not None), key=lambda one: not one.mounted)
     return ProbeOverview(tuple(ordered), store.events, found)
 

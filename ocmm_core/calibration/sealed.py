@@ -108,6 +108,12 @@ def load_named(folder: Path, digest: str, kind: type[R]) -> R:
         It is missing, was changed, or is another one than its name says.
     """
     path = folder / f"{digest}.json"
+    if not path.exists():
+        raise CalibrationError(
+            "record.missing",
+            f"Record {digest[:12]} in {folder} is missing.",
+            "Restore the file from a backup, or calibrate again.",
+        )
     record = load(path, kind)
     if record_hash(record) != digest:
         raise CalibrationError(

@@ -104,12 +104,15 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
     Raises
     ------
     CalibrationError
-        The records are damaged, or there are none of a tip that was named.
+        The records, or what they rest on, are damaged, or there are none of a tip that was named.
     """
     in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
     if in_use.fault is not None and (tip is not None or in_use.fault[0] is not Word.NONE):
         require_records(in_use)
     if in_use.records is not None:
+        defect = None if in_use.store is None else in_use.store.defect(in_use.tip, thorough=True)
+        if defect is not None:
+            raise defect
         view = judge_probe(in_use, now())
         make_console().print(f"Probe  {view.label}", highlight=False)
     return in_use.body

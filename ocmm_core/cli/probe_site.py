@@ -11,7 +11,13 @@ import typer
 from rich.console import Console
 
 from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import CalibrationInUse, default_folder, judge, store_folder
+from ocmm_core.calibration.in_use import (
+    CalibrationInUse,
+    Word,
+    default_folder,
+    judge,
+    store_folder,
+)
 from ocmm_core.calibration.probe_in_use import default_probe_folder, probe_store_folder
 from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.procedure import Procedure
@@ -116,7 +122,8 @@ def own_folder(source: str) -> Path:
 def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
     """Refuse cameras without a calibration, and say where one is not quite in order."""
     view = judge(cameras, datetime.now(UTC))
-    if cameras.fault is not None and view.hindrance is not None:
+    unusable = cameras.fault is not None or view.word is Word.UNUSABLE
+    if unusable and view.hindrance is not None:
         raise CalibrationError(
             "calibrate.cameras",
             f"The cameras cannot be used: {view.hindrance.what}",

@@ -1,4 +1,4 @@
-"""What a VALID rests on is whole, or it is no VALID; see `benchmarks.evidence` for the large run."""
+"""What a VALID rests on is whole, or it is no VALID; `benchmarks.evidence` is the large run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import hashlib
 import os
 import shutil
 import threading
-from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
 
@@ -116,7 +115,8 @@ def test_a_lost_session_is_made_up_for_by_the_step_it_belongs_to(cameras: Store)
     (cameras.folder / "sessions" / "verification-2.jsonl").unlink()
     said = store.standing(NOW)
     assert said.state is State.UNUSABLE
-    assert "verification-2.jsonl: this session is missing" in said.reason
+    folder = cameras.folder / "sessions"
+    assert said.reason == f"Session verification-2.jsonl in {folder} is missing."
     assert said.remedy == (
         "Restore the file from a backup. Without one, verify the calibration: from then on the "
         "file is not needed."
@@ -211,6 +211,14 @@ def test_a_crash_while_an_event_is_written_leaves_a_whole_store(
     again = CalibrationStore(simple.folder)
     written = torn == 10_000
     assert again.standing(NOW).state is (State.SUSPECT if written else State.VALID)
+    if written:
+        # It was sealed by whoever opened the folder first.
+        chain = simple.folder / "events.jsonl"
+        whole = chain.read_bytes()
+        chain.write_bytes(b"".join(whole.splitlines(keepends=True)[:-1]))
+        with pytest.raises(StorageError, match="1 of 3 events are missing at the end"):
+            CalibrationStore(simple.folder)
+        chain.write_bytes(whole)
     again.suspect("monitor", "A camera has turned.", MADE, NOW)
     assert len(CalibrationStore(simple.folder).events) == 3 + written
 
@@ -240,11 +248,11 @@ def test_many_write_and_read_at_once(simple: CalibrationStore) -> None:
 
 
 @pytest.fixture
-def blind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def blind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let all files look unchanged from outside, as after an edit that kept everything."""
     monkeypatch.setattr(evidence, "stamp_of", lambda path: (1, 2, 3, 4))
     monkeypatch.setattr(evidence, "PATROL_S", 0.0)
-    yield
+
 
 
 @pytest.mark.usefixtures("blind")
@@ -259,6 +267,26 @@ def test_an_edit_that_shows_nowhere_is_found_by_reading_in_turn(tmp_path: Path) 
     looks = [check.defect(files, thorough=False) for _ in names]
     found = [one for one in looks if one is not None]
     assert found[0][0].name == "3.jsonl"
+
+
+def test_of_many_files_the_old_ones_are_looked_at_in_turn(tmp_path: Path) -> None:
+    names = [f"{number}.jsonl" for number in range(350)]
+    digest = hashlib.sha256(b"spots").hexdigest()
+    for name in names:
+        (tmp_path / name).write_bytes(b"spots")
+    files = [KeptFile(name, digest) for name in names]
+    check = EvidenceCheck(tmp_path)
+    assert check.defect(files, thorough=False) is None
+    (tmp_path / "149.jsonl").unlink()
+    # All old ones had their turn after so many looks; what was found stays found.
+    turns = -(-(len(files) - evidence.AT_A_LOOK) // evidence.AT_A_LOOK)
+    looks = [check.defect(files, thorough=False) for _ in range(2 * turns)]
+    assert all(one is not None for one in looks[turns:])
+    (tmp_path / "149.jsonl").write_bytes(b"spots")
+    assert check.defect(files, thorough=False) is None
+    # The newest are looked at each time.
+    (tmp_path / "349.jsonl").unlink()
+    assert check.defect(files, thorough=False) == (files[349], "is missing")
 
 
 def test_the_store_of_another_rig_under_this_name_is_unusable(tmp_path: Path) -> None:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from ocmm_core.calibration.history import State
 from ocmm_core.calibration.probe_records import ProbeRecord, TipRecord, probe_from_records
-from ocmm_core.calibration.probe_store import ProbeStore
+from ocmm_core.calibration.probe_store import ProbeStore, standing_of_tip
 from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.errors import CalibrationError, StorageError
 from tests.core.calibration.made_probe_records import (
@@ -160,3 +161,15 @@ def test_the_probe_is_measured_with_what_the_records_say(qualified: Qualified) -
         probe_from_records(PROBE, make_probe_record(probe_identity="f" * 64), None)
     with pytest.raises(CalibrationError, match="does not hold"):
         probe_from_records(PROBE, make_probe_record(covariance=((1.0,),)), None)
+
+
+def test_what_an_earlier_version_stored_without_a_seal_is_checked_once(
+    qualified: Qualified,
+) -> None:
+    active = qualified.store.active("6 mm")
+    assert active is not None
+    unsealed = [msgspec.structs.replace(one, sealed=False) for one in qualified.store.events]
+    said = standing_of_tip(active, unsealed, qualified.at)
+    assert said.state is State.SUSPECT
+    assert "stored by an earlier version" in said.reason
+    assert said.remedy == "Make the quick tip check: one minute."

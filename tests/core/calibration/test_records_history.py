@@ -126,5 +126,5 @@ def test_a_record_that_is_gone_or_changed_is_not_used(
     with pytest.raises(CalibrationError):
         store.active()
     path.unlink()
-    with pytest.raises(Exception, match="no such file"):
+    with pytest.raises(Exception, match="is missing"):
         store.standing(MADE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import shutil
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -117,3 +118,49 @@ def test_real_cameras_are_not_measured_with_by_a_rig_document(ocmm_here: Ocmm) -
     assert "nope0" in done.stderr
     label = re.search(r"Calibration +NONE [0-9a-f]{12}", done.stdout)
     assert label, done.stdout
+
+
+def test_status_says_of_which_rig_it_speaks_and_reads_all_files(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
+    digest = calibrate(tmp_path / "cal")
+    status = ("calibrate", "status", "--calibrations", "cal")
+    good = ocmm_here(*status)
+    assert good.returncode == 0
+    assert good.stdout.startswith(
+        "Rig      recommended: left (serial 20600001), right (serial 20600002)\n"
+    )
+    assert "State    VALID" in good.stdout
+    assert "whole: history of 2 events, 2 records, 0 sessions" in good.stdout
+    # The same folder under the name of another rig, and asked for it.
+    shutil.copytree(tmp_path / "cal" / "recommended", tmp_path / "cal" / "thesis")
+    other = ocmm_here(*status, "--rig", resource("rigs", "thesis.toml"))
+    assert other.returncode == 1
+    assert other.stdout.startswith("Rig      thesis: left (serial 20330001)")
+    assert "State    UNUSABLE" in other.stdout
+    assert "is that of rig 'recommended', but thesis.toml describes rig 'thesis'" in other.stdout
+    (tmp_path / "cal" / "recommended" / f"{digest}.json").unlink()
+    lost = ocmm_here(*status)
+    assert (lost.returncode, lost.stderr) == (1, "")
+    assert f"Record {digest[:12]} in cal/recommended is missing. Restore" in lost.stdout
+    (tmp_path / "cal" / "recommended" / "events.jsonl").write_bytes(b"")
+    cut = ocmm_here(*status)
+    assert (cut.returncode, cut.stderr) == (1, "")
+    assert "2 of 2 events are missing at the end. Restore the whole folder" in cut.stdout
+
+
+@pytest.mark.parametrize("celsius", ["200", "nan"])
+def test_a_temperature_that_is_none_begins_no_session(
+    ocmm_here: Ocmm, tmp_path: Path, celsius: str
+) -> None:
+    calibrate(tmp_path / "cal")
+    for command in ("verify", "relocate"):
+        done = ocmm_here(
+            "calibrate", command, "--calibrations", "cal", "--temperature", celsius
+        )
+        assert done.returncode == 2
+        assert " ".join(done.stderr.split()) == (
+            f"ocmm: The temperature of the surroundings is given as {celsius} °C. "
+            "Give it in degrees Celsius, from 0 to 50."
+        )
+    assert not list((tmp_path / "cal" / "recommended").glob("sessions/*"))

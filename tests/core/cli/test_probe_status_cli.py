@@ -59,3 +59,30 @@ def test_a_tip_that_failed_its_check_is_not_measured_with(ocmm_here: Ocmm, tmp_p
     assert "Probe  SUSPECT standard/6 mm" in done.stdout
     assert f"SUSPECT: The last check of tip '{TIP}' failed." in done.stderr
     assert "With --uncalibrated points are taken all the same" in done.stderr
+
+
+def test_a_tip_whose_records_are_not_whole_is_not_used_and_says_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    runner = CliRunner()
+    tips = Tips(tmp_path / "tips")
+    tips.check()
+    of_tips = ["--probes", str(tmp_path / "tips")]
+    good = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
+    assert good.stdout.startswith("Probe    standard, by ")
+    assert "whole: history of 3 events, 3 records, 0 sessions" in good.stdout
+    check = tips.store.events[-1].record
+    (tips.store.folder / f"{check}.json").unlink()
+    lost = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
+    assert lost.exit_code == 1
+    assert f"Record {check[:12]} in {tips.store.folder} is missing." in lost.stdout
+    assert "Without one, make the quick tip check" in lost.stdout
+    folders = ["--calibrations", str(tmp_path / "cal"), *of_tips]
+    refused = runner.invoke(app, ["calibrate", "verify", *folders])
+    assert isinstance(refused.exception, CalibrationError)
+    assert "is missing" in refused.exception.what
+    # What the sentence says to do helps.
+    tips.check()
+    renewed = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
+    assert (renewed.exit_code, "State    VALID" in renewed.stdout) == (0, True)
