@@ -93,7 +93,15 @@ def systematic_covariance(
     return sum_of(parts, len(sensitivities))[:-1, :-1]
 
 
-def point_uncertainty(sensitivity: TipSensitivity, rig: Rig, body: ProbeBody) -> float:
-    """Return U (k = 2), mm, of one point in its worst direction, without the window's scatter."""
-    variances = np.linalg.eigvalsh(systematic_covariance([sensitivity], rig, body))
+def point_uncertainty(
+    sensitivity: TipSensitivity, rig: Rig, body: ProbeBody, random_covariance: Float | None = None
+) -> float:
+    """Return U (k = 2), mm, of one point in its worst direction.
+
+    Without ``random_covariance`` (3, 3), mm^2, it lacks what the point's own window adds.
+    """
+    covariance = systematic_covariance([sensitivity], rig, body)
+    if random_covariance is not None:
+        covariance = covariance + random_covariance
+    variances = np.linalg.eigvalsh(covariance)
     return COVERAGE_FACTOR * float(np.sqrt(variances[-1]))
