@@ -29,7 +29,7 @@ import numpy as np
 from ocmm_core.blas import use_one_thread
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.documents import resource
-from ocmm_core.geometry import Float, rotation_from_vector, rotation_xyz
+from ocmm_core.geometry import Float, rotation_xyz
 from ocmm_core.measuring.point import Refusal, RefusalCode
 from ocmm_core.measuring.stable_point import PointOptions, average
 from ocmm_core.measuring.uncertainty import systematic_covariance
@@ -106,7 +106,7 @@ def touches_of_world(rig_name: str, probe: str, kind: str, rate: int, seed: int)
         place = rng.uniform(low, high)
         held = rotation_xyz(*rng.uniform(-_TILT, _TILT))
         motion = Motion(
-            np.array([rotation_from_vector(vector) @ held for vector in turn]),
+            _small_turns(turn) @ held,
             place + sway + way[:, None] * size * towards,
             np.zeros(count, dtype=np.bool_),
             np.ones(count, dtype=np.bool_),
@@ -132,6 +132,13 @@ def touches_of_world(rig_name: str, probe: str, kind: str, rate: int, seed: int)
             u = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         found.append(Touch(rig_name, kind, size, abs(towards[1]), word, ratio, motion_u, u, taken))
     return found
+
+
+def _small_turns(vectors: Float) -> Float:
+    """Return rotations (n, 3, 3) by vectors (n, 3), rad, of 1 mrad at most, to second order."""
+    first = np.cross(vectors[:, None, :], np.eye(3)).transpose(0, 2, 1)
+    turns: Float = np.eye(3) + first + 0.5 * first @ first
+    return turns
 
 
 def _motion(kind: str, x: Float, rng: np.random.Generator) -> tuple[float, Float, Float, float]:

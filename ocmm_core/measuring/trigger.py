@@ -142,7 +142,9 @@ class TouchCollector:
                 start = stop
         return touches
 
-    def _follow_pull(self, block: TrackBlock, start: int, held: Touch) -> tuple[int, Touch | None]:
+    def _follow_pull(
+        self, block: TrackBlock, start: int, held: Touch
+    ) -> tuple[int, Touch | None]:
         """Follow the ball from ``start`` on; return how far, and the touch when it is complete."""
         latest = int(held.window.counter[-1]) + self._pull_frames
         contact = held.window.tip_world[held.window.status == FrameStatus.OK]

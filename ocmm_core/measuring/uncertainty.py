@@ -2,7 +2,8 @@
 
 Propagated from their own records to all points of a job at once (GUM 5.2.2):
 
-- the scatter of each point's window, independent from point to point;
+- the scatter of each point's window and what the ball may have moved in it unnoticed, independent
+  from point to point;
 - the part of the spot error that stays at a place of the sensor (pixel pattern, rest of the lens
   model): a Gaussian field on each sensor, so that points taken near each other share it;
 - the calibration of the cameras and the geometry of the probe: common to all points; where the
