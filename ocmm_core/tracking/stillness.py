@@ -42,6 +42,9 @@ _CHANCE_CHI2 = 14.0
 _MANY = 6.0
 """What a slip must have beyond that: it is looked for at many moments."""
 
+_TREMOR_SIGMAS = 4.0
+"""Of the scatter that noise alone leaves: beyond them a hand trembles for certain."""
+
 _BOUND_SIGMAS = 2.4
 """One-sided, 99 %: a motion is longer than its upper bound in one case of 100."""
 
@@ -302,7 +305,7 @@ def _found(shapes: _Shapes, fits: _Fits, limit_mm: float) -> Motion | None:
 
 
 def _trembled(batches: _Batches, trembling: Float, limit_mm: float) -> Motion | None:
-    chance = 4.0 * np.sqrt(2.0 / len(batches.times)) * batches.variances.mean(axis=0)
+    chance = _TREMOR_SIGMAS * np.sqrt(2.0 / len(batches.times)) * batches.variances.mean(axis=0)
     worst = int(np.argmax(trembling - chance))
     amplitude = float(np.sqrt(2.0 * max(trembling[worst], 0.0)))
     if amplitude > limit_mm and trembling[worst] > chance[worst]:

@@ -66,7 +66,7 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     assert step.measured is not None
     assert step.uncertainty is not None
     # Twice U: 1 in 16,000 seeds would fail, and a step without reference body is 0.5 mm off. At
-    # 500 Hz half of U is what the ball may drift unnoticed.
+    # 500 Hz a part of U is what the ball may drift unnoticed.
     assert abs(step.measured - true_step) < 2.0 * step.uncertainty < 0.025
     live = station.live()
     assert live.reference is not None
