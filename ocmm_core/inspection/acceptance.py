@@ -152,7 +152,7 @@ def _doubt(
             "Move the part or the cameras, or calibrate a larger volume.",
             stable.time_s,
         )
-    uncertainty = point_uncertainty(sensitivity, rig, body)
+    uncertainty = point_uncertainty(sensitivity, rig, body, stable.random_covariance)
     if uncertainty > limit:
         return Refusal(
             RefusalCode.UNCERTAIN,

@@ -28,9 +28,10 @@ class MeasuredPoint:
     tip_world
         (3,), mm: averaged ball centre.
     random_covariance
-        (3, 3), mm^2: of the average, from the scatter of the window; correlated frames are
-        accounted for. Calibration errors are not in it: they are common to many points and are
-        propagated from ``spots`` (`tolerances.uncertainty`).
+        (3, 3), mm^2: of the average, from the scatter of the window, correlated frames accounted
+        for, and from the motion of the ball that could not be told (`tracking.stillness`).
+        Calibration errors are not in it: they are common to many points and are propagated from
+        ``spots`` (`tolerances.uncertainty`).
     direction
         (3,), unit, world: from the material towards the probe.
     tip_radius

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera.rig import Rig
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring.missing_tip import explain
 from ocmm_core.measuring.point import Refusal, RefusalCode
 from ocmm_core.tracking.reference import motion_to_world, simultaneous
 from ocmm_core.tracking.result import FrameStatus, TrackBlock, in_rig
+from ocmm_core.tracking.stillness import Motion, Stillness, judge_stillness, wildness
 
 _BATCHES = 10
 _OUTLIER_SIGMAS = 5.0
@@ -27,7 +28,8 @@ class PointOptions:
     window_s
         Frames of this much time are averaged, from the trigger on.
     still_mm
-        The ball may wander no more than this during the window, beyond what noise explains.
+        A ball that moves as far as this during the window is refused, wherever noise lets the
+        motion be told; where it does not, the motion is in the uncertainty of the point.
     min_share
         Share of the window's frames that must be there and good.
     approach_mm
@@ -37,7 +39,7 @@ class PointOptions:
     """
 
     window_s: float = 0.25
-    still_mm: float = 0.05
+    still_mm: float = 0.01
     min_share: float = 0.8
     approach_mm: float = 2.0
     max_uncertainty: float = 0.15
@@ -54,7 +56,9 @@ class StablePoint:
     tip_world
         (3,), mm.
     random_covariance
-        (3, 3), mm^2, of the average.
+        (3, 3), mm^2, of the average; ``motion_covariance`` is a part of it.
+    motion_covariance
+        (3, 3), mm^2: of a motion of the ball that was too small to be refused or to be told.
     rotation_world_from_probe
         (3, 3), mean attitude.
     spots
@@ -74,6 +78,7 @@ class StablePoint:
     n_frames: int
     tip_world: Float
     random_covariance: Float
+    motion_covariance: Float
     rotation_world_from_probe: Float
     spots: Float
     chi2_per_dof: float
@@ -99,7 +104,8 @@ def average(
     -------
     StablePoint or Refusal
         The random covariance comes from ten batch means, so that slow tremor counts as what it
-        is, and is never less than what independent spot noise predicts.
+        is, and is never less than what independent spot noise predicts. To it comes the motion of
+        the ball that could not be told from noise.
     """
     # The poses of the very frames that are averaged: nothing lags behind, whatever moved.
     window = simultaneous(window)
@@ -119,37 +125,34 @@ def average(
         used &= _alike(window.reference.body.seen, good)
     if np.count_nonzero(used) < 0.5 * options.min_share * expected:
         return _disagreeing(int(np.count_nonzero(used)), expected, time_s)
-    tips = window.tip_world[used]
-    centre = np.median(tips, axis=0)
-    inverse = np.linalg.inv(window.tip_covariance[used])
-    apart = np.sqrt(np.einsum("ni,nij,nj->n", tips - centre, inverse, tips - centre))
-    # The centre of a moving window lies away from most frames: judge movement before outliers.
-    wander = _wander(tips)
-    if wander > max(options.still_mm, _wander_of_noise(window.tip_covariance[used])):
-        return Refusal(
-            RefusalCode.MOVING,
-            f"The ball moved {wander:.3f} mm while it was measured.",
-            "Hold the ball still on the surface until the sound.",
-            time_s,
-        )
-    moved = _wander_of_reference(window, used)
-    if moved > options.still_mm:
+    # What moves is not wild: a frame is compared with its neighbours, and movement judged after.
+    apart = wildness(_seconds(window)[used], window.tip_world[used], window.tip_covariance[used])
+    keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
+    enough = len(keep) >= 0.5 * options.min_share * expected
+    judged = keep if enough else np.flatnonzero(used)
+    still = _judge(window, judged, options.still_mm)
+    if still.motion is not None:
+        return _moving(still.motion, time_s)
+    if not enough:
+        return _disagreeing(len(keep), expected, time_s)
+    moved = _motion_of_reference(window, keep, options.still_mm)
+    if moved is not None:
         return Refusal(
             RefusalCode.REFERENCE,
-            f"The reference body moved, {moved:.3f} mm at the ball, while the point was measured.",
+            f"The reference body moved, {moved.size_mm:.3f} mm at the ball, while the point was "
+            f"measured.",
             "Let part and cameras come to rest, then touch again.",
             time_s,
         )
-    keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
-    if len(keep) < 0.5 * options.min_share * expected:
-        return _disagreeing(len(keep), expected, time_s)
+    random = _covariance_of_mean(window.tip_world[keep], window.tip_covariance[keep])
     return StablePoint(
         time_s=time_s,
         first_frame=int(window.counter[keep[0]]),
         last_frame=int(window.counter[keep[-1]]),
         n_frames=len(keep),
         tip_world=window.tip_world[keep].mean(axis=0),
-        random_covariance=_covariance_of_mean(window.tip_world[keep], window.tip_covariance[keep]),
+        random_covariance=random + still.covariance,
+        motion_covariance=still.covariance,
         rotation_world_from_probe=_mean_rotation(window.rotation_world_from_probe[keep]),
         spots=window.uv[keep].mean(axis=0),
         chi2_per_dof=float(np.mean(window.chi2[keep] / window.dof[keep])),
@@ -157,6 +160,15 @@ def average(
         reference_spots=(
             window.reference.body.uv[keep].mean(axis=0) if window.reference is not None else None
         ),
+    )
+
+
+def _moving(motion: Motion, time_s: float) -> Refusal:
+    return Refusal(
+        RefusalCode.MOVING,
+        f"The ball {motion.kind.value} by {motion.size_mm:.3f} mm while it was measured.",
+        "Hold the ball still on the surface until the sound.",
+        time_s,
     )
 
 
@@ -175,41 +187,39 @@ def _alike(seen: NDArray[np.uint16], good: NDArray[np.bool_]) -> NDArray[np.bool
     return np.asarray((seen == patterns[np.argmax(counts)]).all(axis=1))
 
 
-def _batch_means(tips: Float) -> Float:
-    return np.array([part.mean(axis=0) for part in np.array_split(tips, _BATCHES)])
+def _seconds(window: TrackBlock) -> Float:
+    """Return the time of each frame since the first, s."""
+    return np.asarray((window.time_ns - window.time_ns[0]) * 1e-9, dtype=np.float64)
 
 
-def _wander(tips: Float) -> float:
-    """Return the greatest distance between the batch means and their centre, twice, mm."""
-    means = _batch_means(tips)
-    return 2.0 * float(np.linalg.norm(means - means.mean(axis=0), axis=1).max())
+def _judge(window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
+    return judge_stillness(
+        _seconds(window)[frames],
+        window.tip_world[frames],
+        window.tip_covariance[frames],
+        limit_mm,
+    )
 
 
-def _wander_of_noise(covariances: Float) -> float:
-    """Return the wander, mm, that spot noise alone hardly ever exceeds."""
-    variance = float(np.linalg.eigvalsh(covariances.mean(axis=0))[-1])
-    return 2.0 * _OUTLIER_SIGMAS * float(np.sqrt(variance * _BATCHES / len(covariances)))
-
-
-def _wander_of_reference(window: TrackBlock, used: NDArray[np.bool_]) -> float:
-    """Return how far the reference body alone would carry the ball, beyond its noise, mm."""
+def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> Motion | None:
+    """Return how the reference body alone would carry the ball."""
     seen = window.reference
     if seen is None or seen.home is None:
-        return 0.0
+        return None
     turn, shift = motion_to_world(
-        seen.home, seen.body.rotation_world_from_probe[used], seen.body.origin_world[used]
+        seen.home, seen.body.rotation_world_from_probe[frames], seen.body.origin_world[frames]
     )
-    tip_rig = np.median(seen.probe.tip_world[used], axis=0)
-    noise = window.tip_covariance[used] - (
-        turn @ seen.probe.tip_covariance[used] @ turn.transpose(0, 2, 1)
+    tip_rig = np.median(seen.probe.tip_world[frames], axis=0)
+    noise = window.tip_covariance[frames] - (
+        turn @ seen.probe.tip_covariance[frames] @ turn.transpose(0, 2, 1)
     )
-    wander = _wander(turn @ tip_rig + shift)
-    return wander if wander > _wander_of_noise(noise) else 0.0
+    carried = turn @ tip_rig + shift
+    return judge_stillness(_seconds(window)[frames], carried, noise, limit_mm).motion
 
 
 def _covariance_of_mean(tips: Float, covariances: Float) -> Float:
     predicted = covariances.mean(axis=0) / len(tips)
-    means = _batch_means(tips)
+    means = np.array([part.mean(axis=0) for part in np.array_split(tips, _BATCHES)])
     scatter = np.cov(means.T) / _BATCHES
     # Compare in units of the prediction, direction by direction: a hand trembles along the surface
     # where the cameras see well, and that must not drown in the noise of the depth.

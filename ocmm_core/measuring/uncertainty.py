@@ -2,7 +2,8 @@
 
 Propagated from their own records to all points of a job at once (GUM 5.2.2):
 
-- the scatter of each point's window, independent from point to point;
+- the scatter of each point's window and what the ball may have moved in it unnoticed, independent
+  from point to point;
 - the part of the spot error that stays at a place of the sensor (pixel pattern, rest of the lens
   model): a Gaussian field on each sensor, so that points taken near each other share it;
 - the calibration of the cameras and the geometry of the probe: common to all points; where the
@@ -93,7 +94,15 @@ def systematic_covariance(
     return sum_of(parts, len(sensitivities))[:-1, :-1]
 
 
-def point_uncertainty(sensitivity: TipSensitivity, rig: Rig, body: ProbeBody) -> float:
-    """Return U (k = 2), mm, of one point in its worst direction, without the window's scatter."""
-    variances = np.linalg.eigvalsh(systematic_covariance([sensitivity], rig, body))
+def point_uncertainty(
+    sensitivity: TipSensitivity, rig: Rig, body: ProbeBody, random_covariance: Float | None = None
+) -> float:
+    """Return U (k = 2), mm, of one point in its worst direction.
+
+    Without ``random_covariance`` (3, 3), mm^2, it lacks what the point's own window adds.
+    """
+    covariance = systematic_covariance([sensitivity], rig, body)
+    if random_covariance is not None:
+        covariance = covariance + random_covariance
+    variances = np.linalg.eigvalsh(covariance)
     return COVERAGE_FACTOR * float(np.sqrt(variances[-1]))

@@ -65,8 +65,9 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     step = next(item for item in job.characteristics if item.name == "Block step")
     assert step.measured is not None
     assert step.uncertainty is not None
-    # Twice U: 1 in 16,000 seeds would fail, and a step without reference body is 0.5 mm off.
-    assert abs(step.measured - true_step) < 2.0 * step.uncertainty < 0.02
+    # Twice U: 1 in 16,000 seeds would fail, and a step without reference body is 0.5 mm off. At
+    # 500 Hz a part of U is what the ball may drift unnoticed.
+    assert abs(step.measured - true_step) < 2.0 * step.uncertainty < 0.025
     live = station.live()
     assert live.reference is not None
     assert live.reference.name == "plate"
@@ -99,7 +100,7 @@ def test_a_job_goes_on_relative_to_where_its_own_reference_body_stood(build: Bui
     step = next(item for item in view.characteristics if item.name == "Block step")
     assert step.measured is not None
     assert step.uncertainty is not None
-    assert abs(step.measured - 20.342) < 2.0 * step.uncertainty < 0.02
+    assert abs(step.measured - 20.342) < 2.0 * step.uncertainty < 0.025
     reference = station.live().reference
     assert reference is not None
     assert reference.moved_mm == pytest.approx(47.4, abs=1.0)
