@@ -16,6 +16,7 @@ Run: ``python -m benchmarks.recall [--n 1000] [--worlds 10] [--processes 2]``.
 from __future__ import annotations
 
 import argparse
+import resource
 import sys
 import tempfile
 import time
@@ -64,6 +65,7 @@ class Counts:
     values: int = 0
     outcomes: dict[Outcome, int] = field(default_factory=lambda: dict.fromkeys(Outcome, 0))
     seconds: float = 0.0
+    processor_s: float = 0.0
 
 
 def main() -> int:
@@ -105,7 +107,7 @@ def _world(
         parts[path.name] = part
     world.verify(passed=False)
     world.calibrate()
-    begun = time.monotonic()
+    begun, used = time.monotonic(), _processor_s()
     record = recall(
         Places((folder / "jobs",), world.calibrations),
         datetime.now(UTC),
@@ -117,9 +119,10 @@ def _world(
         _count(job, parts[Path(job.path).name], f"world {seed}, {Path(job.path).name}", counts)
     counts.jobs += jobs
     counts.seconds += took
+    counts.processor_s += _processor_s() - used
     for outcome in Outcome:
         counts.outcomes[outcome] += record.count(outcome)
-    assert len(record.jobs) == jobs, record.unread  # noqa: S101 - a benchmark
+    assert len(record.jobs) == jobs, record.unread
     words = " ".join(f"{1e3 * value:+.2f}" for value in turn)
     print(
         f"{seed:5d}   {words:14s} {jobs:5d} {record.count(Outcome.HOLDS):6d} "
@@ -127,6 +130,12 @@ def _world(
         f"{counts.released - released:4d} of {counts.good - good:4d}  {took:7.1f}",
         flush=True,
     )
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process and of those that it waited for, s."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 def _push(rng: np.random.Generator) -> tuple[Float, Float]:
@@ -172,7 +181,8 @@ def _stands(one: RecalledCharacteristic) -> str:
 
 def _told(counts: Counts) -> bool:
     share = counts.released / max(counts.good, 1)
-    each = counts.seconds / max(counts.jobs, 1)
+    each = counts.processor_s / max(counts.jobs, 1)
+    two_cores_s = 0.5 * 1000 * each
     for name in counts.wrong_conform:
         print(f"left CONFORM: {name}")
     print(f"wrong parts {counts.wrong}, of them CONFORM before the recall {counts.false_before}")
@@ -186,13 +196,13 @@ def _told(counts: Counts) -> bool:
         + ", ".join(f"{name.value} {count}" for name, count in counts.outcomes.items())
     )
     print(
-        f"time {counts.seconds:.1f} s, {each:.3f} s a job, {1000 * each / 60:.1f} min for 1,000 "
-        f"(limit {LONGEST_S / 60:.0f} min)"
+        f"processor time {each:.3f} s a job of 14 points: 1,000 jobs take {two_cores_s / 60:.1f} "
+        f"min of two cores (limit {LONGEST_S / 60:.0f} min); clock {counts.seconds:.0f} s here"
     )
     return (
         not counts.wrong_conform
         and share >= LEAST_RELEASED
-        and 1000 * each <= LONGEST_S
+        and two_cores_s <= LONGEST_S
     )
 
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from ocmm_core import __version__
@@ -47,7 +46,7 @@ from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.simulation.spot_pattern import SpotPattern, draw_pattern
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobHead, make_head
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.tracking.body import load_probe
 from ocmm_core.tracking.body_tracker import spot_sigma_px
 from ocmm_core.tracking.pipeline import TrackingPipeline
 from ocmm_core.tracking.pose import solve
@@ -211,8 +210,9 @@ class World:
 
     def _normal(self, feature: str) -> Float:
         tips = np.array([p.tip_world for p in self._base if p.feature == feature])
-        normal: Float = np.linalg.svd(tips - tips.mean(axis=0))[2][2]
-        return normal * np.sign(normal[2])
+        normal = np.linalg.svd(tips - tips.mean(axis=0))[2][2]
+        upward: Float = normal * np.sign(normal[2])
+        return upward
 
     def _seen(self, rotation: Float, tip: Float, frames: int, seen: np.ndarray) -> Float:
         origin = tip - rotation @ self._tip

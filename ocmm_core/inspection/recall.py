@@ -15,6 +15,8 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
+import msgspec
+
 from ocmm_core import __version__
 from ocmm_core.blas import use_one_thread
 from ocmm_core.calibration.history import CalibrationStore
@@ -71,17 +73,15 @@ class Places:
 def recall(
     places: Places,
     now: datetime,
-    who: str = "",
     tell: Tell = lambda what, share: None,
     workers: int = 1,
 ) -> RecallRecord:
     """Return what becomes of all jobs that are in doubt because of their calibration.
 
+    Nothing is changed by it; `decide` does.
+
     Parameters
     ----------
-    who
-        Decides; with a name the points whose results hold count again from now on, here and
-        wherever the history of the calibration is. Empty for a trial, which decides nothing.
     workers
         Processes that compute.
 
@@ -89,8 +89,6 @@ def recall(
     ------
     InputError
         There is no such folder or file, or no job in it.
-    StorageError, CalibrationError
-        The decision cannot be stored; nothing is decided then.
     """
     paths = _paths(places.jobs)
     touched, unread = _touched(paths, places, now, tell)
@@ -102,19 +100,16 @@ def recall(
             unread.append(result)
         share = _LOOKING + (1.0 - _LOOKING) * (done + 1) / len(touched)
         tell(f"Recalculated {done + 1} of {len(touched)} jobs", share)
-    record = RecallRecord(
+    return RecallRecord(
         schema=SCHEMA,
-        made_utc=now.isoformat(timespec="seconds"),
-        made_by=who,
+        made_utc=now.isoformat(timespec="microseconds"),
+        made_by="",
         software=__version__,
         folders=tuple(str(path) for path in places.jobs),
         looked_at=len(paths),
         jobs=tuple(_judged(found)),
         unread=tuple(sorted(unread)),
     )
-    if who:
-        _decide(record, places, now)
-    return record
 
 
 def _paths(jobs: Sequence[Path]) -> list[Path]:
@@ -289,19 +284,45 @@ def _as_record(
     )
 
 
-def _decide(record: RecallRecord, places: Places, now: datetime) -> None:
-    """Store a recall with the calibrations that it is about, and let what holds count again."""
+def decide(record: RecallRecord, places: Places, who: str, now: datetime) -> RecallRecord:
+    """Let the points whose results hold count again, and return the recall with who decided so.
+
+    It is stored with the calibrations that it is about; wherever their history is asked, it is
+    found.
+
+    Parameters
+    ----------
+    record
+        What `recall` found, as somebody has looked at it.
+
+    Raises
+    ------
+    InputError
+        Nobody is named, or something happened to the calibrations since.
+    StorageError, CalibrationError
+        It cannot be stored.
+    """
+    if not who:
+        raise InputError(
+            "recall.nobody", "Nobody is named who decides.", "Give the name of who decides."
+        )
     about = dict.fromkeys((job.rig, job.calibration) for job in record.jobs)
-    words = "; ".join(
-        f"{record.count(outcome)} {outcome.value}" for outcome in _outcomes(record)
-    )
+    stores = {
+        rig: CalibrationStore(store_folder(places.calibrations, rig)) for rig, _ in about
+    }
+    for rig, store in stores.items():
+        if any(one.utc > record.made_utc for one in store.events):
+            raise InputError(
+                "recall.overtaken",
+                f"Something happened to the calibrations of rig '{rig}' since the recall.",
+                "Recall the jobs again.",
+            )
+    decided = msgspec.structs.replace(record, made_by=who)
+    found = [one for one in Outcome if record.count(one)]
+    words = ", ".join(f"{record.count(one)} {one.value}" for one in found)
     for rig, calibration in about:
-        store = CalibrationStore(store_folder(places.calibrations, rig))
-        path = save(store.folder, record)
+        path = save(stores[rig].folder, decided)
         # What cannot be read back must not be named by the history.
-        load_named(store.folder, path.stem, RecallRecord)
-        store.recalled(calibration, path.stem, record.made_by, f"Jobs: {words}.", now)
-
-
-def _outcomes(record: RecallRecord) -> list[Outcome]:
-    return [one for one in Outcome if record.count(one)]
+        load_named(stores[rig].folder, path.stem, RecallRecord)
+        stores[rig].recalled(calibration, path.stem, who, f"Jobs: {words}.", now)
+    return decided
