@@ -60,6 +60,7 @@ class Counts:
     wrong: int = 0
     false_before: int = 0
     wrong_conform: list[str] = field(default_factory=list)
+    not_released: list[str] = field(default_factory=list)
     good: int = 0
     released: int = 0
     values: int = 0
@@ -160,7 +161,10 @@ def _count(job: RecalledJob, part: TruePart, name: str, counts: Counts) -> None:
     conform = Verdict.CONFORM.value
     if part.conforms:
         counts.good += 1
-        counts.released += all(_stands(one) == conform for one in job.characteristics)
+        stands = [_stands(one) for one in job.characteristics]
+        counts.released += all(one == conform for one in stands)
+        if any(one != conform for one in stands):
+            counts.not_released.append(f"{name}: {stands[0] or '-'}, {stands[1] or '-'}")
         counts.values += job.released == job.in_doubt
         return
     counts.wrong += 1
@@ -185,6 +189,8 @@ def _told(counts: Counts) -> bool:
     two_cores_s = 0.5 * 1000 * each
     for name in counts.wrong_conform:
         print(f"left CONFORM: {name}")
+    for name in counts.not_released:
+        print(f"good, not released: {name}")
     print(f"wrong parts {counts.wrong}, of them CONFORM before the recall {counts.false_before}")
     print(f"wrong jobs left CONFORM: {len(counts.wrong_conform)} of {counts.wrong} (limit 0)")
     print(

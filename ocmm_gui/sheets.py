@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,17 +53,18 @@ class Sheets(QObject):
     ) -> None:
         super().__init__()
         running = JobSource.of_bridge(bridge)
-        self.results = ResultsSheet(running, lambda: calibration_words(bridge))
+        records = partial(_records, bridge)
+        self.results = ResultsSheet(running, lambda: calibration_words(bridge), records)
         self.report = ReportSheet(folder)
         self.alignment = AlignmentSheet(bridge)
         self.job = JobSheet(bridge)
-        self.batch = CompareSheet()
+        self.batch = CompareSheet(records)
         self.keys = KeysSheet()
         station = bridge.station
         self.recall = RecallSheet(
             lambda: station.job_path.parent,
-            lambda: _folder_of(station.calibration_in_use.store) or default_folder(),
-            lambda: _folder_of(station.probe_in_use.store),
+            lambda: records()[1] or default_folder(),
+            lambda: records()[0],
             lambda: bridge.job().operator,
         )
         self.plan = PlanSheet(station.plan, station.plan_file, lambda: station.job_path)
@@ -161,6 +163,12 @@ class Sheets(QObject):
     def _open_batch(self, folder: Path) -> None:
         self.wanted.emit(self.batch)
         self.batch.open(folder)
+
+
+def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
+    """Return where records of probes and of calibrations are kept; None for that of this user."""
+    station = bridge.station
+    return _folder_of(station.probe_in_use.store), _folder_of(station.calibration_in_use.store)
 
 
 def _folder_of(store: EventFolder[Any] | None) -> Path | None:

@@ -142,6 +142,8 @@ def _show(console: Console, record: RecallRecord) -> None:
         return
     for sentence in (*totals(record), decided(record)):
         console.print(sentence, highlight=False, markup=False)
+    if not record.made_by:
+        console.print("--by NAME releases the points whose verdicts hold.", highlight=False)
     table = Table(box=box.SIMPLE_HEAD)
     for name in COLUMNS:
         table.add_column(name, overflow="fold")

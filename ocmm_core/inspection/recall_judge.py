@@ -162,7 +162,7 @@ def _recalled(
         elif min(rests_on) >= place:
             after = True
         else:
-            return _unknown(own, "The cameras may have changed between its points.", later)
+            return _unknown(own, "The cameras may have changed between its points.")
     if after and in_world:
         return _unknown(own, "It is stated in the world of the cameras, not of the part.")
     if after and (later.measured is None) != (own.measured is None):
@@ -194,12 +194,10 @@ def _recalled(
     )  # fmt: skip
 
 
-def _unknown(
-    own: CharacteristicResult, why: str, later: CharacteristicResult | None = None
-) -> RecalledCharacteristic:
+def _unknown(own: CharacteristicResult, why: str) -> RecalledCharacteristic:
     return RecalledCharacteristic(
-        name=own.name, before=_value(own), after=None if later is None else _value(later),
-        outcome=Outcome.UNKNOWN, reason=why, released=False,
+        name=own.name, before=_value(own), after=None, outcome=Outcome.UNKNOWN, reason=why,
+        released=False,
     )  # fmt: skip
 
 

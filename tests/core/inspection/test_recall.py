@@ -77,6 +77,9 @@ def test_hold_change_and_cannot_be_known(world: World, tmp_path: Path) -> None:
         "large": {"Ball diameter": Outcome.CHANGES, "Block step": Outcome.HOLDS},
     }
     changed = found["large"].characteristics[0]
+    assert changed.after is not None
+    assert changed.after.value is not None
+    assert changed.after.expanded is not None
     assert changed.before.verdict == Verdict.CONFORM.value
     assert changed.after.verdict == Verdict.NOT_CONFORM.value
     # Within its own U (k = 2) and half as much again.
@@ -175,7 +178,7 @@ def test_the_command_writes_the_sealed_recall_and_its_pages(world: World, tmp_pa
     shown = CliRunner().invoke(app, [*arguments, "--json", str(sealed), "--pdf", str(pages)])
     assert shown.exit_code == 1, shown.output
     assert "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS" in shown.output
-    assert "Trial" in shown.output
+    assert "Not decided" in shown.output
     record = load(sealed, RecallRecord)
     assert record.count(Outcome.CHANGES) == 1
     assert pages.read_bytes().startswith(b"%PDF")
