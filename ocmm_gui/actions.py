@@ -100,6 +100,10 @@ ACTIONS = (
         "cameras", ("W",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
+        "recall", "Recall jobs", "Recalculate older jobs whose calibration failed later", ("F12",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
         "pivot", "Calibrate probe", "Find tip and LEDs of the probe: sweep it about its ball in a "
         "cone", ("P",), mode=Mode.MAINTAIN,
     ),

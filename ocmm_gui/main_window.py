@@ -132,6 +132,7 @@ class MainWindow(QMainWindow):
         self.desk.plan.feature_chosen.connect(bridge.select)
         self.sheets.wanted.connect(self._leave_keys_to)
         self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
+        self.sheets.recall.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.maintenance.wanted.connect(self._leave_keys_to)
         self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.tip_line.turned.connect(self._on_tip_turned)
@@ -245,6 +246,7 @@ class MainWindow(QMainWindow):
             "plan": sheets.open_plan,
             "alignment": sheets.open_alignment,
             "keys": sheets.open_keys,
+            "recall": sheets.open_recall,
             "view": lambda: self.show_far(not self.is_far()),
             "cameras": self.desk.toggle_cameras,
             "fit": self.desk.points.fit,

@@ -81,7 +81,7 @@ class Maintenance(QObject):
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(
                 "Calibration", "Whether the cameras can be trusted", self.calibration,
-                ("calibrate", "relocate", "verify", "write_cameras"),
+                ("calibrate", "relocate", "verify", "recall", "write_cameras"),
             ),
             Page(
                 "Probe", "Whether the tip can be trusted", self.probe,

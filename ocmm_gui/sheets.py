@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
+from ocmm_core.calibration.event_folder import EventFolder
+from ocmm_core.calibration.in_use import default_folder
 from ocmm_core.inspection.view import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.keys_sheet import KeysSheet
+from ocmm_gui.maintain.recall_sheet import RecallSheet
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.job_sheet import JobSheet
 from ocmm_gui.plan_editor.plan_sheet import PlanSheet
@@ -48,13 +53,20 @@ class Sheets(QObject):
     ) -> None:
         super().__init__()
         running = JobSource.of_bridge(bridge)
-        self.results = ResultsSheet(running, lambda: calibration_words(bridge))
+        records = partial(_records, bridge)
+        self.results = ResultsSheet(running, lambda: calibration_words(bridge), records)
         self.report = ReportSheet(folder)
         self.alignment = AlignmentSheet(bridge)
         self.job = JobSheet(bridge)
-        self.batch = CompareSheet()
+        self.batch = CompareSheet(records)
         self.keys = KeysSheet()
         station = bridge.station
+        self.recall = RecallSheet(
+            lambda: station.job_path.parent,
+            lambda: records()[1] or default_folder(),
+            lambda: records()[0],
+            lambda: bridge.job().operator,
+        )
         self.plan = PlanSheet(station.plan, station.plan_file, lambda: station.job_path)
         self.plan.saved.connect(self._on_plan_saved)
         self.plan.measure_wanted.connect(self._measure_by)
@@ -67,6 +79,8 @@ class Sheets(QObject):
             sheet.left.connect(self.left)
             sheet.failed.connect(notices.error)
             sheet.told.connect(notices.inform)
+        # It is opened from Maintain, and left to there.
+        self.recall.left.disconnect(self.left)
         self.report.left.disconnect(self.left)
         self.report.left.connect(self.open_results)
         self.batch.left.disconnect(self.left)
@@ -78,6 +92,7 @@ class Sheets(QObject):
         """Return every sheet, for the stack of the window."""
         return (
             self.results, self.report, self.batch, self.job, self.plan, self.alignment, self.keys,
+            self.recall,
         )  # fmt: skip
 
     def holds(self, widget: QWidget | None) -> bool:
@@ -109,6 +124,11 @@ class Sheets(QObject):
         self.wanted.emit(self.keys)
         self.keys.open()
 
+    def open_recall(self) -> None:
+        """Recalculate older jobs whose calibration failed later."""
+        self.wanted.emit(self.recall)
+        self.recall.open()
+
     def job_changed(self, job: JobView) -> None:
         """Let the sheets show what was measured since."""
         self.results.job_changed()
@@ -122,6 +142,7 @@ class Sheets(QObject):
         self.batch.close_work()
         self.plan.close_work()
         self.alignment.close_work()
+        self.recall.close_work()
 
     def _on_plan_saved(self, path: Path) -> None:
         self.job.offer(path)
@@ -142,6 +163,17 @@ class Sheets(QObject):
     def _open_batch(self, folder: Path) -> None:
         self.wanted.emit(self.batch)
         self.batch.open(folder)
+
+
+def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
+    """Return where records of probes and of calibrations are kept; None for that of this user."""
+    station = bridge.station
+    return _folder_of(station.probe_in_use.store), _folder_of(station.calibration_in_use.store)
+
+
+def _folder_of(store: EventFolder[Any] | None) -> Path | None:
+    """Return the folder that holds a store and those of other rigs or probes."""
+    return None if store is None else store.folder.parent
 
 
 def calibration_words(bridge: StationBridge) -> str:

@@ -67,6 +67,7 @@ from ocmm_core.cli.options import (
 from ocmm_core.cli.plan import plan_app
 from ocmm_core.cli.probe import probe_app
 from ocmm_core.cli.probe_status import mount_tip, probe_history, probe_status
+from ocmm_core.cli.recall import recall_command
 from ocmm_core.cli.report import report_command
 from ocmm_core.cli.rig import rig_app
 from ocmm_core.cli.source_names import VIRTUAL_BUSES
@@ -102,6 +103,7 @@ app.command(name="align-plan")(align_plan_command)
 app.command(name="compare")(compare_command)
 app.command(name="uncertainty")(uncertainty_command)
 app.command(name="report")(report_command)
+app.command(name="recall")(recall_command)
 app.command(name="fit")(fit_command)
 app.command(name="verify-fits")(verify_fits_command)
 app.add_typer(rig_app, name="rig")

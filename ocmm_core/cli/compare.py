@@ -20,6 +20,14 @@ def compare_command(
     jobs: Annotated[
         list[Path], typer.Argument(help="Job files of one plan, in any order.", metavar="JOB...")
     ],
+    probes: Annotated[
+        Path | None,
+        typer.Option("--probes", help="Folder of records of probes. Default: that of this user."),
+    ] = None,
+    calibrations: Annotated[
+        Path | None,
+        typer.Option("--calibrations", help="Folder of calibrations. Default: that of this user."),
+    ] = None,
 ) -> None:
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
 
@@ -27,7 +35,10 @@ def compare_command(
     not counted; so are those of simulated jobs beside real ones.
     """
     console = make_console()
-    opened = sorted((reopen_job(path) for path in jobs), key=lambda job: job.head.created_utc)
+    opened = sorted(
+        (reopen_job(path, probes, calibrations=calibrations) for path in jobs),
+        key=lambda job: job.head.created_utc,
+    )
     trends = compare_jobs(opened)
     if all_simulated(opened):
         console.print(f"{SIMULATED}: {NO_REAL_PART}", style="bold yellow", highlight=False)

@@ -26,6 +26,7 @@ from ocmm_core.inspection.tip_history import first_taken, hold, sentences
 from ocmm_core.storage.job_file import JobFile
 
 _VERIFIED = "The calibration was verified since and passed."
+_TAKEN_OVER = "The history of the calibration knows of it."
 _RECALLED = "A recall found that the verdicts hold."
 _SAME_ALARM = timedelta(minutes=1)
 """The monitor holds points back and puts the calibration in doubt at once."""
@@ -78,8 +79,16 @@ def settle_cameras(
     ]
     over = [n for n in session.held_for(Ward.CALIBRATION) if n not in doubts.open]
     changed.append(bool(session.release_points(over, _VERIFIED, Ward.CALIBRATION)))
-    answered = _answered_alarms(events, calibration, job)
-    changed.append(bool(session.release_points(answered, _VERIFIED, Ward.CAMERAS)))
+    alarms = _known_alarms(events, calibration, job)
+    held = doubts.open.keys() | doubts.failed.keys()
+    changed += [
+        bool(session.release_points(alarms.keys() & held, _TAKEN_OVER, Ward.CAMERAS)),
+        bool(
+            session.release_points(
+                [n for n, answered in alarms.items() if answered], _VERIFIED, Ward.CAMERAS
+            )
+        ),
+    ]
     return any(changed)
 
 
@@ -139,29 +148,32 @@ def _without(points: dict[int, str], numbers: frozenset[int]) -> dict[int, str]:
     return {number: why for number, why in points.items() if number not in numbers}
 
 
-def _answered_alarms(events: Sequence[Event], calibration: str, job: JobFile) -> list[int]:
-    """Return the points that the monitor held back for a doubt that a good check has answered.
+def _known_alarms(events: Sequence[Event], calibration: str, job: JobFile) -> dict[int, bool]:
+    """Return the points that the monitor held back for a doubt that the history knows.
 
-    It holds back for other causes, too (the part has moved, the probe has changed), which no
-    verification of the cameras answers: only what the history knows by the same words counts.
+    The monitor holds back for other causes, too (the part has moved, the probe has changed), which
+    no verification of the cameras answers: only what the history tells in the same words at the
+    same time is its own. The value is whether a good check has answered it since.
     """
     own = [one for one in events if one.calibration == calibration]
-    checked = [one.utc for one in own if one.kind is EventKind.PASSED]
-    last = max(map(datetime.fromisoformat, checked), default=None)
-    if last is None:
-        return []
-    answered = [
+    checked = [datetime.fromisoformat(one.utc) for one in own if one.kind is EventKind.PASSED]
+    last = max(checked, default=None)
+    doubts = [
         (datetime.fromisoformat(one.utc), one.reason)
         for one in own
-        if one.kind is EventKind.SUSPECTED and datetime.fromisoformat(one.utc) < last
+        if one.kind is EventKind.SUSPECTED
     ]
     happened = job.events()
-    numbers = set(held_back(happened))
+    held = held_back(happened)
+    known: dict[int, bool] = {}
     for event in happened:
         if event.kind != Ward.CAMERAS.held:
             continue
         names, _, reason = event.text.partition(": ")
         when = datetime.fromisoformat(event.time_utc)
-        if not any(why == reason and abs(utc - when) < _SAME_ALARM for utc, why in answered):
-            numbers -= {int(name) for name in names.split(",")}
-    return sorted(numbers)
+        same = [utc for utc, why in doubts if why == reason and abs(utc - when) < _SAME_ALARM]
+        for number in (int(name) for name in names.split(",")):
+            known.pop(number, None)
+            if same and number in held:
+                known[number] = last is not None and max(same) < last
+    return known

@@ -104,7 +104,10 @@ class Comparison:
 
 
 def compare_folder(
-    folder: Path, progress: Callable[[str, float], None] | None = None
+    folder: Path,
+    progress: Callable[[str, float], None] | None = None,
+    probes: Path | None = None,
+    calibrations: Path | None = None,
 ) -> Comparison:
     """Return what the jobs of a folder say together: those by the plan of the latest one.
 
@@ -114,6 +117,8 @@ def compare_folder(
         Its job files are opened read-only.
     progress
         Told what is read next, and the share that is done.
+    probes, calibrations
+        Where histories are kept, as for `reopen_job`.
 
     Raises
     ------
@@ -131,7 +136,7 @@ def compare_folder(
         if progress is not None:
             progress(f"Reading {path.name}", done / len(paths))
         try:
-            opened.append(reopen_job(path))
+            opened.append(reopen_job(path, probes, calibrations=calibrations))
         except OcmmError as error:
             left_out.append(error.what)
     opened.sort(key=lambda job: job.head.created_utc)

@@ -238,6 +238,10 @@ class JobPoints:
             self.held[ward] = {k: v for k, v in held.items() if k not in free}
         return free
 
+    def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
+        """Take over those that were computed from the raw observations already, by number."""
+        self._sensitivities |= sensitivities
+
     def forget_sensitivities(self) -> None:
         """Let them be computed anew from the raw observations."""
         self._sensitivities.clear()

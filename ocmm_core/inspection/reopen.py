@@ -10,7 +10,7 @@ an older version, or be measured by another program at the moment.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from ocmm_core.inspection.camera_history import CameraHistory, settle_by_calibra
 from ocmm_core.inspection.limits import methods_used
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.quarantine import Ward
 from ocmm_core.inspection.reference_use import ReferenceUse
 from ocmm_core.inspection.reopen_copy import copy_of_job
 from ocmm_core.inspection.session import InspectionSession
@@ -83,6 +84,8 @@ class ReopenedJob:
         What the history of the probe says of the job, where it is on this computer.
     cameras
         What the history of the calibration says of the job, or that it is not on this computer.
+    held
+        The points that are held back, for what and why, by the file and by these histories.
     """
 
     path: Path
@@ -102,6 +105,7 @@ class ReopenedJob:
     differences: tuple[str, ...]
     history: TipHistory = field(default_factory=TipHistory)
     cameras: CameraHistory = field(default_factory=CameraHistory)
+    held: Mapping[Ward, Mapping[int, str]] = field(default_factory=dict)
 
     @property
     def annulled(self) -> tuple[int, ...]:
@@ -192,6 +196,7 @@ def _reopened(
         sensitivities.append(use.sensitivity(point.spots, point.reference_spots))
     tell("Checking the audit of the file", 0.5)
     session = InspectionSession(plan, rig, body, job, options)
+    session.know({p.number: one for p, one in zip(points, sensitivities, strict=True)})
     faults = tuple(job.verify())
     history = settle_by_history(session, job, records, probes)
     cameras = settle_by_calibration(session, job, stored.camera_record(), calibrations)
@@ -220,6 +225,7 @@ def _reopened(
         differences=differences,
         history=history,
         cameras=cameras,
+        held={ward: session.held_for(ward) for ward in Ward},
     )
 
 

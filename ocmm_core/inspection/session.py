@@ -7,7 +7,7 @@ lock guards them, and every change makes a new frozen `JobView`.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from ocmm_core.alignment.rules import simulated_frame
@@ -39,6 +39,7 @@ from ocmm_core.measuring.trigger import Touch
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.result import ReferenceHome
+from ocmm_core.tracking.sensitivity import TipSensitivity
 
 
 class InspectionSession(JobSteps):
@@ -298,6 +299,11 @@ class InspectionSession(JobSteps):
             actual = checked_features(self._plan, points, self._options)
             frame = frame_of(self._plan, actual)
             return taught_plan(self._plan, actual, frame, decimals)
+
+    def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
+        """Take over what was computed from the raw observations of points already, by number."""
+        with self._lock:
+            self._points.know(sensitivities)
 
     def refit(self) -> None:
         """Compute everything again from the raw observations of the points."""

@@ -34,6 +34,9 @@ _FACTS = (
 )
 
 
+_IN_DOUBT = " Recall jobs (F12) shows which of their verdicts hold."
+
+
 class CalibrationPage(StandingPage[CalibrationView, CalibrationOverview]):
     """Standing, facts, trends and history of the calibration.
 
@@ -56,7 +59,7 @@ class CalibrationPage(StandingPage[CalibrationView, CalibrationOverview]):
     ) -> None:
         super().__init__(
             "Calibration", "calibration", _FACTS, pull, pull_overview,
-            in_order=_IN_ORDER, design=DESIGN,
+            in_order=_IN_ORDER, design=DESIGN, in_doubt=_IN_DOUBT,
         )  # fmt: skip
         self._rig = rig
         self.focal = HistoryChart("Focal length, Δ µm", factor=1e3, reach=2.0)

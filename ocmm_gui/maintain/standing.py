@@ -50,6 +50,8 @@ class StandingPage(QWidget, Generic[V, H]):
         changed, for it reads many files.
     in_order, design
         What is said where nothing is the matter, and of a virtual rig.
+    in_doubt
+        What leads to the jobs whose points are in doubt.
     """
 
     def __init__(
@@ -62,11 +64,13 @@ class StandingPage(QWidget, Generic[V, H]):
         *,
         in_order: str,
         design: str,
+        in_doubt: str = "",
     ) -> None:
         super().__init__()
         self._pull: Callable[[], V] = pull
         self._pull_overview = pull_overview
         self._in_order, self._design = in_order, design
+        self._in_doubt = in_doubt
         self._view: V | None = None
         self.setAccessibleName(name)
         self._theme = THEMES[DEFAULT_THEME]
@@ -142,7 +146,10 @@ class StandingPage(QWidget, Generic[V, H]):
         )
         notes = list(view.warnings)
         if view.since_utc:
-            notes.append(f"Points since {local_time(view.since_utc)} are in doubt.")
+            notes.append(
+                f"Points since {local_time(view.since_utc)} are in doubt, in older jobs as well."
+                f"{self._in_doubt}"
+            )
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
 

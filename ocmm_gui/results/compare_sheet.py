@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,9 +39,11 @@ class _Reading:
     """What the process does: compare the jobs of a folder."""
 
     folder: Path
+    probes: Path | None
+    calibrations: Path | None
 
     def __call__(self, tell: Tell) -> Comparison:
-        return compare_folder(self.folder, tell)
+        return compare_folder(self.folder, tell, self.probes, self.calibrations)
 
 
 class TrendTable(Table):
@@ -77,10 +80,19 @@ class TrendTable(Table):
 
 
 class CompareSheet(Sheet):
-    """Read the jobs of a folder in a process of their own and show them side by side."""
+    """Read the jobs of a folder in a process of their own and show them side by side.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    records
+        Gives where records of probes and of calibrations are kept; None is that of this user.
+    """
+
+    def __init__(
+        self, records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None)
+    ) -> None:
         super().__init__("Batch", _KEYS)
+        self._records = records
         self.file = PathPanel("jobs", "folder", "Compare")
         self.table = TrendTable()
         self.chart = TrendChart()
@@ -127,7 +139,7 @@ class CompareSheet(Sheet):
     def read(self, folder: Path) -> None:
         """Read the jobs of a folder; the window stays free."""
         self._folder = folder
-        self._work.start(_Reading(folder))
+        self._work.start(_Reading(folder, *self._records()))
         self._advance("Starting", 0.0)
 
     def stop(self) -> None:

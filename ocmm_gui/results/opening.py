@@ -31,7 +31,9 @@ class OpenedJob:
     remarks: tuple[str, ...] = ()
 
 
-def opened_job(path: Path, tell: Tell) -> OpenedJob:
-    """Return a job from its own file, computed anew; raise OcmmError as `reopen_job`."""
-    job = reopen_job(path, tell=tell)
+def opened_job(
+    path: Path, tell: Tell, *, probes: Path | None = None, calibrations: Path | None = None
+) -> OpenedJob:
+    """Return a job from its own file, computed anew; errors and folders as `reopen_job`."""
+    job = reopen_job(path, probes, tell, calibrations)
     return OpenedJob(path, report_of_job(job), job.doubts, job.remarks)

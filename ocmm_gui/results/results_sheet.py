@@ -46,6 +46,8 @@ class ResultsSheet(Sheet):
         Gives the job that is measured now.
     calibration
         Says how cameras and probe stand now.
+    records
+        Gives where records of probes and of calibrations are kept; None is that of this user.
     """
 
     report_wanted = Signal(object)
@@ -54,12 +56,16 @@ class ResultsSheet(Sheet):
     """Emits the folder whose jobs are to be compared."""
 
     def __init__(
-        self, running: JobSource, calibration: Callable[[], str]
+        self,
+        running: JobSource,
+        calibration: Callable[[], str],
+        records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None),
     ) -> None:
         super().__init__("Results", _KEYS)
         self._theme = THEMES[DEFAULT_THEME]
         self._running = self._source = running
         self._calibration = calibration
+        self._records = records
         self._job: JobView | None = None
         self.table = ResultTable()
         self.detail = ResultDetail()
@@ -130,7 +136,10 @@ class ResultsSheet(Sheet):
 
         That takes some seconds, in a process of its own; what was shown before stays so long.
         """
-        self._opening.start(partial(opened_job, path))
+        probes, calibrations = self._records()
+        self._opening.start(
+            partial(opened_job, path, probes=probes, calibrations=calibrations)
+        )
         self.opening.begin(f"Opening {path.name}", "F7 gives it up.")
         self.table.setFocus()
 

@@ -232,7 +232,8 @@ class VerdictPage(StepPage):
             self._word.show_text("FAILED", theme.bad, Mark.BAD)
             text = (
                 "Take the line that failed again, once; if it fails again, store the verdict and "
-                "calibrate anew."
+                "calibrate anew. Jobs since the last good verification are then in doubt: Recall "
+                "jobs (F12), on page Calibration, shows which of their verdicts hold."
             )
         if text != self.sentence.text():
             self.sentence.setText(text)

@@ -152,7 +152,10 @@ def test_a_doubt_appears_while_it_is_looked_at(
         "No points are taken. Camera 'left' has turned. Verify the calibration"
     )
     since = f"{(now - timedelta(hours=1)).astimezone():%Y-%m-%d %H:%M}"
-    assert window.maintenance.calibration.notes() == f"Points since {since} are in doubt."
+    assert window.maintenance.calibration.notes() == (
+        f"Points since {since} are in doubt, in older jobs as well. Recall jobs (F12) shows which "
+        "of their verdicts hold."
+    )
     assert window.maintenance.calibration.history.words(0)[1:5] == (
         "Put in doubt", "monitor", "Camera 'left' has turned.", since,
     )  # fmt: skip

@@ -1,0 +1,143 @@
+"""The pages of a recall as PDF: ``python -m ocmm_gui.reports.recall RECALL.json FILE.pdf``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, Qt
+from PySide6.QtGui import QPageLayout, QPageSize, QPainter, QPdfWriter
+
+from ocmm_core.calibration.sealed import load, record_hash, seal
+from ocmm_core.errors import InternalError
+from ocmm_core.export.files import write_together
+from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.inspection.recall_record import Outcome, RecallRecord
+from ocmm_core.inspection.recall_words import (
+    COLUMNS,
+    decided,
+    headline,
+    job_line,
+    rests_on,
+    row,
+    totals,
+    worst_first,
+)
+from ocmm_gui.reports.canvas import (
+    BODY,
+    BOTTOM,
+    HEADING,
+    INK,
+    LEFT,
+    SMALL,
+    STRONG,
+    TITLE,
+    WIDTH,
+    Canvas,
+    Column,
+    Field,
+    Style,
+    paint_text,
+)
+from ocmm_gui.reports.drawing import drawing
+
+_RESOLUTION = 1200
+_UNITS_PER_INCH = 254.0
+_WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
+_COLOURS = {
+    Outcome.HOLDS: INK.good,
+    Outcome.CHANGES: INK.bad,
+    Outcome.UNKNOWN: INK.warn,
+}
+
+
+def lay_out(record: RecallRecord) -> Canvas:
+    """Return the pages: totals first, then job by job, those that need somebody first."""
+    canvas = Canvas()
+    canvas.text("Recall", TITLE)
+    canvas.text(headline(record), HEADING)
+    for sentence in (*totals(record), decided(record)) if record.jobs else ():
+        canvas.text(sentence)
+    canvas.text(
+        f"{record.looked_at} jobs checked in {', '.join(record.folders)}. "
+        f"{record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
+        SMALL,
+    )
+    for sentence in record.unread:
+        canvas.text(f"Not read: {sentence}", Style(colour=INK.warn))
+    columns = [Column(name, w) for name, w in zip(COLUMNS[1:], _WIDTHS, strict=True)]
+    for job in worst_first(record.jobs):
+        canvas.skip(24.0)
+        canvas.room(260.0)
+        canvas.text(job_line(job), STRONG)
+        canvas.text(rests_on(job), SMALL)
+        canvas.table(
+            columns,
+            [
+                [
+                    Field(text, Style(24.0, bold=True, colour=_COLOURS[one.outcome]))
+                    if text == one.outcome.value
+                    else Field(text, Style(24.0, colour=BODY.colour))
+                    for text in row(one)
+                ]
+                for one in job.characteristics
+            ],
+        )
+    return canvas
+
+
+def pdf_bytes(record: RecallRecord) -> bytes:
+    """Return the recall as a PDF file with the sealed record inside."""
+    canvas = lay_out(record)
+    content = QByteArray()
+    buffer = QBuffer(content)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    writer = QPdfWriter(buffer)
+    writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
+    writer.setPageMargins(QMarginsF(0.0, 0.0, 0.0, 0.0), QPageLayout.Unit.Millimeter)
+    writer.setResolution(_RESOLUTION)
+    writer.setTitle(f"Recall {record.made_utc[:10]}")
+    writer.setCreator(f"OCMM {record.software}")
+    writer.addFileAttachment("recall.json", QByteArray(seal(record)), "application/json")
+    painter = QPainter(writer)
+    painter.scale(_RESOLUTION / _UNITS_PER_INCH, _RESOLUTION / _UNITS_PER_INCH)
+    for index in range(len(canvas.pages)):
+        if index:
+            writer.newPage()
+        paint_page(painter, canvas, index, record)
+    painter.end()
+    buffer.close()
+    return bytes(content.data())
+
+
+def paint_page(painter: QPainter, canvas: Canvas, index: int, record: RecallRecord) -> None:
+    """Paint a page with its foot: the hash of the record, and which page it is."""
+    for draw in canvas.pages[index]:
+        draw(painter)
+    foot = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
+    paint_text(painter, foot, f"Recall SHA-256 {record_hash(record)}", SMALL)
+    paint_text(
+        painter, foot, f"{index + 1} / {len(canvas.pages)}", SMALL,
+        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
+    )  # fmt: skip
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recall", type=Path)
+    parser.add_argument("pdf", type=Path)
+    options = parser.parse_args(arguments)
+    try:
+        with drawing():
+            write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
+    except Exception as error:
+        told = contained(error, "The pages of the recall", "What was decided is stored.")
+        sys.stderr.write(f"{told.what} {told.remedy}\n")
+        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

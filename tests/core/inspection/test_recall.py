@@ -1,0 +1,217 @@
+"""Jobs in doubt are recalculated with the later calibration; their files stay as they are."""
+
+from __future__ import annotations
+
+import hashlib
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
+from ocmm_core.calibration.history import State
+from ocmm_core.calibration.sealed import load, record_hash
+from ocmm_core.cli.app import app
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.recall import Places, decide, recall
+from ocmm_core.inspection.recall_artefact import artefact_wrong
+from ocmm_core.inspection.recall_record import Outcome, RecalledJob, RecallRecord
+from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.tolerances.result import Verdict
+from tests.core.inspection.conftest import Bench
+from tests.core.inspection.recorded_jobs import BAR, Cameras
+
+TURN, SHIFT = np.array([2e-4, 1e-4, -2e-4]), np.array([0.1, 0.1, 0.1])
+"""It makes the ball 0.066 mm too small, and the spots show it plainly."""
+LARGE = TruePart(DIAMETER + 0.11)
+"""0.03 mm above its tolerance; it looks good after the push."""
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> tuple[MeasuredPoint, ...]:
+    return base_points(tmp_path_factory.mktemp("base"))
+
+
+@pytest.fixture
+def world(base: tuple[MeasuredPoint, ...], tmp_path: Path) -> World:
+    (tmp_path / "jobs").mkdir()
+    return World(base, tmp_path / "calibrations", seed=3)
+
+
+def run(world: World, tmp_path: Path, who: str = "") -> dict[str, RecalledJob]:
+    """Recall all jobs; return what came out by the name of the job."""
+    places = Places((tmp_path / "jobs",), world.calibrations)
+    record = recall(places, datetime.now(UTC))
+    if who:
+        record = decide(record, places, who, datetime.now(UTC))
+    return {Path(job.path).stem: job for job in record.jobs}
+
+
+def outcomes(job: RecalledJob) -> dict[str, Outcome]:
+    return {one.name: one.outcome for one in job.characteristics}
+
+
+def test_hold_change_and_cannot_be_known(world: World, tmp_path: Path) -> None:
+    jobs = tmp_path / "jobs"
+    world.measure(jobs / "before.ocmm", TruePart())
+    # The push comes before the last two points of the step: its datum is of another world.
+    world.measure(jobs / "across.ocmm", TruePart(), (6, TURN, SHIFT))
+    world.measure(jobs / "after.ocmm", TruePart(DIAMETER + 0.03))
+    world.measure(jobs / "large.ocmm", LARGE)
+    content = {path: path.read_bytes() for path in jobs.iterdir()}
+    assert run(world, tmp_path) == {}
+    world.verify(passed=False)
+    # Without a later calibration nobody knows anything.
+    found = run(world, tmp_path)
+    assert len(found) == 4
+    assert {job.outcome for job in found.values()} == {Outcome.UNKNOWN}
+    world.calibrate()
+    found = run(world, tmp_path, "Ada")
+    assert {name: outcomes(job) for name, job in found.items()} == {
+        "before": {"Ball diameter": Outcome.HOLDS, "Block step": Outcome.HOLDS},
+        "across": {"Ball diameter": Outcome.HOLDS, "Block step": Outcome.UNKNOWN},
+        "after": {"Ball diameter": Outcome.HOLDS, "Block step": Outcome.HOLDS},
+        "large": {"Ball diameter": Outcome.CHANGES, "Block step": Outcome.HOLDS},
+    }
+    changed = found["large"].characteristics[0]
+    assert changed.after is not None
+    assert changed.after.value is not None
+    assert changed.after.expanded is not None
+    assert changed.before.verdict == Verdict.CONFORM.value
+    assert changed.after.verdict == Verdict.NOT_CONFORM.value
+    # Within its own U (k = 2) and half as much again.
+    assert abs(changed.after.value - LARGE.diameter) < 1.5 * changed.after.expanded
+    assert found["before"].released == tuple(range(1, 15))
+    # Their verdicts hold, but the ball of 0.066 mm less is no value to go on with.
+    for name in ("after", "large", "across"):
+        assert not set(found[name].released) & set(range(9, 15))
+    # Nothing was written to the jobs, and the recall names what it has read.
+    assert {path: path.read_bytes() for path in jobs.iterdir()} == content
+    for name, job in found.items():
+        read = content[jobs / f"{name}.ocmm"]
+        assert job.sha256 == hashlib.sha256(read).hexdigest()
+    verdicts = {
+        name: [
+            result.verdict
+            for result in reopen_job(
+                jobs / f"{name}.ocmm", calibrations=world.calibrations
+            ).view.characteristics
+        ]
+        for name in ("before", "large")
+    }
+    assert verdicts["before"] == [Verdict.CONFORM, Verdict.CONFORM]
+    assert verdicts["large"] == [Verdict.NOT_PROVEN, Verdict.CONFORM]
+
+
+def test_spots_that_fit_neither_calibration(world: World, tmp_path: Path) -> None:
+    world.push(-TURN, SHIFT)
+    world.measure(tmp_path / "jobs" / "third.ocmm", TruePart())
+    world.push(2.5 * TURN, SHIFT)
+    world.verify(passed=False)
+    world.calibrate()
+    (job,) = run(world, tmp_path).values()
+    assert job.outcome is Outcome.UNKNOWN
+    assert job.judgement.startswith("The spots fit neither")
+
+
+def test_a_push_that_no_residual_shows_excludes_nothing(world: World, tmp_path: Path) -> None:
+    jobs = tmp_path / "jobs"
+    # Along the baseline: the scale of everything changes, and no ray misses another one.
+    world.measure(jobs / "before.ocmm", TruePart())
+    world.push(np.array([0.0, 2e-6, 0.0]), np.array([0.02, 0.0, 0.0]))
+    world.measure(jobs / "after.ocmm", TruePart())
+    world.verify(passed=False)
+    world.calibrate()
+    for job in run(world, tmp_path).values():
+        said = job.judgement
+        assert "both calibrations" in said or "may have changed" in said
+
+
+def test_what_is_decided_ends_where_more_becomes_known(world: World, tmp_path: Path) -> None:
+    path = tmp_path / "jobs" / "before.ocmm"
+    world.measure(path, TruePart())
+    world.push(TURN, SHIFT)
+    world.verify(passed=False)
+    world.calibrate()
+
+    def held() -> tuple[int, ...]:
+        return reopen_job(path, calibrations=world.calibrations).view.held
+
+    assert len(held()) == 14
+    run(world, tmp_path)
+    assert len(held()) == 14, "a trial decides nothing"
+    run(world, tmp_path, "Ada")
+    assert held() == ()
+    # The calibration that the recall rests on turns out to rest on a wrong artefact.
+    later = str(world.store.active_hash)
+    now = datetime.now(UTC)
+    world.store.refresh()
+    world.store.fall(later, "", who="Ada", reason="The bar is wrong.", since=now, now=now)
+    assert len(held()) == 14
+
+
+def test_a_record_that_was_changed_releases_nothing(world: World, tmp_path: Path) -> None:
+    path = tmp_path / "jobs" / "before.ocmm"
+    world.measure(path, TruePart())
+    world.verify(passed=False)
+    world.calibrate()
+    run(world, tmp_path, "Ada")
+    world.store.refresh()
+    sealed = world.store.folder / f"{world.store.events[-1].evidence}.json"
+    sealed.write_bytes(sealed.read_bytes().replace(b'"Ada"', b'"Bob"', 1))
+    again = reopen_job(path, calibrations=world.calibrations)
+    assert "cannot be read" in again.doubts[0]
+    assert {one.verdict for one in again.view.characteristics} == {Verdict.NOT_PROVEN}
+
+
+def test_the_command_writes_the_sealed_recall_and_its_pages(world: World, tmp_path: Path) -> None:
+    world.measure(tmp_path / "jobs" / "before.ocmm", TruePart())
+    world.push(TURN, SHIFT)
+    world.measure(tmp_path / "jobs" / "large.ocmm", LARGE)
+    world.verify(passed=False)
+    world.calibrate()
+    sealed, pages = tmp_path / "recall.json", tmp_path / "recall.pdf"
+    arguments = ["recall", str(tmp_path / "jobs"), "--calibrations", str(world.calibrations)]
+    shown = CliRunner().invoke(app, [*arguments, "--json", str(sealed), "--pdf", str(pages)])
+    assert shown.exit_code == 1, shown.output
+    assert "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS" in shown.output
+    assert "Not decided" in shown.output
+    record = load(sealed, RecallRecord)
+    assert record.count(Outcome.CHANGES) == 1
+    assert pages.read_bytes().startswith(b"%PDF")
+    assert record_hash(record)
+    # Somebody verifies between the looking and the deciding.
+    places = Places((tmp_path / "jobs",), world.calibrations)
+    shown_record = recall(places, datetime.now(UTC))
+    world.store.refresh()
+    world.verify()
+    with pytest.raises(InputError, match="since the recall"):
+        decide(shown_record, places, "Ada", datetime.now(UTC))
+    nowhere = CliRunner().invoke(app, ["recall", str(tmp_path / "nowhere")])
+    assert isinstance(nowhere.exception, InputError)
+
+
+def test_an_artefact_that_was_wrong_lets_fall_what_rests_on_it(
+    bench: Bench, tmp_path: Path
+) -> None:
+    cameras = Cameras(tmp_path / "calibrations")
+    path = cameras.measure(bench, "A")
+    day = datetime.now(UTC) - timedelta(days=1)
+    with pytest.raises(InputError, match="No calibration or verification"):
+        artefact_wrong(cameras.folder, "B-17", day, "Ada", datetime.now(UTC))
+    cameras.verify(artefacts=(BAR,))
+    assert reopen_job(path, calibrations=cameras.folder).doubts == ()
+    fallen = artefact_wrong(cameras.folder, "b-17", day, "Ada", datetime.now(UTC))
+    assert [one.kind for one in fallen] == ["verification"]
+    cameras.store.refresh()
+    assert cameras.store.standing(datetime.now(UTC)).state is State.SUSPECT
+    (doubt,) = reopen_job(path, calibrations=cameras.folder).doubts
+    assert doubt.startswith("Artefact b-17 was found to be wrong since")
+    # It falls once; a good bar answers it.
+    assert artefact_wrong(cameras.folder, "B-17", day, "Ada", datetime.now(UTC)) == ()
+    cameras.verify()
+    assert reopen_job(path, calibrations=cameras.folder).doubts == ()
+    assert cameras.store.standing(datetime.now(UTC)).state is not State.SUSPECT
