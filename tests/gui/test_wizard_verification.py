@@ -17,7 +17,7 @@ from ocmm_core.calibration.procedure import Kind
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.procedure_views import VerificationView
 from ocmm_core.simulation.calibrating import TouchSeats
-from ocmm_gui.wizards.pages import LinesPage
+from ocmm_gui.wizards.pages import LinesPage, SeatsPage
 from ocmm_gui.wizards.sphere_page import SpheresPage
 from ocmm_gui.wizards.verdict_page import VerdictPage
 from tests.core.calibration.procedure_site import show
@@ -57,20 +57,26 @@ def _verdict(bench: WizardBench) -> VerdictPage:
 def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -> None:
     bench.begin(Kind.VERIFICATION)
     assert bench.wizard.runner is not None, bench.wizard.start.trouble.text()
+    bench.step("seats")
+    seats = bench.runner.page()
+    assert isinstance(seats, SeatsPage)
+    bench.key(Qt.Key.Key_Y)
+    bench.until(lambda: bench.seen.automatic)
+    places = ((-100.0, -40.0, -80.0), (100.0, 40.0, 60.0))
+    assert bench.show(None, TouchSeats(tips=places, seed=1)) == 2
+    bench.until(lambda: seats.picture.accessibleDescription() == "both seats were visited")
     bench.step("lines")
     page = bench.runner.page()
     assert isinstance(page, LinesPage)
     assert "7 of 7 lines are missing" in bench.runner.gate.text()
-    assert page.picture.accessibleDescription() == "space diagonal 1"
+    assert page.picture.accessibleDescription() == "face diagonal YZ 1"
     view = bench.seen.view
     assert isinstance(view, VerificationView)
     begin, end = view.lines[0].ends_world
     tips = tuple(tuple((begin + k / 5.0 * (end - begin)).tolist()) for k in range(6))
-    bench.key(Qt.Key.Key_Y)
-    bench.until(lambda: bench.seen.automatic)
     assert bench.show(None, TouchSeats(tips=tips, seed=1)) == 6
     bench.until(lambda: page.score.number() == "6 / 42")
-    bench.until(lambda: page.picture.accessibleDescription() == "space diagonal 2")
+    bench.until(lambda: page.picture.accessibleDescription() == "face diagonal XY 1")
     # A complete line counts: it cannot be taken back, and it did not fail.
     bench.key(Qt.Key.Key_Backspace)
     bench.key(Qt.Key.Key_N)
@@ -89,7 +95,10 @@ def test_a_passed_verification_makes_the_calibration_valid(bench: WizardBench) -
     outcome = bench.seen.view.outcome
     assert isinstance(outcome, VerificationOutcome)
     worst = outcome.record.checks[outcome.largest]
-    assert page.facts.value("Checks") == "36"
+    assert page.facts.value("Checks") == "37"
+    assert page.facts.value("Corners") == "8 of 8 reached"
+    assert page.facts.value("Repeats").startswith("seat 1 ")
+    assert "limit 80.0" in page.facts.value("Form")
     assert page.facts.value("Nearest") == worst.name
     assert f"{1e3 * worst.error_mm:+.1f}" in page.chart.word()
     spheres = bench.runner.pages["spheres"]
