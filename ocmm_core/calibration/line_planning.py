@@ -325,12 +325,13 @@ def _unsuitable(volume_world: Float, length: float) -> CalibrationError:
         why = f"it does not fit in {N_LINES} directions at least 10 degrees apart"
         if missing:
             why += f", and the corners {', '.join(missing)} stay out of reach"
-    tried = [one for one in np.linspace(shortest, diagonal, 12) if _planned(volume_world, one)]
+    lengths = np.linspace(np.ceil(shortest), np.floor(diagonal), 12).round()
+    tried = [one for one in lengths if _planned(volume_world, one)]
     return CalibrationError(
         "verification.bar",
         f"A bar of {length:.0f} mm does not suit a volume with a space diagonal of "
         f"{diagonal:.0f} mm: {why}.",
-        f"Use a bar of {np.ceil(tried[0]):.0f} to {np.floor(tried[-1]):.0f} mm."
+        f"Use a bar of {tried[0]:.0f} to {tried[-1]:.0f} mm."
         if tried
         else "No bar suits this volume: calibrate one that is less long for its width.",
     )

@@ -47,6 +47,8 @@ class RestingSpots:
         """As they stand now; whoever nudges one puts another here."""
         self.tip_shift_probe = np.zeros(3)
         """Of the true tip: another stylus than the one of the record."""
+        self.lifted_mm = 0.0
+        """How far the ball is off its seat in all axes: dirt, or a hand that did not press."""
         self._holds: Holds = {} if holds is None else holds
         self._rng = np.random.default_rng([seed, 61])
         self._white_px = rig.noise.white_px / np.sqrt(frames)
@@ -67,7 +69,7 @@ class RestingSpots:
         """Return averaged spots (C, L, 2), px, NaN where not seen, of a ball's centre (3,), mm."""
         world = self.world
         tip_probe = world.tip_probe + self.tip_shift_probe
-        leds = tip_world + (world.leds_probe - tip_probe) @ rotation.T
+        leds = tip_world + self.lifted_mm + (world.leds_probe - tip_probe) @ rotation.T
         light = self.body.led_directions_probe @ rotation.T
         uv = np.full((len(self.cameras), len(leds), 2), np.nan)
         for c, (camera, pattern) in enumerate(zip(self.cameras, world.patterns, strict=True)):

@@ -9,7 +9,14 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from ocmm_core.calibration.collecting import sigma_of_mean
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.calibration.procedure_verification import (
+    LINES,
+    RESULT,
+    SEATS_AGAIN,
+    SEATS_FIRST,
+    SPHERES,
+    VerificationProcedure,
+)
 from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about, sphere_layout
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
@@ -23,7 +30,7 @@ FRAMES = 100
 
 _BETWEEN = timedelta(seconds=15)
 _LAID_MM = 3.0
-"""So well a hand lays a bar where the picture shows it, standard deviation per axis."""
+"""So well a hand lays a bar where the picture shows it, at most, per axis."""
 
 
 def verify_at_once(
@@ -36,7 +43,7 @@ def verify_at_once(
     seat_sigma_mm: float = 0.001,
     before: Callable[[int], None] | None = None,
 ) -> datetime:
-    """Take everything that a verification wants, step by step, and return when it ended.
+    """Take everything that a verification still wants, step by step, and return when it ended.
 
     Parameters
     ----------
@@ -63,29 +70,30 @@ def verify_at_once(
 
     low, high = spots.rig.volume_world
     seats = low + SEATS * (high - low)
-    procedure.advance(now)
-    for seat in seats:
-        touch(seat)
-    procedure.advance(now)
-    for line in procedure.view.lines:
-        if line.taken:
-            continue
-        ends = line.ends_world + _LAID_MM * rng.standard_normal(3)
-        for nest in places_of_bar(ends, procedure.bar.nests, scale):
-            touch(nest)
-    procedure.advance(now)
-    for number, sphere in enumerate(procedure.spheres):
-        centre = spots.rig.volume_world.mean(axis=0) + np.array([60.0 * number, 0.0, 0.0])
-        layout = sphere_layout(
-            QUALIFICATION_RINGS, frame_about(np.array([0.0, 0.0, 1.0]), spots.rig)
-        )
-        reach = 0.5 * sphere.diameter + spots.world.tip_radius
-        for normal in layout.directions:
-            touch(centre + reach * normal, normal)
-    procedure.advance(now)
-    for seat in seats:
-        touch(seat)
-    procedure.advance(now)
+    while procedure.base.step.name != RESULT:
+        view = procedure.view
+        step = view.base.step.name
+        if step == SEATS_FIRST:
+            for seat in seats[len(view.seats_world) :]:
+                touch(seat)
+        elif step == LINES:
+            for line in view.lines:
+                ends = line.ends_world + rng.uniform(-_LAID_MM, _LAID_MM, 3)
+                for nest in places_of_bar(ends, procedure.bar.nests, scale)[line.taken :]:
+                    touch(nest)
+        elif step == SPHERES:
+            for number, sphere in enumerate(procedure.spheres):
+                centre = spots.rig.volume_world.mean(axis=0) + np.array([60.0 * number, 0.0, 0.0])
+                layout = sphere_layout(
+                    QUALIFICATION_RINGS, frame_about(np.array([0.0, 0.0, 1.0]), spots.rig)
+                )
+                reach = 0.5 * sphere.diameter + spots.world.tip_radius
+                for normal in layout.directions[view.spheres[number] :]:
+                    touch(centre + reach * normal, normal)
+        elif step == SEATS_AGAIN and view.next_seat is not None:
+            for seat in seats[view.next_seat :]:
+                touch(seat)
+        procedure.advance(now)
     return now
 
 
