@@ -146,7 +146,7 @@ def _relocation(stage: Stage) -> None:
 
 
 def _verdict(stage: Stage) -> None:
-    bar = load_bar(resource("artefacts", "bar.toml"))
+    bar = load_bar(resource("artefacts", "verification_bar.toml"))
     spheres = (load_sphere(resource("artefacts", "sphere.toml")),)
     store, now = CalibrationStore(stage.store), datetime.now(UTC)
     procedure = VerificationProcedure.begin(

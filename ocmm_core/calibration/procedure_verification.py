@@ -1,8 +1,10 @@
-"""Guided verification: the bar along seven lines, spheres, and a verdict on the calibration.
+"""Guided verification: two seats, the bar along its lines, spheres, the seats again, a verdict.
 
 The ball of the probe is put into every nest of the bar; what is kept are the averaged spots, so
 that lengths can be computed anew. Everything that was taken counts: a line may be taken back before
-the verdict only where its placement was wrong, and repeated once where it failed.
+the verdict only where its placement was wrong, and one line of all may be repeated once where it
+failed. Two seats that are fixed to the table are visited first and last, so that what moves
+meanwhile is found.
 """
 
 from __future__ import annotations
@@ -16,8 +18,9 @@ from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.artefacts import LengthBar, Sphere
 from ocmm_core.calibration.collecting import STILL_FRAMES, Average, ProbeSpots
-from ocmm_core.calibration.guards import Finding, let_pass
+from ocmm_core.calibration.guards import let_pass
 from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.line_planning import CORNER_NAMES, plan_lines
 from ocmm_core.calibration.outcome import VerificationOutcome
 from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
 from ocmm_core.calibration.procedure_views import LinePlan, VerificationView
@@ -35,17 +38,24 @@ from ocmm_core.calibration.verification import (
     SPHERE_POINTS,
     Limits,
     judge_nest,
-    plan_lines,
     worst,
 )
+from ocmm_core.calibration.verification_artefacts import judge_independence
 from ocmm_core.calibration.verification_state import (
+    PLACES,
+    SEATS,
+    CornerExcused,
     LineRepeated,
     NestTaken,
+    Resting,
+    SeatVisited,
     SphereTouched,
+    Taken,
     VerificationBegun,
     VerificationEvent,
     VerificationState,
 )
+from ocmm_core.calibration.verification_verdict import uses_of, verdict
 from ocmm_core.camera.rig import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
@@ -53,7 +63,8 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.pose import solve
 
-PREPARE, LINES, SPHERES, RESULT = "prepare", "lines", "spheres", "result"
+PREPARE, SEATS_FIRST, LINES, SPHERES = "prepare", "seats", "lines", "spheres"
+SEATS_AGAIN, RESULT = "again", "result"
 _APART_MM = 5.0
 
 
@@ -61,7 +72,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     """See `procedure`; made by `begin` and `resume`."""
 
     kind = Kind.VERIFICATION
-    step_names = (PREPARE, LINES, SPHERES, RESULT)
+    step_names = (PREPARE, SEATS_FIRST, LINES, SPHERES, SEATS_AGAIN, RESULT)
 
     def __init__(
         self,
@@ -79,8 +90,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 "Continue it with that probe, or begin a new one.",
             )
         self._begun = begun
-        plans = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
-        self._state = VerificationState(rig, body, begun, plans)
+        planning = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
+        self._state = VerificationState(rig, body, begun, planning)
         self._probe = ProbeSpots(
             rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM, inside=True
         )
@@ -99,6 +110,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         who: str,
         temperature_c: float | None = None,
         spheres: tuple[Sphere, ...] = (),
+        two_places: bool = False,
         limits: Limits | None = None,
     ) -> VerificationProcedure:
         """Begin a session.
@@ -113,12 +125,14 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             The probe.
         store
             Calibrations of that rig.
+        two_places
+            Every sphere is touched in the near and in the far third of the volume.
 
         Raises
         ------
         CalibrationError
-            The rig is not that of the calibration in force, an artefact may not be used, or the bar
-            does not suit the volume.
+            The rig is not that of the calibration in force, an artefact may not be used or gave the
+            calibration its scale, or the bar does not suit the volume.
         StorageError
             The session file cannot be written.
         """
@@ -137,9 +151,10 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             )
         ]
         for sphere in spheres:
-            findings += sphere.artefact.judge(
-                sphere.diameter, chosen.diameter, now, temperature_c
-            )
+            for limit in (chosen.diameter, chosen.form):
+                findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature_c)
+        artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
+        findings += judge_independence([one.artefact.use for one in artefacts], store.active())
         let_pass(findings, force=False)
         begun = VerificationBegun(
             utc=utc_text(now),
@@ -151,7 +166,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             temperature_c=temperature_c,
             probe_identity=body.identity,
             bar=bar,
-            spheres=spheres,
+            spheres=tuple(one for one in spheres for _ in (PLACES if two_places else ("",))),
+            places=tuple(place for _ in spheres for place in (PLACES if two_places else ("",))),
             limits=chosen,
         )
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
@@ -197,8 +213,21 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 for i, plan in enumerate(state.plans)
             )
             touched = tuple(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))
+            visits = [state.visits(seat) for seat in range(SEATS)]
             return VerificationView(
-                self.base, lines, state.current_line(), touched, SPHERE_POINTS, self._outcome
+                base=self.base,
+                lines=lines,
+                current_line=state.current_line(),
+                spheres=touched,
+                sphere_points=SPHERE_POINTS,
+                outcome=self._outcome,
+                places=self._begun.places,
+                seats_world=tuple(state.taken[one[0]].tip for one in visits if one),
+                next_seat=(
+                    state.unvisited_seat() if self._step == SEATS_FIRST else state.seat_to_repeat()
+                ),
+                corners=state.corners(),
+                notes=state.planning.notes,
             )
 
     def watch(self, block: FrameBlock) -> None:
@@ -235,63 +264,118 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             state = self._state
             wrong = bool(state.hint(line)) or state.is_begun(line)
             failed = not wrong and state.has_failed(line)
-            if not wrong and (not failed or line in state.repeated):
-                why = "was repeated before" if line in state.repeated else "did not fail"
+            others = [i for i in range(len(state.plans)) if i != line and state.has_failed(i)]
+            if not wrong and (not failed or state.repeated or others):
+                why = "it did not fail"
+                if failed and others:
+                    why = f"one line of all may be repeated, and {len(others) + 1} failed"
+                if failed and state.repeated:
+                    before = state.plans[state.repeated[0]].name
+                    why = f"one line of all may be repeated, and '{before}' was"
                 raise CalibrationError(
                     "verification.repeat",
-                    f"Line '{state.plans[line].name}' may not be taken again: it {why}.",
+                    f"Line '{state.plans[line].name}' may not be taken again: {why}.",
                     "Accept the verdict, or begin a new verification.",
                 )
             self._append(LineRepeated(utc=utc_text(now), line=line, failed=failed))
 
+    def excuse_corner(self, corner: str, reason: str, now: datetime) -> None:
+        """State why no test length can end in a corner; an empty reason takes it back.
+
+        Parameters
+        ----------
+        corner
+            One of `CORNER_NAMES`, in any writing.
+
+        Raises
+        ------
+        CalibrationError
+            There is no corner of that name.
+        """
+        name = next((one for one in CORNER_NAMES if _bare(one) == _bare(corner)), None)
+        if name is None:
+            raise CalibrationError(
+                "verification.corner",
+                f"'{corner}' is no corner of the volume.",
+                f"Write it like '{CORNER_NAMES[0]}'.",
+            )
+        with self._lock:
+            self._append(CornerExcused(utc=utc_text(now), corner=name, reason=reason.strip()))
+
     def _seen(self) -> Live:
         live = self._probe.live()
-        line = self._state.current_line() if self._step == LINES else None
-        if not live.ready or line is None:
+        if not live.ready or not self._wants() or self._step == SPHERES:
             return live
-        average = self._probe.average()
-        pose = solve(average.uv[None], self._state.rig, self._state.body, average.sigma_px)
-        state = self._state
-        hint = judge_nest(
-            state.plans[line], pose.tip_world[0], state.line_tips(line), self._begun.bar
-        )
+        average, state = self._probe.average(), self._state
+        pose = solve(average.uv[None], state.rig, state.body, average.sigma_px)
+        tip, line = pose.tip_world[0], state.current_line()
+        if self._step == LINES and line is not None:
+            hint = judge_nest(state.plans[line], tip, state.line_tips(line), self._begun.bar)
+        else:
+            hint = state.judge_seat(tip, again=self._step == SEATS_AGAIN)
         return replace(live, ready=False, hint=hint) if hint else live
 
     def _wants(self) -> bool:
-        if self._step == LINES:
-            return self._state.current_line() is not None
-        return self._step == SPHERES and self._state.current_sphere() is not None
+        state = self._state
+        wanted = {
+            SEATS_FIRST: state.unvisited_seat,
+            LINES: state.current_line,
+            SPHERES: state.current_sphere,
+            SEATS_AGAIN: state.seat_to_repeat,
+        }
+        return self._step in wanted and wanted[self._step]() is not None
 
     def _observation(self, utc: str) -> VerificationEvent:
         return self._event(self._probe.average(), utc)
 
-    def _event(self, average: Average, utc: str) -> NestTaken | SphereTouched:
-        spots, sigma = to_spots(average.uv), average.sigma_px
-        line, sphere = self._state.current_line(), self._state.current_sphere()
+    def _event(self, average: Average, utc: str) -> Resting:
+        state, spots, sigma = self._state, to_spots(average.uv), average.sigma_px
+        line, sphere = state.current_line(), state.current_sphere()
         if self._step == LINES and line is not None:
-            nest = len(self._state.line_tips(line))
+            nest = len(state.line_tips(line))
             return NestTaken(utc=utc, line=line, nest=nest, uv=spots, sigma_px=sigma)
-        assert sphere is not None  # noqa: S101 - a point is wanted
-        return SphereTouched(utc=utc, sphere=sphere, uv=spots, sigma_px=sigma)
+        if self._step == SPHERES and sphere is not None:
+            return SphereTouched(utc=utc, sphere=sphere, uv=spots, sigma_px=sigma)
+        first = self._step == SEATS_FIRST
+        seat = state.unvisited_seat() if first else state.seat_to_repeat()
+        assert seat is not None  # noqa: S101 - a visit is wanted
+        return SeatVisited(utc=utc, seat=seat, uv=spots, sigma_px=sigma)
 
     def _observe(self, event: VerificationEvent) -> None:
         if isinstance(event, LineRepeated):
             self._state.repeat(event)
-        elif isinstance(event, NestTaken | SphereTouched):
+        elif isinstance(event, CornerExcused):
+            self._state.excuse(event)
+        elif isinstance(event, NestTaken | SphereTouched | SeatVisited):
             self._state.add(event)
             self._probe.taken(Average(from_spots(event.uv), event.sigma_px))
 
     def _has_observation(self, step: str) -> bool:
-        if step == LINES:
-            # A complete line counts; see `repeat_line`.
-            return bool(self._state.nests) and self._state.is_begun(self._state.nests[-1].line)
-        return step == SPHERES and bool(self._state.touched)
+        return self._last_of(step) is not None
 
     def _undo(self, step: str) -> None:
+        last = self._last_of(step)
+        if last is not None:
+            self._state.remove(last)
+
+    def _last_of(self, step: str) -> Taken | None:
+        """Return what may be taken back in a step."""
+        state = self._state
         if step == LINES:
-            self._state.remove_nest()
-        else:
-            self._state.remove_touch()
+            # A complete line counts; see `repeat_line`.
+            nest = state.last(NestTaken)
+            begun = (
+                nest is not None
+                and isinstance(nest.event, NestTaken)
+                and state.is_begun(nest.event.line)
+            )
+            return nest if begun else None
+        if step == SPHERES:
+            return state.last(SphereTouched)
+        if step == SEATS_FIRST and all(isinstance(one.event, SeatVisited) for one in state.taken):
+            # What was measured after it rests on it; a visit at the end is a result.
+            return state.last(SeatVisited)
+        return None
 
     def _instructions(self) -> tuple[str, str]:
         """Return what to do now on the lines, and on the spheres."""
@@ -308,15 +392,35 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         on_spheres = "All spheres are touched." if spheres else "No sphere was chosen."
         sphere = state.current_sphere()
         if sphere is not None:
+            place = self._begun.places[sphere]
+            where = f" in the {place} of the volume" if place else ""
             on_spheres = (
-                f"Touch sphere '{spheres[sphere].artefact.use.name}' all around, from the pole to "
-                f"the equator."
+                f"Touch sphere '{spheres[sphere].artefact.use.name}'{where} all around, from the "
+                f"pole to the equator."
             )
         return on_lines, on_spheres
+
+    def _seat_instructions(self) -> tuple[str, str]:
+        """Return what to do now at the seats, first and again."""
+        first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
+        return (
+            "Both seats were visited. Leave them where they are."
+            if first is None
+            else f"Put the ball into seat {first + 1} of {SEATS}: a cone that is fixed to the "
+            f"table and stays where it is until the end.",
+            "Both seats were visited again."
+            if again is None
+            else f"Put the ball into seat {again + 1} of {SEATS} again.",
+        )
 
     def _steps(self) -> tuple[Step, ...]:
         state, bar = self._state, self._begun.bar
         on_lines, on_spheres = self._instructions()
+        on_first, on_again = self._seat_instructions()
+        nests = sum(len(state.line_taken(line)) for line in range(len(state.plans)))
+        touched = sum(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))
+        first = sum(bool(state.visits(seat)) for seat in range(SEATS))
+        again = state.seat_to_repeat()
         return (
             Step(
                 PREPARE,
@@ -325,12 +429,13 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 f"the cameras must have the temperature of the room.",
                 OPEN,
             ),
+            Step(SEATS_FIRST, "Seats first", on_first, state.seats_gate(), first, SEATS),
             Step(
                 LINES,
                 "Lengths",
                 on_lines,
                 state.lines_gate(),
-                len(state.nests),
+                nests,
                 len(state.plans) * len(bar.nests),
             ),
             Step(
@@ -338,8 +443,16 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 "Spheres",
                 on_spheres,
                 state.spheres_gate(),
-                len(state.touched),
+                touched,
                 len(self._begun.spheres) * SPHERE_POINTS,
+            ),
+            Step(
+                SEATS_AGAIN,
+                "Seats again",
+                on_again,
+                state.again_gate(),
+                SEATS if again is None else again,
+                SEATS,
             ),
             Step(
                 RESULT,
@@ -351,28 +464,17 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
 
     def _calculation(self) -> Callable[[], VerificationOutcome]:
         # Quick: there is nothing to be calculated apart from the state.
-        record, warnings = self._state.verdict(), self._reused()
-        return lambda: VerificationOutcome(record, worst(record.checks), warnings)
-
-    def _reused(self) -> tuple[Finding, ...]:
-        """Return a warning where the bar also gave the scale of the calibration."""
-        running = self._store.active()
-        use = self._begun.bar.artefact.use
-        if running is None or use.serial not in {one.serial for one in running.artefacts}:
-            return ()
-        return (
-            Finding(
-                "verification.same_artefact",
-                f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): an "
-                f"error of its certificate would not show.",
-                "Verify with another bar now and then.",
-                refuses=False,
-            ),
-        )
+        reused = judge_independence(uses_of(self._state), self._store.active())
+        record = verdict(self._state, reused)
+        return lambda: VerificationOutcome(record, worst(record.checks), ())
 
     def _put(self, outcome: VerificationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.verify(outcome.record, now, self._chain.path)
+
+
+def _bare(corner: str) -> str:
+    return "".join(corner.split()).upper()
 
 
 def _chain(path: Path) -> ChainFile[SessionLine[VerificationEvent]]:

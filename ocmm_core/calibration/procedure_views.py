@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ocmm_core.calibration.outcome import CalibrationOutcome, VerificationOutcome
 from ocmm_core.calibration.procedure import ProcedureView
+from ocmm_core.calibration.records import Corner
 from ocmm_core.geometry import Float
 
 
@@ -184,7 +185,7 @@ class VerificationView:
     base
         What all procedures show.
     lines
-        The seven lines.
+        The seven lines, or more where the corners need them.
     current_line
         Index of the line that is being taken; None after the last one.
     spheres
@@ -193,6 +194,16 @@ class VerificationView:
         Wanted on each.
     outcome
         Of `compute`; the verdict, or None before it.
+    places
+        One for each sphere: which third of the volume, or empty.
+    seats_world
+        (3,), mm, each: seats that were visited.
+    next_seat
+        Index of the seat that is visited next, now or at the end; None after the last one.
+    corners
+        Of the volume, as test lengths ended there so far.
+    notes
+        What of the guideline's advice could not be followed, and why.
     """
 
     base: ProcedureView
@@ -201,3 +212,8 @@ class VerificationView:
     spheres: tuple[int, ...]
     sphere_points: int
     outcome: VerificationOutcome | None
+    places: tuple[str, ...]
+    seats_world: tuple[Float, ...]
+    next_seat: int | None
+    corners: tuple[Corner, ...]
+    notes: tuple[str, ...]

@@ -151,8 +151,65 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return self.measured_mm - self.certified_mm
 
 
-class VerificationRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Corner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Whether a test length ended in a corner of the volume, as it was taken.
+
+    Attributes
+    ----------
+    name
+        Which side of X, Y and Z.
+    off
+        Distance of the nearest end of a test length, as the largest share of an edge.
+    reached
+        It is near enough.
+    reason
+        Why it was not reached, by who verified; empty where nobody said.
+    """
+
+    name: str
+    off: float
+    reached: bool
+    reason: str = ""
+
+
+class RepeatedSeat(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A seat that was visited at the beginning and again.
+
+    Attributes
+    ----------
+    place
+        In words.
+    first_utc, again_utc
+        When, ISO 8601 text.
+    shift_mm
+        Again less first, world.
+    square, limit
+        Normalised square of the shift, and what chance exceeds hardly ever.
+    """
+
+    place: str
+    first_utc: str
+    again_utc: str
+    shift_mm: Vector3
+    square: float
+    limit: float
+
+
+class Objection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What speaks against a verification besides its checks; as in `OcmmError`."""
+
+    code: str
+    what: str
+    remedy: str
+
+
+class VerificationRecord(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """An independent check of a calibration.
+
+    Fields that an earlier version did not write have a default and are left out where they hold it,
+    so that its records keep their hash.
 
     Attributes
     ----------
@@ -165,13 +222,24 @@ class VerificationRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     rule
         How the checks were judged, in words.
     checks
-        All of them, also those that failed.
+        All that count, also those that failed.
     artefacts
         What they rest on.
     data_sha256
         Of the observations; must not be those of the calibration.
     passed
-        The verdict by the rule.
+        The verdict by the rule: every check conforms, every corner was reached or has a reason,
+        and nothing else speaks against it.
+    superseded
+        Checks of a line that failed and was repeated, as they were the first time.
+    corners
+        All eight; empty in records of earlier versions.
+    repeats
+        Seats that were visited twice.
+    objections
+        What else speaks against it.
+    notes
+        What of the guideline's advice could not be followed, and why.
     """
 
     schema: str
@@ -185,6 +253,11 @@ class VerificationRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     artefacts: tuple[ArtefactUse, ...]
     data_sha256: str
     passed: bool
+    superseded: tuple[Check, ...] = ()
+    corners: tuple[Corner, ...] = ()
+    repeats: tuple[RepeatedSeat, ...] = ()
+    objections: tuple[Objection, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def rig_from_record(record: CameraRecord) -> Rig:

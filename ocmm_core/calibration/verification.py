@@ -1,37 +1,41 @@
 """Verification of a calibration with calibrated lengths and spheres (after VDI/VDE 2634 part 1).
 
-A bar with nests is placed along seven lines of the volume; the ball is put into every nest, and the
-distances of all nests from the first one are five test lengths on each line. Spheres are touched at
-25 points each. A check passes where its error, together with the uncertainty of the artefact, stays
-inside the limit: uncertainty counts against who wants to prove (ISO 14253-1). The procedure is
-modelled on the guideline; it does not replace an acceptance test according to it.
+A bar with nests is placed along the lines of `line_planning`; the ball is put into every nest, and
+the distances of all nests from the first one are five test lengths on each line. Spheres are
+touched at 25 points each, and judged by size and form. A check passes where its error, together
+with the uncertainty of the artefact, stays inside the limit: uncertainty counts against who wants
+to prove (ISO 14253-1). The procedure is modelled on the guideline; it does not replace an
+acceptance test according to it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ocmm_core.calibration.artefacts import LengthBar, Sphere
-from ocmm_core.calibration.records import Check
+from ocmm_core.calibration.line_planning import (
+    CORNER_NAMES,
+    CORNER_SHARE,
+    MIN_ANGLE,
+    PlannedLine,
+    corner_distances,
+)
+from ocmm_core.calibration.records import Check, Corner
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 
-N_LINES = 7
 SPHERE_POINTS = 25
-MIN_ANGLE = np.radians(10.0)
-"""Two lines whose directions differ less say the same."""
-
-MIN_OF_DIAGONAL = 2.0 / 3.0
-"""Longest test length over the space diagonal of the volume."""
 
 _OFF_PLAN_MM = 75.0
 _OFF_NEST_MM = 10.0
 """More than any calibration is wrong that is worth a verdict; less than the step of a bar."""
-_INSIDE = 0.95
+_NEST_MM = 1.0
+"""Nests are told apart where their places differ by more; no calibration worth a verdict is so far
+off."""
 _SPHERE_STEPS = 20
 
 Rule = Literal["guarded", "simple"]
@@ -47,9 +51,14 @@ class Limits:
     constant, per_length, largest
         E(L) = min(constant + per_length L, largest), mm, for lengths.
     diameter
-        For the diameter of a sphere, mm.
+        For the diameter of a sphere (P_Size), mm.
     rule
         How they are applied.
+    form
+        For the form of a sphere, largest less smallest radius of 25 points (P_Form), mm. Twice the
+        constant part of a length: one point may be so far outside as another one is inside. The
+        noise of the points alone gives 3.7 of their standard deviations, 4.9 in one of twenty
+        tests.
     """
 
     constant: float = 0.040
@@ -57,6 +66,7 @@ class Limits:
     largest: float = 0.080
     diameter: float = 0.040
     rule: Rule = "guarded"
+    form: float = 0.080
 
     def of_length(self, length: float) -> float:
         """Return the permissible error of a length, mm."""
@@ -73,64 +83,9 @@ class Limits:
         return (
             f"modelled on VDI/VDE 2634-1: |E| <= min({1e3 * self.constant:g} um + "
             f"{self.per_length:g} L, {1e3 * self.largest:g} um) for lengths, "
-            f"|E| <= {1e3 * self.diameter:g} um for diameters"
+            f"|E| <= {1e3 * self.diameter:g} um for diameters, form <= {1e3 * self.form:g} um"
             f"{guard if self.rule == 'guarded' else ', uncertainty stated'}"
         )
-
-
-@dataclass(frozen=True, slots=True)
-class PlannedLine:
-    """Where a bar should lie.
-
-    Attributes
-    ----------
-    name
-        In words.
-    ends_world
-        (2, 3), mm: first and last nest.
-    """
-
-    name: str
-    ends_world: Float
-
-
-def plan_lines(volume_world: Float, length: float) -> tuple[PlannedLine, ...]:
-    """Return seven placements of a bar of some length in a volume (2, 3), mm.
-
-    The four space diagonals, each from a corner of its own, and a line near each axis; where the
-    volume is too narrow for the bar along an axis, the line leans to another one.
-
-    Raises
-    ------
-    CalibrationError
-        The bar does not fit into the volume, or is too short to say anything about it.
-    """
-    middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
-    diagonal = float(np.linalg.norm(extent))
-    if not _INSIDE * MIN_OF_DIAGONAL * diagonal <= length <= diagonal:
-        raise CalibrationError(
-            "verification.bar",
-            f"A bar of {length:.0f} mm does not suit a volume with a space diagonal of "
-            f"{diagonal:.0f} mm.",
-            f"Use a bar of {MIN_OF_DIAGONAL * diagonal:.0f} to {diagonal:.0f} mm.",
-        )
-    found = []
-    for number, (x, y, z) in enumerate(((1, 1, 1), (-1, 1, -1), (1, -1, -1), (-1, -1, 1))):
-        half = 0.5 * extent * np.array([x, y, z])
-        begin = middle - half
-        ends = np.stack([begin, begin + 2.0 * half * length / diagonal])
-        found.append(PlannedLine(f"space diagonal {number + 1}", ends))
-    order = np.argsort(-extent)
-    for axis, name in enumerate(("X", "Y", "Z")):
-        other = next(int(one) for one in order if one != axis)
-        along = min(length, float(extent[axis]))
-        across = min(np.sqrt(max(length**2 - along**2, 0.0)), float(extent[other]))
-        direction = np.zeros(3)
-        direction[axis], direction[other] = along, across
-        direction *= length / max(float(np.linalg.norm(direction)), 1e-9)
-        ends = np.stack([middle - 0.5 * direction, middle + 0.5 * direction])
-        found.append(PlannedLine(f"along {name}", ends))
-    return tuple(found)
 
 
 def judge_placement(
@@ -163,6 +118,13 @@ def judge_placement(
     low, high = volume_world
     if np.any(ends_world < low) or np.any(ends_world > high):
         return "The bar reaches out of the calibrated volume: place it inside."
+    shares = corner_distances(ends_world, volume_world).min(axis=0)
+    for corner in plan.corners:
+        if shares[corner] > CORNER_SHARE:
+            return (
+                f"The bar ends {100.0 * shares[corner]:.0f} % of an edge from corner "
+                f"{CORNER_NAMES[corner]}; {100.0 * CORNER_SHARE:.0f} % are allowed: lay it nearer."
+            )
     return ""
 
 
@@ -192,7 +154,15 @@ def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: L
         return ""
     wanted = bar.nests[nest] - bar.nests[0]
     seen = float(np.linalg.norm(tip_world - taken_world[0]))
-    if abs(seen - wanted) > _OFF_NEST_MM:
+    reverse = bar.nests[-1] - bar.nests[-1 - nest]
+    if abs(seen - wanted) > _NEST_MM and abs(seen - reverse) <= _NEST_MM:
+        return (
+            "The bar lies the other way round: turn it, take this line again, and begin with its "
+            "first nest."
+        )
+    others = [nest_ - bar.nests[0] for nest_ in bar.nests]
+    elsewhere = min(abs(seen - one) for one in others) <= _NEST_MM < abs(seen - wanted)
+    if elsewhere or abs(seen - wanted) > _OFF_NEST_MM:
         return (
             f"The ball is {seen:.0f} mm from nest 1, but nest {nest + 1} is {wanted:.0f} mm from "
             f"it: put the ball into nest {nest + 1}."
@@ -220,15 +190,15 @@ def length_checks(
     return tuple(checks)
 
 
-def sphere_check(
+def sphere_checks(
     name: str,
     tips_world: Points3,
     ball: tuple[float, float],
     sphere: Sphere,
     limits: Limits,
     temperature_c: float | None,
-) -> Check:
-    """Return the check of a sphere's diameter.
+) -> tuple[Check, Check]:
+    """Return size and form of a sphere, both from one fit of all points (ISO 10360-5).
 
     Parameters
     ----------
@@ -237,15 +207,30 @@ def sphere_check(
     ball
         Radius of the ball and its standard uncertainty, mm.
     """
-    _, radius, _ = fit_sphere(tips_world)
+    centre, radius, _ = fit_sphere(tips_world)
     certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
-    return Check(
-        name=name,
-        measured_mm=2.0 * (radius - ball[0]),
-        certified_mm=certified,
-        expanded_mm=float(np.hypot(expanded, 4.0 * ball[1])),
-        limit_mm=limits.diameter,
+    return (
+        Check(
+            name=f"{name}, size",
+            measured_mm=2.0 * (radius - ball[0]),
+            certified_mm=certified,
+            expanded_mm=float(np.hypot(expanded, 4.0 * ball[1])),
+            limit_mm=limits.diameter,
+        ),
+        Check(
+            name=f"{name}, form",
+            measured_mm=form_of(tips_world, centre),
+            certified_mm=0.0,
+            # A certificate of the diameter holds the sphere's own form.
+            expanded_mm=sphere.artefact.expanded,
+            limit_mm=limits.form,
+        ),
     )
+
+
+def form_of(points: Points3, centre: Float) -> float:
+    """Return largest less smallest distance of points (n, 3) from a centre (3,), mm."""
+    return float(np.ptp(np.linalg.norm(points - centre, axis=1)))
 
 
 def fit_sphere(points: Points3) -> tuple[Float, float, float]:
@@ -281,6 +266,30 @@ def fit_sphere(points: Points3) -> tuple[Float, float, float]:
             break
     gain = 2.0 * float(np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[3, 3]))
     return centre + mean, radius, gain
+
+
+def reached_corners(
+    nests_world: Points3, volume_world: Float, reasons: Mapping[str, str]
+) -> tuple[Corner, ...]:
+    """Return the corners of a volume (2, 3), mm, as ends of test lengths reached them.
+
+    Parameters
+    ----------
+    nests_world
+        (n, 3), mm: every nest is an end of a test length.
+    reasons
+        Why a corner was not reached, by its name.
+    """
+    shares = corner_distances(nests_world, volume_world).min(axis=0)
+    return tuple(
+        Corner(
+            name=name,
+            off=float(share),
+            reached=bool(share <= CORNER_SHARE),
+            reason="" if share <= CORNER_SHARE else reasons.get(name, ""),
+        )
+        for name, share in zip(CORNER_NAMES, shares, strict=True)
+    )
 
 
 def worst(checks: Sequence[Check]) -> int:

@@ -28,9 +28,11 @@ from ocmm_core.calibration.reference_points import (
 from ocmm_core.calibration.shot_table import load_shots
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.cli.calibrate_options import (
+    VERIFICATION_BAR,
     VIRTUAL_BAR,
     VIRTUAL_SOURCES,
     BarOption,
+    CheckBarOption,
     DecisionOption,
     FolderOption,
     MoveOption,
@@ -271,10 +273,24 @@ def relocate(
 @calibrate_app.command()
 def verify(
     *,
-    bar: BarOption = VIRTUAL_BAR,
+    bar: CheckBarOption = VERIFICATION_BAR,
     sphere: Annotated[
         list[Path] | None,
         typer.Option("--sphere", help="Document of a sphere; may be given more than once."),
+    ] = None,
+    two_places: Annotated[
+        bool,
+        typer.Option(
+            "--two-places", help="Touch each sphere in the near and in the far third of the volume."
+        ),
+    ] = False,
+    excuse: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--excuse",
+            help="Why a corner of the volume cannot be reached: 'X- Y+ Z-: a post stands there'; "
+            "goes into the record.",
+        ),
     ] = None,
     shots: ShotsOption = None,
     constant: Annotated[
@@ -289,6 +305,9 @@ def verify(
     diameter: Annotated[
         float, typer.Option("--limit-diameter", help="Permissible error of a diameter, mm.")
     ] = Limits().diameter,
+    form: Annotated[
+        float, typer.Option("--limit-form", help="Permissible form of a sphere, mm.")
+    ] = Limits().form,
     rule: Annotated[
         RuleChoice,
         typer.Option("--rule", help="Uncertainty of the artefact off the limit, or only stated."),
@@ -309,7 +328,10 @@ def verify(
     record: RecordOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Verify the calibration in force with a bar along seven lines, and with spheres."""
+    """Verify the calibration in force with a bar along seven lines, and with spheres.
+
+    Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
+    """
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
@@ -323,8 +345,12 @@ def verify(
         procedure = VerificationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),
             who=who, temperature_c=temperature, spheres=spheres,
-            limits=Limits(constant, per_length, largest, diameter, rule.value),
+            two_places=two_places,
+            limits=Limits(constant, per_length, largest, diameter, rule.value, form),
         )  # fmt: skip
+    for one in excuse or ():
+        corner, _, reason = one.partition(":")
+        procedure.excuse_corner(corner, reason, now())
     retake_misplaced(procedure, console)
     if shots is not None:
         take_verification_shots(procedure, load_shots(shots, site.rig, body.n_leds))

@@ -11,6 +11,8 @@ from ocmm_core.documents import resource
 
 VIRTUAL_SOURCES = ("simulated", "ethercat:virtual")
 VIRTUAL_BAR = resource("artefacts", "bar.toml")
+VERIFICATION_BAR = resource("artefacts", "verification_bar.toml")
+"""Another one: a verification needs a length that did not give the calibration its scale."""
 
 FolderOption = Annotated[
     Path | None,
@@ -39,6 +41,13 @@ OverruleOption = Annotated[
     str,
     typer.Option(
         "--overrule", help="Why guards about how the data were taken are overruled; recorded."
+    ),
+]
+CheckBarOption = Annotated[
+    Path,
+    typer.Option(
+        "--bar",
+        help="Document of the length bar; not the one that the cameras were calibrated with.",
     ),
 ]
 BarOption = Annotated[Path, typer.Option("--bar", help="Document of the length bar.")]

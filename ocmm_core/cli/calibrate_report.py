@@ -15,6 +15,7 @@ from ocmm_core.calibration.event_folder import EventFolder
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.in_use import Word, judge, open_calibration, store_folder
 from ocmm_core.calibration.outcome import CalibrationOutcome, Comparison, VerificationOutcome
+from ocmm_core.calibration.records import VerificationRecord
 from ocmm_core.camera.rig import load_rig
 
 
@@ -67,6 +68,12 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
             f"{1e3 * check.limit_mm:.1f}",
         )  # fmt: skip
     console.print(table)
+    for old in record.superseded:
+        _say(
+            console,
+            f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
+            f"{1e3 * old.limit_mm:.1f} um; repeated.",
+        )
     worst = record.checks[outcome.largest]
     _say(
         console,
@@ -74,10 +81,32 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
         f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um.",
     )
     _say(console, f"Rule: {record.rule}.")
+    _print_session(console, record)
     for warning in outcome.warnings:
         console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
     verdict = "[green]PASSED[/]" if record.passed else "[bold red]FAILED[/]"
     console.print(f"Verdict  {verdict}")
+
+
+def _print_session(console: Console, record: VerificationRecord) -> None:
+    """Print corners, seats, and what else speaks for or against the session."""
+    reached = sum(one.reached for one in record.corners)
+    _say(console, f"Corners  {reached} of {len(record.corners)} reached")
+    for corner in record.corners:
+        if not corner.reached:
+            why = corner.reason or "nobody said why"
+            _say(console, f"         {corner.name}: not reached, {why}")
+    for seat in record.repeats:
+        shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
+        _say(
+            console,
+            f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square {seat.square:.1f}, "
+            f"limit {seat.limit:.1f}",
+        )
+    for note in record.notes:
+        _say(console, f"Note     {note}")
+    for one in record.objections:
+        console.print(f"{one.what} {one.remedy}", style="bold red", highlight=False)
 
 
 def print_standing(

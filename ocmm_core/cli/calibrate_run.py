@@ -34,7 +34,7 @@ from ocmm_core.calibration.shot_table import Shot
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.compose import Feed, StationRequest, identities, make_feed
 from ocmm_core.cli.options import DEMO_PLAN
-from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.errors import CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.calibrating import CalibratingScript
@@ -93,9 +93,9 @@ def continued(site: Site, kind: Kind, resume: Callable[[Path], P], console: Cons
     for path in sessions(site.sessions, kind):
         try:
             procedure = resume(path)
-        except (CalibrationError, InputError) as error:
-            # Begun with another calibration or probe, or at a temperature that nobody measures at:
-            # its observations are of no use any more.
+        except (CalibrationError, InputError, StorageError) as error:
+            # Begun with another calibration or probe, by another version, or at a temperature that
+            # nobody measures at: its observations are of no use any more.
             console.print(f"Left out {path.name}: {error.what}", style="dim", highlight=False)
             continue
         if is_open(procedure.base):
@@ -350,8 +350,8 @@ def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Sh
         A shot is of a kind that does not come now.
     """
     view = procedure.view
-    left = sum(line.taken for line in view.lines) + sum(view.spheres)
-    wanted = {"lines": "nest", "spheres": "sphere"}
+    left = sum(step.done for step in view.base.steps)
+    wanted = {"seats": "seat", "lines": "nest", "spheres": "sphere", "again": "seat"}
     pass_open_gates(procedure)
     for shot in shots[left:]:
         if shot.kind != wanted.get(procedure.base.step.name):

@@ -353,7 +353,7 @@ def _touches(
         reach = 0.5 * scene.diameter + world.tip_radius
         normals = [unit(np.array(normal)) for normal in scene.normals]
         places = [(np.array(scene.centre) + reach * normal, normal) for normal in normals]
-    turns = [_seen_best(tip, normal, world, body, volume_world, rng) for tip, normal in places]
+    turns = [best_seen(tip, normal, world, body, volume_world, rng) for tip, normal in places]
     return _visits([tip for tip, _ in places], turns, SEATED_S)
 
 
@@ -364,7 +364,7 @@ def _touches_with_tip(
     places, turns = [], []
     for normal in unit_vectors(scene.normals):
         tip = np.array(scene.centre) + 0.5 * scene.diameter * normal
-        turn = _seen_best(tip, normal, world, body, volume_world, rng)
+        turn = best_seen(tip, normal, world, body, volume_world, rng)
         reach = reach_of(scene, world.tip_radius, rotation_from_vector(turn), normal)
         places.append(np.array(scene.centre) + reach * normal)
         turns.append(turn)
@@ -374,7 +374,7 @@ def _touches_with_tip(
     return _visits(places, turns, SEATED_S)
 
 
-def _seen_best(
+def best_seen(
     tip: Float,
     normal: Float | None,
     world: World,

@@ -79,7 +79,10 @@ FIELDS: Mapping[Kind, tuple[Field, ...]] = {
     Kind.VERIFICATION: (
         WHO,
         TEMPERATURE,
-        _BAR,
+        Field(
+            "bar", "Length bar", "Not the one that the cameras were calibrated with",
+            str(resource("artefacts", "verification_bar.toml")),
+        ),
         Field(
             "sphere", "Sphere", "Its document; leave it empty for none",
             str(resource("artefacts", "sphere.toml")),

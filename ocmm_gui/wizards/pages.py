@@ -16,11 +16,17 @@ from ocmm_core.calibration.procedure_views import (
     VerificationView,
 )
 from ocmm_core.camera.rig import Rig
-from ocmm_gui.maintain.parts import panel
+from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.theme import text_font
 from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.live_panel import LivePanel, Score
-from ocmm_gui.wizards.picture import ScenePicture, bar_places, bars, reference_points
+from ocmm_gui.wizards.picture import (
+    ScenePicture,
+    bar_places,
+    bars,
+    reference_points,
+    seats,
+)
 from ocmm_gui.wizards.shown import Seen
 
 _SIDE_PX = 360
@@ -68,7 +74,9 @@ class PreparePage(StepPage):
         self.picture = ScenePicture("The volume before the cameras", rig)
         self.facts = Facts("The session")
         column = QVBoxLayout()
+        self.notes = sentence_label("What could not be planned as advised", 14)
         column.addWidget(self.facts)
+        column.addWidget(self.notes)
         column.addStretch(1)
         layout = _beside(self, self.picture)
         side = panel(column)
@@ -85,6 +93,7 @@ class PreparePage(StepPage):
         elif isinstance(view, VerificationView):
             places = bar_places(view.lines)
             self.picture.show_contents(bars(places, None), f"{len(places)} measuring lines")
+            self.notes.setText("\n".join(f"▲ {note}" for note in view.notes))
 
 
 class CollectPage(StepPage):
@@ -216,6 +225,29 @@ class LinesPage(CollectPage):
                 current = view.current_line
                 where = "all lines are taken" if current is None else view.lines[current].name
                 self.picture.show_contents(bars(bar_places(view.lines), current), where)
+
+
+class SeatsPage(CollectPage):
+    """The two seats that are visited first and last, the next one in the picture."""
+
+    def __init__(self, rig: Rig, *, again: bool) -> None:
+        super().__init__(rig, "Seats visited")
+        self._again = again
+        self._shown: object = None
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show seats, score and cameras."""
+        super().show_seen(seen)
+        view = seen.view
+        if not isinstance(view, VerificationView):
+            return
+        state = (view.next_seat, len(view.seats_world))
+        if state != self._shown:
+            self._shown = state
+            number = view.next_seat
+            where = "both seats were visited" if number is None else f"seat {number + 1}"
+            known = view.seats_world
+            self.picture.show_contents(seats(known, number if self._again else None), where)
 
 
 def session_facts(base: ProcedureView) -> list[tuple[str, str]]:

@@ -190,6 +190,20 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
     return contents
 
 
+def seats(places_world: Sequence[Float], aim: int | None) -> Contents:
+    """Return the picture of seats (3,), mm, that were visited; the next one stands out."""
+
+    def contents(theme: Theme) -> Sequence[Item]:
+        items: list[Item] = []
+        for number, place in enumerate(places_world):
+            wanted = number == aim
+            items.append(Dots(place[None], theme.warn if wanted else theme.good, 16.0, theme.text))
+            items.append(Tag(place, f"seat {number + 1}", theme.warn if wanted else theme.text))
+        return items
+
+    return contents
+
+
 def _nothing(theme: Theme) -> Sequence[Item]:
     return ()
 

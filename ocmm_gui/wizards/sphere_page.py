@@ -111,4 +111,6 @@ class SpheresPage(CollectPage):
         number = open_ones[0] if open_ones else len(view.spheres) - 1
         taken = view.spheres[number]
         title = f"Sphere {number + 1} of {len(view.spheres)}: {taken} of {view.sphere_points}"
+        if view.places[number]:
+            title += f", {view.places[number]}"
         self.sphere.show_taken(taken, title)

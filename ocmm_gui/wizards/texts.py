@@ -57,8 +57,9 @@ TEXTS: Mapping[Kind, KindTexts] = {
     ),
     Kind.VERIFICATION: KindTexts(
         "Verify",
-        "An independent check: put the ball into the nests of a certified length bar along seven "
-        "lines, and touch a certified sphere. Only a calibration that passed may be used.",
+        "An independent check: visit two seats, put the ball into the nests of a certified length "
+        "bar along seven lines, touch a certified sphere, and visit the seats again. Only a "
+        "calibration that passed may be used.",
         _STORE, _DISCARD, _STORES, _DISCARDS, "The verdict is stored.",
     ),
     Kind.PIVOT: KindTexts(

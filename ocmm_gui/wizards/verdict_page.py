@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Protocol
 
+import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.calibration.outcome import VerificationOutcome
 from ocmm_core.calibration.procedure_views import VerificationView
-from ocmm_core.calibration.records import Check
+from ocmm_core.calibration.records import Check, VerificationRecord
 from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
@@ -24,6 +25,7 @@ from ocmm_gui.wizards.shown import Seen
 
 _SIDE_PX = 380
 _SCALE_PX = 58.0
+_BACK_TO_LINES = 3
 
 
 class ErrorChart(Plot):
@@ -135,6 +137,35 @@ class ErrorChart(Plot):
             begin = index
 
 
+def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
+    """Return facts about corners and repeated seats; none for records of earlier versions."""
+    facts: list[tuple[str, str]] = []
+    if record.corners:
+        missing = [one for one in record.corners if not one.reached]
+        said = f"{len(record.corners) - len(missing)} of {len(record.corners)} reached"
+        for one in missing:
+            said += f"; {one.name}: {one.reason or 'no reason'}"
+        facts.append(("Corners", said))
+    if record.repeats:
+        shifts = (
+            f"{one.place} {1e3 * float(np.linalg.norm(one.shift_mm)):.0f} µm"
+            f"{'' if one.square <= one.limit else ' ▲'}"
+            for one in record.repeats
+        )
+        facts.append(("Repeats", ", ".join(shifts)))
+    forms = [one for one in record.checks if one.name.endswith(", form")]
+    if forms:
+        worst = max(forms, key=lambda one: one.error_mm)
+        facts.append(
+            ("Form", f"{1e3 * worst.error_mm:.1f} µm, limit {1e3 * worst.limit_mm:.1f} µm")
+        )
+    return tuple(facts)
+
+
+def _error(check: Check) -> str:
+    return f"{check.name} {1e3 * check.error_mm:+.1f} µm, limit {1e3 * check.limit_mm:.1f} µm"
+
+
 class RepeatsLines(Protocol):
     """The procedure that lets a failed line be taken again."""
 
@@ -197,12 +228,14 @@ class VerdictPage(StepPage):
                     ("Nearest", worst.name),
                     ("Error", f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"),
                     ("Limit", f"± {1e3 * worst.limit_mm:.1f} µm"),
+                    *session_of(record),
                     ("Artefacts", artefacts),
                     ("Rule", record.rule),
                 )
             )
-            said = "\n".join(f"▲ {one.what} {one.remedy}" for one in view.outcome.warnings)
-            self.warnings.setText(said)
+            told = [f"▲ {one.what} {one.remedy}" for one in view.outcome.warnings]
+            told += [f"First: {_error(one)}" for one in record.superseded]
+            self.warnings.setText("\n".join(told))
         self._show_word()
 
     def word(self) -> str:
@@ -228,12 +261,18 @@ class VerdictPage(StepPage):
         elif outcome.record.passed:
             self._word.show_text("PASSED", theme.good, Mark.GOOD)
             text = "Store the verdict: the calibration may then be used."
+        elif outcome.record.objections:
+            self._word.show_text("FAILED", theme.bad, Mark.BAD)
+            text = "\n".join(f"{one.what} {one.remedy}" for one in outcome.record.objections)
+        elif outcome.record.superseded:
+            self._word.show_text("FAILED", theme.bad, Mark.BAD)
+            text = "A line was repeated, and the verification failed: store it, and calibrate anew."
         else:
             self._word.show_text("FAILED", theme.bad, Mark.BAD)
             text = (
-                "Take the line that failed again, once; if it fails again, store the verdict and "
-                "calibrate anew. Jobs since the last good verification are then in doubt: Recall "
-                "jobs (F12), on page Calibration, shows which of their verdicts hold."
+                "If one line alone failed, take it again, once; if it fails again, store the "
+                "verdict and calibrate anew. Jobs since the last good verification are then in "
+                "doubt: Recall jobs (F12), on page Calibration, shows which of their verdicts hold."
             )
         if text != self.sentence.text():
             self.sentence.setText(text)
@@ -254,7 +293,7 @@ def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[d
 
     def command(now: datetime) -> None:
         procedure.repeat_line(line, now)
-        for _ in range(2):
+        for _ in range(_BACK_TO_LINES):
             procedure.back(now)
 
     return command

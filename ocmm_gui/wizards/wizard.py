@@ -23,7 +23,7 @@ from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, Themed
 from ocmm_gui.wizards.driver import WizardDriver
 from ocmm_gui.wizards.forms import Field
 from ocmm_gui.wizards.hands_pages import ProbePreparePage
-from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, StepPage
+from ocmm_gui.wizards.pages import KnownPointsPage, LinesPage, PreparePage, SeatsPage, StepPage
 from ocmm_gui.wizards.pivot_result_page import PivotResultPage
 from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage
 from ocmm_gui.wizards.result_page import ResultPage
@@ -169,7 +169,13 @@ def _pages(opened: Opened, site: WizardSite) -> dict[str, StepPage]:
             "result": ResultPage(rig, "Misfits of bar and control points"),
         }
     else:
-        pages = {"lines": LinesPage(rig), "spheres": SpheresPage(rig), "result": VerdictPage()}
+        pages = {
+            "seats": SeatsPage(rig, again=False),
+            "lines": LinesPage(rig),
+            "spheres": SpheresPage(rig),
+            "again": SeatsPage(rig, again=True),
+            "result": VerdictPage(),
+        }
     return {"prepare": _prepare(opened, site), **pages}
 
 
