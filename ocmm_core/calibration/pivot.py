@@ -14,6 +14,7 @@ from ocmm_core.calibration.pivot_bundle import chi2_of_cameras, misses
 from ocmm_core.calibration.pivot_centre import thesis_pivot
 from ocmm_core.calibration.pivot_covariance import geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot_coverage import coverage_of
+from ocmm_core.calibration.pivot_culprit import accuse_in_sweep
 from ocmm_core.calibration.pivot_data import PivotCalibration, PivotOptions, PivotSweep
 from ocmm_core.calibration.pivot_guards import (
     find_jump,
@@ -101,7 +102,12 @@ def calibrate_probe(
     chi2 = robust.minimum.cost
     common = shared_part(rig, sweep) if options.pattern else 0.0
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
+    accused = accuse_in_sweep(
+        rig, kept, np.flatnonzero(used), geometry.leds_probe, geometry.tip_probe, state.centre,
+        rotations[used], options.slack_mm, dof,
+    )  # fmt: skip
     findings = [
+        *([accused] if accused else []),
         *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
         *judge_residuals(judged, dof),
         *turned,

@@ -71,7 +71,7 @@ def accuse_in_relocation(
     stated = replace(body, geometry_covariance=covariance)
     lens = "prior" if options.lens == "fixed" else options.lens
     asked = replace(options, lens=lens, geometry="uncertain")
-    prior = prior_of(start, stated, observed, asked, state)
+    prior = prior_of(start, stated, observed, asked, problem.start)
     data, _ = restored(found.data, problem.data, TOGETHER)
     dof = data.excess + prior.rows + prior.gauge - len(prior.free)
     verdict = examine(data, prior, state, dof)
