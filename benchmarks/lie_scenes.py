@@ -181,7 +181,7 @@ def wrong_bar(scene: Scene) -> tuple[tuple[str, str], ...]:
     off = _log_uniform(scene, 0.02, 1.0) * float(scene.rng.choice([-1.0, 1.0]))
     scene.bar = replace(scene.bar, length=scene.bar.length + off)
     scene.lie = f"bar {1e3 * off:+.0f} um"
-    return (("relocation.bar_contradicts", "bar"),)
+    return (("relocation.bar_contradicts", "ar 'bar' is"),)
 
 
 def bent_led(scene: Scene) -> tuple[tuple[str, str], ...]:

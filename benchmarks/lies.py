@@ -1,9 +1,10 @@
 """Which one lied: sessions with one thing wrong, who is named, and whether a remedy leads round it.
 
 Relocations of `lie_scenes`, the lies in turn. Right is an answer that names the culprit, alone or
-as one of two that the observations cannot tell apart. Then everything that an operator could try
-while the lie stands is tried: unknown geometry, free lenses, force, and all of them. A bar that is
-wrong by less than three expanded uncertainties of the comparison may pass. Run:
+as one of two that the observations cannot tell apart. A lie that was accepted is counted apart
+where the stated uncertainty (k = 2) of lengths holds what it does to them: nobody could see it.
+Then everything that an operator could try while the lie stands is tried: unknown geometry, free
+lenses, force, and all of them. Run:
 ``python -m benchmarks.lies --n 200``.
 """
 
@@ -130,14 +131,20 @@ def _lengths(true: Rig, after: Rig) -> tuple[float, float]:
     return 1e3 * float(np.sqrt(np.mean(errors**2))), 1e3 * length_sigma(after, VOLUME)
 
 
+def _contained(one: Outcome) -> bool:
+    """Return whether a lie that was accepted does no more than the uncertainty says."""
+    return not one.answer and one.error_um <= 2.0 * one.sigma_um
+
+
 def _row(name: str, outcomes: Sequence[Outcome]) -> None:
     n = len(outcomes)
     found = sum(bool(one.answer) for one in outcomes)
     right, alone = sum(one.right for one in outcomes), sum(one.alone for one in outcomes)
     ways = sum(len(one.accepted_by) for one in outcomes)
     wrong = sum(len(one.wrong_by) for one in outcomes)
+    held = sum(_contained(one) for one in outcomes)
     print(
-        f"{name:40} {n:5} {found:6} {right:6} {alone:6} {ways:9} {wrong:6}", flush=True
+        f"{name:40} {n:5} {found:6} {right:6} {alone:6} {held:7} {ways:9} {wrong:6}", flush=True
     )
 
 
@@ -169,7 +176,7 @@ def main() -> int:
                 print(f" | by {', '.join(one.accepted_by)}" if one.accepted_by else "")
             elif one.lie < 0 and one.answer:
                 print(f"    seed {one.seed} honest: {one.answer}"[:400], flush=True)
-    print(f"{'lie':40} {'N':>5}  found  right  alone  tried by  wrong")
+    print(f"{'lie':40} {'N':>5}  found  right  alone  within U  tried  wrong")
     for index, lie in enumerate(LIES):
         _row(lie.name, [one for one in outcomes if one.lie == index])
     lies = [one for one in outcomes if one.lie >= 0]
@@ -178,12 +185,12 @@ def main() -> int:
     barely = [one for one in lies if one.lie == nudge]
     clean = [one for one in outcomes if one.lie < 0]
     refused = sum(bool(one.answer) for one in clean)
-    right = sum(one.right for one in first) / max(len(first), 1)
+    right = sum(one.right or _contained(one) for one in first) / max(len(first), 1)
     found = sum(bool(one.answer) for one in barely) / max(len(barely), 1)
     false = refused / max(len(clean), 1)
     through = sum(len(one.wrong_by) for one in lies)
     round_ = sum(one.leads_round for one in lies)
-    print(f"right culprit {right:.1%} of {len(first)} (>= {RIGHT_LIMIT:.0%})")
+    print(f"right culprit, or within U, {right:.1%} of {len(first)} (>= {RIGHT_LIMIT:.0%})")
     print(f"nudge of 30 urad found {found:.1%} of {len(barely)} (>= {FOUND_LIMIT:.0%})")
     print(f"honest sessions refused {refused} of {len(clean)} (<= {FALSE_LIMIT:.0%})")
     print(f"remedies that lead round their guard {round_} of {len(lies)} (0)")

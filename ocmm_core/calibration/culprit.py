@@ -26,7 +26,7 @@ from ocmm_core.calibration.change_rows import N_MOTIONS, camera_changes
 from ocmm_core.calibration.culprit_history import History, Score
 from ocmm_core.geometry import Float
 
-FALSE_ALARM = 1e-4
+FALSE_ALARM = 1e-3
 """Probability that an honest session is accused, all suspects and moments together."""
 
 DECISIVE = 12.0
@@ -216,7 +216,7 @@ def fit(history: History, suspect: Suspect) -> BundleMinimum:
 def _granted(history: History, suspect: Suspect) -> Suspect:
     """Return the suspect with what it explains when it is fitted for good."""
     found, score = fit(history, suspect), suspect.score
-    size = score.size
+    size: Float = score.size
     if suspect.profile is None and suspect.cause is not Cause.PROBE:
         slope = history.prior.information @ suspect.columns
         off = found.state.values() - history.prior.values

@@ -120,8 +120,8 @@ def _told(suspect: Suspect, verdict: Verdict, names: Names) -> str:
             f"all others are in place"
         )
     if cause is Cause.PROBE:
-        off = size.reshape(-1, 3)
-        rms = float(np.sqrt(np.mean(np.sum((off - off.mean(axis=0)) ** 2, axis=1))))
+        places = size.reshape(-1, 3)
+        rms = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
         return (
             f"the LEDs do not stand where the document of the probe has them, "
             f"{1e3 * rms:.0f} um RMS, and no single one explains it"
@@ -133,8 +133,7 @@ def _told(suspect: Suspect, verdict: Verdict, names: Names) -> str:
             f"{size[2]:+.2f} px)"
         )
     if cause is Cause.RIG:
-        off = size.reshape(-1, 3)[:, 0]
-        listed = ", ".join(f"{1e3 * one:+.0f}" for one in off)
+        listed = ", ".join(f"{1e3 * one:+.0f}" for one in size[::3])
         return (
             f"the lenses of all cameras are not what the calibration of this rig said (focal "
             f"lengths {listed} um): another rig, or cameras in another order"
