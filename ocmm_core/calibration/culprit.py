@@ -26,7 +26,7 @@ from ocmm_core.calibration.change_rows import N_MOTIONS, camera_changes
 from ocmm_core.calibration.culprit_history import History, Score
 from ocmm_core.geometry import Float
 
-FALSE_ALARM = 1e-4
+FALSE_ALARM = 1e-3
 """Probability that an honest session is accused, all suspects and moments together."""
 
 DECISIVE = 12.0
@@ -49,9 +49,12 @@ class Cause(Enum):
     SIZE = "size of the probe"
     PROBE = "probe"
     LENS = "lens"
+    RIG = "rig"
     CAMERA = "camera"
     LOOSE = "loose LED"
     WARMING = "size of the probe during the session"
+    CONE = "cone"
+    PLACE = "place of a camera"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +69,8 @@ class Suspect:
         Index of the bar, LED or camera; -1 where there is one only.
     score
         What speaks for it.
-    step
-        (k,): its most likely amount in the common unknowns.
+    columns
+        (k, m): how the common unknowns follow from it.
     profile
         (b,): how much of it each block saw; None for what was wrong from the beginning.
     moment
@@ -81,11 +84,17 @@ class Suspect:
     cause: Cause
     subject: int
     score: Score
-    step: Float
+    columns: Float
     profile: Float | None
     moment: int | None
     tried: int
     worth: float
+
+    @property
+    def step(self) -> Float:
+        """Return its most likely amount in the common unknowns, (k,)."""
+        found: Float = self.columns @ self.score.size
+        return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +133,9 @@ class _Trial:
     when: str
 
 
-def examine(data: BundleData, prior: Prior, start: BundleState, dof: int) -> Verdict | None:
+def examine(
+    data: BundleData, prior: Prior, start: BundleState, dof: int, *, exactly: bool = True
+) -> Verdict | None:
     """Return who lied; None where the observations determine too little to say.
 
     Parameters
@@ -133,13 +144,16 @@ def examine(data: BundleData, prior: Prior, start: BundleState, dof: int) -> Ver
         A bundle near its minimum, with everything free that is not certain.
     dof
         Degrees of freedom of its chi-square.
+    exactly
+        Adjust, and fit the best suspects for good; otherwise all is of first order at ``start``.
     """
-    least = adjust(data, prior, start)
-    history = History.of(data, prior, least.state)
+    state = adjust(data, prior, start).state if exactly else start
+    history = History.of(data, prior, state)
     if history is None or dof < 1:
         return None
+    cost = history.cost
     trials, suspects = _suspects(history)
-    misfit = _misfit(suspects, least.cost, dof)
+    misfit = _misfit(suspects, cost, dof)
     if not any(chance(one, misfit) * len(suspects) < FALSE_ALARM for one in suspects):
         return Verdict(history, (), misfit, explained=True, effect_px=0.0)
     sudden = [one for one in suspects if one.moment is not None]
@@ -147,22 +161,18 @@ def examine(data: BundleData, prior: Prior, start: BundleState, dof: int) -> Ver
         # Within its block a change is at one frame; what is on the wrong side of it fits nothing.
         moment = max(sudden, key=lambda one: one.score.score).moment
         assert moment is not None  # noqa: S101 - as just chosen
-        history = History.of(data, prior, least.state, (moment - 1, moment)) or history
+        history = History.of(data, prior, state, (moment - 1, moment)) or history
         trials, suspects = _suspects(history)
-        misfit = _misfit(suspects, least.cost, dof)
+        misfit = _misfit(suspects, cost, dof)
     ranked = sorted((_weighed(one, trials, misfit) for one in suspects), key=lambda one: -one.worth)
-    fitted = [(one, fit(history, one)) for one in ranked[:_TRIED]]
-    left = min(fitted_one.cost for _, fitted_one in fitted)
+    proven = [_granted(history, one) if exactly else one for one in ranked[:_TRIED]]
+    left = cost - max(one.score.score for one in proven)
     misfit = max(1.0, left / dof)
-    proven = [
-        _weighed(replace(one, score=replace(one.score, score=least.cost - after.cost)), trials,
-                 misfit)
-        for one, after in fitted
-    ]  # fmt: skip
+    proven = [_weighed(one, trials, misfit) for one in proven]
     proven.sort(key=lambda one: -one.worth)
     best = proven[0]
     near = [one for one in proven if one.worth > best.worth - DECISIVE]
-    explained = misfit < 1.0 + 4.0 * float(np.sqrt(2.0 / dof)) + 0.02 * (least.cost - left) / dof
+    explained = misfit < 1.0 + 4.0 * float(np.sqrt(2.0 / dof)) + 0.02 * (cost - left) / dof
     return Verdict(
         history, _one_of_each(near), misfit, explained, effect_of(history, best)
     )
@@ -183,17 +193,36 @@ def _misfit(suspects: Sequence[Suspect], cost: float, dof: int) -> float:
 def chance(suspect: Suspect, misfit: float) -> float:
     """Return the probability of so high a score at any moment where nothing is wrong."""
     score = suspect.score
-    return suspect.tried * float(chdtrc(score.dof, score.score / misfit)) if score.dof else 1.0
+    return suspect.tried * float(chdtrc(score.dof, score.score / (misfit * score.scatter)))
 
 
 def fit(history: History, suspect: Suspect) -> BundleMinimum:
-    """Return the minimum when a suspect's error has been taken away."""
-    data, prior = history.data, history.prior
-    if suspect.profile is None:
-        prior = replace(prior, values=prior.values + suspect.step)
-    else:
+    """Return the minimum when a suspect's error has been taken away, or may have any size."""
+    if suspect.profile is not None:
         data = history.corrected(suspect.step, suspect.profile)
-    return adjust(data, prior, history.state)
+        return adjust(data, history.prior, history.state)
+    # The error is one of what was known: with any size of it, that much less is known.
+    prior = history.prior
+    slope = prior.information @ suspect.columns
+    inner = suspect.columns.T @ slope
+    less = prior.information - slope @ np.linalg.solve(inner, slope.T)
+    floats = prior.body_floats or suspect.cause is Cause.PROBE
+    return adjust(
+        history.data, replace(prior, information=0.5 * (less + less.T), body_floats=floats),
+        history.state,
+    )  # fmt: skip
+
+
+def _granted(history: History, suspect: Suspect) -> Suspect:
+    """Return the suspect with what it explains when it is fitted for good."""
+    found, score = fit(history, suspect), suspect.score
+    size: Float = score.size
+    if suspect.profile is None and suspect.cause is not Cause.PROBE:
+        slope = history.prior.information @ suspect.columns
+        off = found.state.values() - history.prior.values
+        size = np.linalg.solve(suspect.columns.T @ slope, slope.T @ off)
+    gained = history.cost - found.cost
+    return replace(suspect, score=replace(score, score=gained, size=size))
 
 
 def effect_of(history: History, suspect: Suspect) -> float:
@@ -234,16 +263,30 @@ def _trials(history: History) -> Iterator[_Trial]:
     for led, places in enumerate(led_places):
         yield _Trial(Cause.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
     yield _Trial(Cause.WARMING, -1, larger, np.array([_SIZE]), "drift")
+    if columns.seats == 1:
+        seat = range(columns.of_seats.start, columns.of_seats.stop)
+        for when in ("step", "drift"):
+            yield _Trial(Cause.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
+    lenses = [
+        columns.camera(index).start + place
+        for index in range(columns.cameras)
+        for place in (LENS.start, LENS.start + 2, LENS.start + 3)
+    ]
+    usual = np.array([_FOCAL_MM, _POINT_PX, _POINT_PX])
+    if columns.cameras > 1 and information[lenses].all():
+        yield _Trial(Cause.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
     turn, shift = np.full(3, _TURN), np.full(3, _SHIFT_MM)
     for index, camera in enumerate(state.cameras):
         place = columns.camera(index)
         lens = range(place.start + LENS.start, place.stop)
         if information[lens.start]:
-            seen = [lens.start, lens.start + 2, lens.start + 3]
-            usual = np.array([_FOCAL_MM, _POINT_PX, _POINT_PX])
+            seen = lenses[3 * index : 3 * index + 3]
             yield _Trial(Cause.LENS, index, unit(seen), usual, "before")
         motion = np.zeros((columns.count, N_MOTIONS))
         motion[place] = camera_changes(camera)[:, :N_MOTIONS]
+        if information[place.start]:
+            both = np.concatenate([turn, shift])
+            yield _Trial(Cause.PLACE, index, motion, both, "before")
         for when in ("step", "drift"):
             yield _Trial(Cause.CAMERA, index, motion[:, :3], turn, when)
             yield _Trial(Cause.CAMERA, index, motion, np.concatenate([turn, shift]), when)
@@ -261,11 +304,14 @@ def _tried(history: History, trial: _Trial) -> Suspect | None:
         scores = history.of_time(trial.columns, profiles)
         best = int(np.argmax([one.score for one in scores]))
         score, profile, tried = scores[best], profiles[best], len(profiles)
+        scatter = history.scatter(trial.columns, profile, score.size)
+        score = replace(score, scatter=scatter)
         moment = best + 1 if trial.when == "step" else None
     if not score.dof:
         return None
-    step = trial.columns @ score.size
-    return Suspect(trial.cause, trial.subject, score, step, profile, moment, tried, 0.0)
+    return Suspect(
+        trial.cause, trial.subject, score, trial.columns, profile, moment, tried, 0.0
+    )
 
 
 def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspect:
@@ -275,6 +321,7 @@ def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspe
     sizes = next(
         one.sizes for one in trials if one.cause is suspect.cause and len(one.sizes) == m
     )
+    misfit *= score.scatter
     known = sizes[:, None] * score.information * sizes / misfit
     freedom = float(np.linalg.slogdet(np.eye(m) + known)[1])
     worth = score.score / misfit - freedom - 2.0 * log(suspect.tried)

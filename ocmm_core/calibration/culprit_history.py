@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from ocmm_core.calibration.bundle import common_covariance, linearise, misses
 from ocmm_core.calibration.bundle_state import BundleData, BundleState, Prior
@@ -24,6 +25,9 @@ BLOCKS = 60
 
 _PARTS, _LEAST_FRAMES = 20, 10
 """What was left out together is sought in so many parts, which are not shorter than this."""
+
+_LEAST_BLOCKS = 20
+"""So many say how much blocks scatter."""
 
 _LEAST_INFORMATION = 1e-8
 """Of what a change would leave if nothing else were free; with less it is not seen at all."""
@@ -58,12 +62,16 @@ class Score:
         (m,): its most likely amount.
     information
         (m, m): inverse of the covariance of that.
+    scatter
+        How much more the blocks differ from the change than their noise explains, as a factor of
+        chi-square, at least one: neighbouring frames share errors of the sensors.
     """
 
     score: float
     dof: int
     size: Float
     information: Float
+    scatter: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +92,8 @@ class History:
         (k, k): of the common unknowns.
     rest
         (k,): gradient of everything at the state; zero at an exact minimum.
+    cost
+        Chi-square at the minimum that follows to first order.
     """
 
     data: BundleData
@@ -95,6 +105,7 @@ class History:
     pull: Float
     covariance: Float
     rest: Float
+    cost: float
 
     @classmethod
     def of(
@@ -120,9 +131,10 @@ class History:
         pull[:] = prior.information @ (state.values() - prior.values)
         rest = np.zeros(len(pull))
         rest[prior.free] = everything.reduced()[1][prior.free]
+        own = sum(float(np.sum(group.z**2)) for group in everything.groups)
         return cls(
             data, prior, state, blocks, np.stack(normals), np.stack(gradients), pull, covariance,
-            rest,
+            rest, everything.cost - own - float(rest @ covariance @ rest),
         )  # fmt: skip
 
     def of_prior(self, columns: Float) -> Score:
@@ -161,6 +173,25 @@ class History:
             found.append(_score(inner, across.T @ still - profile @ pulls, np.diag(alone)))
         return tuple(found)
 
+    def scatter(self, columns: Float, profile: Float, size: Float) -> float:
+        """Return how much the blocks scatter about a change, see `Score`."""
+        # What the change moves the common unknowns by is taken off all blocks.
+        across = np.tensordot(profile, self.normals @ columns, axes=1)
+        common = -self.covariance @ (self.rest + across @ size)
+        squares, dofs = [], []
+        for normal, gradient, share in zip(self.normals, self.gradients, profile, strict=True):
+            off = columns.T @ (gradient + normal @ (common + columns @ size * share))
+            own = columns.T @ normal @ columns
+            one = _score(own, off, np.diag(own))
+            if one.dof:
+                squares.append(one.score)
+                dofs.append(one.dof)
+        if len(squares) < _LEAST_BLOCKS:
+            return 1.0
+        usual = float(np.median(chdtri(np.array(dofs, dtype=np.float64), 0.5)))
+        # Of the medians: the block in which something happens must not hide it.
+        return max(1.0, float(np.median(squares)) / usual)
+
     def steps(self) -> Float:
         """Return the profiles (b - 1, b) of what changes at once, at every moment."""
         count = len(self.blocks)
@@ -182,8 +213,8 @@ class History:
         was, now = misses(self.data, self.state), misses(self.data, changed)
         return replace(
             self.data,
-            uv=self.data.uv - frames[:, None, None, None] * (now[0] - was[0]),
-            bar_uv=self.data.bar_uv - bars[:, None, None, None] * (now[1] - was[1]),
+            uv=self.data.uv - frames[:, None, None, None] * _between(was[0], now[0]),
+            bar_uv=self.data.bar_uv - bars[:, None, None, None] * _between(was[1], now[1]),
         )
 
 
@@ -260,6 +291,12 @@ def _often(
     counts = out.sum(axis=axis, keepdims=True), seen.sum(axis=axis, keepdims=True)
     often: NDArray[np.bool_] = counts[0] > share * counts[1]
     return often
+
+
+def _between(was: Float, now: Float) -> Float:
+    """Return the difference of misses; zero for frames that lie behind a camera."""
+    finite = np.isfinite(was) & np.isfinite(now)
+    return np.where(finite, now, 0.0) - np.where(finite, was, 0.0)
 
 
 def _part(data: BundleData, block: Block) -> BundleData:

@@ -75,11 +75,10 @@ def _ways(
             max(3 * (n - 1) - 6, 1) if n > 2 else 0,
         )
     ratio, _ = scale_between(found, listed, sigmas)
+    what = "farther from" if ratio > 1.0 else "nearer to"
+    amount = f"{1e6 * abs(ratio - 1.0):.0f} um/m"
     yield (
-        PointsExplained(
-            f"all of them are {1e3 * abs(ratio - 1.0):.3f} mm/m "
-            f"{'farther' if ratio > 1.0 else 'nearer'} to each other than listed", tuple(names),
-        ),  # fmt: skip
+        PointsExplained(f"all of them are {amount} {what} each other than listed", tuple(names)),
         _misfit(found, ratio * listed, sigmas),
         3 * n - 7,
     )

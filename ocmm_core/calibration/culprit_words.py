@@ -16,6 +16,9 @@ EXPANSION = 12e-6
 
 _PLAUSIBLE_K = 30.0
 
+LEAST_CONE_MM = 0.02
+"""Less than this a ball moves in its cone whenever it is turned."""
+
 
 @dataclass(frozen=True, slots=True)
 class Names:
@@ -49,7 +52,7 @@ def accuse(verdict: Verdict, names: Names) -> Finding | None:
         code,
         _sentence(told, verdict),
         _remedy(verdict.named, names),
-        refuses=not during or verdict.effect_px > LEAST_PX,
+        refuses=not during or verdict.effect_px > LEAST_PX or _moved_mm(best) > LEAST_CONE_MM,
     )
 
 
@@ -59,10 +62,20 @@ _CODES = {
     Cause.LED: "probe_changed",
     Cause.PROBE: "wrong_probe",
     Cause.LENS: "lens_changed",
+    Cause.RIG: "wrong_rig",
     Cause.CAMERA: "camera_moved",
     Cause.LOOSE: "led_loose",
     Cause.WARMING: "warming",
+    Cause.CONE: "moved",
+    Cause.PLACE: "camera_elsewhere",
 }
+
+
+def _moved_mm(suspect: Suspect) -> float:
+    """Return how far the cone moved, mm; zero for every other cause."""
+    if suspect.cause is not Cause.CONE:
+        return 0.0
+    return float(np.linalg.norm(suspect.score.size))
 
 
 def _sentence(told: Sequence[str], verdict: Verdict) -> str:
@@ -107,8 +120,8 @@ def _told(suspect: Suspect, verdict: Verdict, names: Names) -> str:
             f"all others are in place"
         )
     if cause is Cause.PROBE:
-        off = size.reshape(-1, 3)
-        rms = float(np.sqrt(np.mean(np.sum((off - off.mean(axis=0)) ** 2, axis=1))))
+        places = size.reshape(-1, 3)
+        rms = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
         return (
             f"the LEDs do not stand where the document of the probe has them, "
             f"{1e3 * rms:.0f} um RMS, and no single one explains it"
@@ -118,6 +131,22 @@ def _told(suspect: Suspect, verdict: Verdict, names: Names) -> str:
             f"the lens of camera '{names.cameras[index]}' is not what its calibration said "
             f"(focal length {1e3 * size[0]:+.0f} um, middle of the image {size[1]:+.2f} and "
             f"{size[2]:+.2f} px)"
+        )
+    if cause is Cause.RIG:
+        listed = ", ".join(f"{1e3 * one:+.0f}" for one in size[::3])
+        return (
+            f"the lenses of all cameras are not what the calibration of this rig said (focal "
+            f"lengths {listed} um): another rig, or cameras in another order"
+        )
+    if cause is Cause.CONE:
+        when = "during the sweep"
+        if suspect.moment is not None:
+            when = f"just before {names.moment(suspect.moment)}"
+        return f"the cone, or the ball in it, moved by {_um(size)} {when}"
+    if cause is Cause.PLACE:
+        return (
+            f"camera '{names.cameras[index]}' does not stand where its calibration says, by "
+            f"{1e6 * np.linalg.norm(size[:3]):.0f} urad and {_um(size[3:])}"
         )
     if cause is Cause.LOOSE:
         since = names.moment(suspect.moment or 0)
@@ -152,7 +181,13 @@ def _remedy(named: Sequence[Suspect], names: Names) -> str:
         f"again; then {again}.",
         Cause.LENS: "Look whether this lens is loose, and fasten it; then calibrate the cameras "
         "from known points.",
+        Cause.RIG: "Choose the rig with these cameras, in the order of its document; if it is the "
+        "right one, calibrate the cameras from known points.",
         Cause.LOOSE: f"Fasten this LED, calibrate the probe again, and {again}.",
+        Cause.CONE: "Clamp the cone, clean it, press the ball into it evenly, and "
+        f"{again}.",
+        Cause.PLACE: "Verify the cameras; if that fails, calibrate them again, and only then the "
+        "probe.",
         Cause.WARMING: "Let probe, artefacts and room come to one temperature, and take no probe "
         f"out of a warm hand; then {again}.",
     }

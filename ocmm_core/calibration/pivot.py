@@ -14,6 +14,7 @@ from ocmm_core.calibration.pivot_bundle import chi2_of_cameras, misses
 from ocmm_core.calibration.pivot_centre import thesis_pivot
 from ocmm_core.calibration.pivot_covariance import geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot_coverage import coverage_of
+from ocmm_core.calibration.pivot_culprit import accuse_in_sweep
 from ocmm_core.calibration.pivot_data import PivotCalibration, PivotOptions, PivotSweep
 from ocmm_core.calibration.pivot_guards import (
     find_jump,
@@ -33,6 +34,9 @@ from ocmm_core.geometry import Float, rigid_fit
 from ocmm_core.tracking.body import ProbeBody
 
 LEAST_FRAMES = 30
+TOGETHER = 0.05
+"""Of the frames; reflections and slips of a hand are fewer."""
+
 _DRAWS = 8
 """Of cameras, the worst of which says how large chi-square may be."""
 
@@ -101,7 +105,19 @@ def calibrate_probe(
     chi2 = robust.minimum.cost
     common = shared_part(rig, sweep) if options.pattern else 0.0
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
+    # Where many do not fit the others, it is not single frames that are wrong.
+    asked, held = used, rotations
+    if np.count_nonzero(~used) > TOGETHER * len(used):
+        asked = robust.free.solved
+        held = np.where(used[:, None, None], rotations, robust.free.rotations @ of_probe.T)
+    examined = sweep.only(asked)
+    more = 2 * np.count_nonzero(examined.weights) - 2 * spots - 3 * (len(examined.uv) - len(kept.uv))
+    accused = accuse_in_sweep(
+        rig, examined, np.flatnonzero(asked), geometry.leds_probe, geometry.tip_probe,
+        state.centre, held[asked], options.slack_mm, dof + int(more),
+    )  # fmt: skip
     findings = [
+        *([accused] if accused else []),
         *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
         *judge_residuals(judged, dof),
         *turned,

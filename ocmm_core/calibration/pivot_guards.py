@@ -117,7 +117,8 @@ def judge_left_out(
             "Keep the ball in its cone and the LEDs towards the cameras, look for reflections, and "
             "sweep again.",
             refuses=len(left_out) > limits.left_out * frames,
-            forcible=True,
+            # Hidden LEDs are a poor sweep; spots and tips that do not fit contradict the rest.
+            forcible=all(one.reason == "few" for one in left_out),
         )
     ]
 
@@ -200,7 +201,6 @@ def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:
             f"the cone or the ball in it moved.",
             "Clamp the cone, clean it, press the ball into it evenly, and sweep again.",
             refuses=True,
-            forcible=True,
         )
     ]
 
@@ -227,9 +227,9 @@ def judge_shape(
             Finding(
                 "pivot.tip_changed",
                 f"The tip is {moved:.3f} mm from where probe '{body.name}' had it.",
-                "Check that the right tip is mounted and chosen.",
+                "Check that the right tip is mounted and chosen; another stylus gets a name of its "
+                "own.",
                 refuses=True,
-                forcible=True,
             )
         ]
     return []

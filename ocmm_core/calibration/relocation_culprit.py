@@ -20,6 +20,7 @@ from ocmm_core.calibration.relocation_data import (
 )
 from ocmm_core.calibration.relocation_problem import RelocationProblem, prior_of
 from ocmm_core.camera.rig import Rig
+from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
 
 TOGETHER = 0.3
@@ -71,7 +72,7 @@ def accuse_in_relocation(
     stated = replace(body, geometry_covariance=covariance)
     lens = "prior" if options.lens == "fixed" else options.lens
     asked = replace(options, lens=lens, geometry="uncertain")
-    prior = prior_of(start, stated, observed, asked, state)
+    prior = prior_of(start, stated, observed, asked, problem.start)
     data, _ = restored(found.data, problem.data, TOGETHER)
     dof = data.excess + prior.rows + prior.gauge - len(prior.free)
     verdict = examine(data, prior, state, dof)
@@ -132,10 +133,12 @@ def _sigmas_off(
     return abs(ratio - 1.0) / sigma
 
 
-def _sigmas(verdict: Verdict, rows: Sequence[int], sigma: float) -> np.ndarray:
+def _sigmas(verdict: Verdict, rows: Sequence[int], sigma: float) -> Float:
+    """Return how far, mm per axis, the seats may be from the list."""
     columns = verdict.history.state.columns
     variances = verdict.history.covariance.diagonal()[columns.of_seats].reshape(-1, 3)
-    return np.sqrt(variances[rows].mean(axis=1) + sigma**2)
+    sigmas: Float = np.sqrt(variances[rows].mean(axis=1) + sigma**2)
+    return sigmas
 
 
 def lone_bar(verdict: Verdict, observed: Observations, options: RelocationOptions) -> str | None:

@@ -21,7 +21,12 @@ from ocmm_core.calibration.pivot_centre import (
 )
 from ocmm_core.calibration.pivot_covariance import geometry_in
 from ocmm_core.calibration.pivot_coverage import preview_pivot
-from ocmm_core.calibration.pivot_data import PivotCalibration, PivotOptions, PivotSweep
+from ocmm_core.calibration.pivot_data import (
+    PivotCalibration,
+    PivotLimits,
+    PivotOptions,
+    PivotSweep,
+)
 from ocmm_core.calibration.pivot_start import start_pivot
 from ocmm_core.calibration.pivot_validation import validate_pivot
 from ocmm_core.camera.model import N_PARAMETERS, project
@@ -321,7 +326,9 @@ def test_wrong_probe_and_another_tip_are_refused() -> None:
     error = _refused(sweep(500, 30.0, 1, body=longer))
     assert error.code == "pivot.tip_changed"
     assert "1.00" in error.what
-    forced = calibrate_probe(rig(), body, sweep(500, 30.0, 1, body=longer), force=True)
+    assert _refused(sweep(500, 30.0, 1, body=longer), force=True).code == "pivot.tip_changed"
+    anywhere = PivotOptions(limits=PivotLimits(tip_change_mm=np.inf))
+    forced = calibrate_probe(rig(), body, sweep(500, 30.0, 1, body=longer), anywhere)
     assert forced.tip_probe == pytest.approx([0.0, 0.0, -1.0], abs=0.01)
 
 
