@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ocmm_core.errors import FitError
 from ocmm_core.geometry import Float
 
 GEOMETRY_SIZE = 12
@@ -16,6 +17,15 @@ GEOMETRY_SIZE = 12
 POINT, DIRECTION, ACROSS = slice(0, 3), slice(3, 6), slice(9, 12)
 RADIUS, SECOND, HALF_ANGLE = 6, 7, 8
 """Places in the geometry vector."""
+
+
+GEOMETRY_NAMES = (
+    "x", "y", "z",
+    "direction_x", "direction_y", "direction_z",
+    "radius", "second", "half_angle",
+    "across_x", "across_y", "across_z",
+)  # fmt: skip
+"""What the numbers of the geometry vector are, in their order."""
 
 
 class Shape(Enum):
@@ -61,6 +71,24 @@ MINIMUM_POINTS = {
 """Points without which the shape is not determined."""
 
 
+_OBLONG = ("length", "width")
+SIZE_WORDS: dict[Shape, tuple[str, ...]] = {
+    Shape.POINT: (),
+    Shape.LINE: (),
+    Shape.PLANE: (),
+    Shape.CIRCLE: ("diameter",),
+    Shape.SPHERE: ("diameter",),
+    Shape.CYLINDER: ("diameter",),
+    Shape.ELLIPSE: _OBLONG,
+    Shape.ROUND_SLOT: _OBLONG,
+    Shape.SQUARE_SLOT: _OBLONG,
+    Shape.RECTANGLE: _OBLONG,
+    Shape.CONE: ("diameter", "full angle"),
+    Shape.TORUS: ("ring diameter", "tube diameter"),
+}
+"""Sizes that a shape has, in words; the properties of `Fit` have the same names."""
+
+
 @dataclass(frozen=True, slots=True)
 class Fit:
     """An element associated with points, in the same form for every shape.
@@ -90,6 +118,10 @@ class Fit:
         certificate of optimality. Empty for least squares.
     free
         Circle: in space, plane and circle as one problem.
+    rival
+        Another element of the same shape that the points cannot tell from this one: noise of the
+        size seen in the residuals may have made it the worse one. Nothing may rest on a fit with a
+        rival. None where there is none.
     """
 
     shape: Shape
@@ -101,6 +133,7 @@ class Fit:
     criterion: Criterion = Criterion.LEAST_SQUARES
     contacts: tuple[int, ...] = ()
     free: bool = False
+    rival: Fit | None = None
 
     @property
     def point(self) -> Float:
@@ -131,6 +164,78 @@ class Fit:
     def half_angle(self) -> float:
         """Return the half apex angle of a cone, rad, else zero."""
         return float(self.geometry[HALF_ANGLE])
+
+    @property
+    def diameter(self) -> float:
+        """Return the diameter of circle, sphere, cylinder, or of a cone at its point, mm."""
+        return 2.0 * self._size("diameter", RADIUS)
+
+    @property
+    def ring_diameter(self) -> float:
+        """Return the diameter of the centre line of a torus, mm."""
+        return 2.0 * self._size("ring diameter", RADIUS)
+
+    @property
+    def tube_diameter(self) -> float:
+        """Return the diameter of the tube of a torus, mm."""
+        return 2.0 * self._size("tube diameter", SECOND)
+
+    @property
+    def length(self) -> float:
+        """Return the long axis of an ellipse, or the overall length of slot and rectangle, mm."""
+        return 2.0 * self._size("length", RADIUS)
+
+    @property
+    def width(self) -> float:
+        """Return the short axis of an ellipse, or the width of slot and rectangle, mm."""
+        return 2.0 * self._size("width", SECOND)
+
+    @property
+    def full_angle(self) -> float:
+        """Return the apex angle of a cone, rad."""
+        return 2.0 * self._size("full angle", HALF_ANGLE)
+
+    def _size(self, word: str, place: int) -> float:
+        if word not in SIZE_WORDS[self.shape]:
+            has = " and ".join(SIZE_WORDS[self.shape]) or "no size"
+            raise FitError(
+                "fit.no_such_size",
+                f"{self.shape.value} has no {word}.",
+                f"It has {has}.",
+            )
+        return float(self.geometry[place])
+
+    def covariance(self, points: float | Float) -> Float:
+        """Return the covariance of the geometry, (12, 12), to first order.
+
+        Rows and columns are those of `GEOMETRY_NAMES`; mm and, for directions and the half angle,
+        rad. What the shape lacks is zero. Twice the square root of an element of its diagonal is
+        U (k = 2) only where the fit is nearly straight within the errors: see
+        `ocmm_core.tolerances.fit_uncertainty` for the test.
+
+        Parameters
+        ----------
+        points
+            mm: standard uncertainty of every coordinate of every point, independent of each other;
+            or mm^2: their covariance (3 n, 3 n), point by point (x1 y1 z1 x2 ...).
+
+        Raises
+        ------
+        FitError
+            It is neither a number above zero nor such a matrix.
+        """
+        of_points = np.asarray(points, dtype=np.float64)
+        count = self.jacobian.shape[1]
+        if of_points.ndim == 0 and 0.0 < of_points < np.inf:
+            return np.asarray(of_points**2 * (self.jacobian @ self.jacobian.T))
+        if of_points.shape != (count, count) or not np.all(np.isfinite(of_points)):
+            raise FitError(
+                "fit.point_covariance",
+                "The uncertainty of the points is neither a number of mm above zero nor a finite "
+                f"covariance of {count} by {count} coordinates.",
+                "Give one of the two.",
+            )
+        return np.asarray(self.jacobian @ of_points @ self.jacobian.T)
 
 
 def element(

@@ -13,6 +13,7 @@ from ocmm_core.alignment.frame_doubt import saved_frame_in
 from ocmm_core.alignment.rules import Relocation, SavedFrame
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.camera.rig import Rig
+from ocmm_core.errors import MeasuringError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.constructed import nominal_geometries
 from ocmm_core.geometry import Float
@@ -73,14 +74,18 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
     """Return budgets and tasks of a job that was evaluated already."""
     plan, actual, covariance, samples = job.plan, job.actual, job.covariance, job.samples
     budgets: dict[str, Budget] = {}
+    missing = dict(job.missing)
     plain: list[Characteristic] = []
     of_form: list[Characteristic] = []
     for item in plan.characteristics:
         evaluation = job.evaluations.get(item.name)
         if evaluation is not None:
-            budgets[item.name] = budget_of(
-                item, evaluation, actual, job.parts, covariance, samples
-            )
+            try:
+                budgets[item.name] = budget_of(
+                    item, evaluation, actual, job.parts, covariance, samples
+                )
+            except MeasuringError as error:
+                missing[item.name] = error.what
             (of_form if of_own_form(item, actual) else plain).append(item)
     nominals = nominal_geometries(plan.features, plan.constructions)
     tasks = tuple(
@@ -91,7 +96,7 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
         for group, taken in ((plain, samples), (of_form, ()))
         if group
     )  # fmt: skip
-    return JobUncertainty(budgets, job.missing, tasks)
+    return JobUncertainty(budgets, missing, tasks)
 
 
 def frame_covariance(

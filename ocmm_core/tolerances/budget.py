@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.errors import MeasuringError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float
 from ocmm_core.measuring.contributions import Contribution
 from ocmm_core.tolerances.characteristic import Characteristic
 from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.first_order import NOT_DETERMINED, WHAT_TO_DO
 from ocmm_core.tolerances.interval import Length, expanded
 from ocmm_core.tolerances.sampling import FormSample, widened
 from ocmm_core.tolerances.spread import gradients_of, spreads_of, that_count
@@ -99,8 +102,16 @@ def budget_of(
         Their sum, (3 N + 1, 3 N + 1).
     samples
         What the features show of their form (`sampling.form_samples`).
+
+    Raises
+    ------
+    MeasuringError
+        Its elements are determined too weakly for an uncertainty.
     """
-    spread = spreads_of(characteristic, evaluation, actual, covariance, samples).of_value
+    spreads = spreads_of(characteristic, evaluation, actual, covariance, samples)
+    if not math.isfinite(spreads.growth):
+        raise MeasuringError("uncertainty.curved", NOT_DETERMINED, WHAT_TO_DO)
+    spread = spreads.of_value
     gradients = gradients_of(evaluation, bonus=False)
     way = spread.way if isinstance(spread, Length) else np.ones(1)
     form = widened(gradients, covariance, that_count(characteristic, actual, samples))
@@ -125,6 +136,14 @@ def budget_of(
         row(f"Form of {name}", of, "A", "Student's", "residuals of its points beyond their noise")
         for name, of in form.of_form.items()
     ]
+    if spreads.growth > 1.0:
+        bent = (1.0 - spreads.growth**-2) * spread.sigma**2
+        rows.append(
+            BudgetRow(
+                "Curvature of the fit", math.sqrt(bent), bent / spread.sigma**2, "B",
+                "normal", "the element fitted again at both ends of the interval",
+            )
+        )  # fmt: skip
     rows.sort(key=lambda item: item.standard, reverse=True)
     return Budget(
         characteristic=characteristic.name,

@@ -227,6 +227,21 @@ def not_measured(characteristic: Characteristic, note: str) -> CharacteristicRes
     )
 
 
+def without_uncertainty(
+    characteristic: Characteristic, evaluation: Evaluation, why: str
+) -> CharacteristicResult:
+    """Return a value that has no uncertainty, so that it proves nothing, and why."""
+    return replace(
+        not_measured(characteristic, f"{why} {evaluation.note}".strip()),
+        measured=evaluation.value,
+        deviation=evaluation.value - characteristic.nominal,
+        verdict=Verdict.NOT_PROVEN,
+        association=evaluation.association,
+        frame=evaluation.frame,
+        bonus=evaluation.bonus,
+    )
+
+
 def provisional(result: CharacteristicResult, why: str) -> CharacteristicResult:
     """Return a result, or the lack of one, that will still change, and why."""
     return replace(result, verdict=Verdict.PROVISIONAL, leaning="", rule="", tur=None, note=why)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.features.actual import ActualFeature, Touches
+from ocmm_core.features.curvature import solver_start
 from ocmm_core.features.fit.axis_kernel import CONE, CYLINDER, TORUS
 from ocmm_core.features.fit.flat_kernel import BALL, DISC
 from ocmm_core.features.shapes import (
@@ -156,16 +157,7 @@ def _refit(name: str, feature: ActualFeature, touches: Touches, raw: Fit) -> Ref
     size = max(float(np.sqrt(np.mean(np.sum(base**2, axis=1)))), 1.0)
     plane = feature.nominal.projection
     kind = PROJECTED_KIND if plane else _KINDS[raw.shape]
-    start = np.zeros(8)
-    start[0:3] = (raw.point - centroid) / size
-    start[3:6] = raw.direction
-    start[6] = raw.radius / size
-    if kind == BALL:
-        start[3] = raw.radius / size
-    elif kind == CONE:
-        start[6], start[7] = raw.half_angle, raw.radius / size * np.cos(raw.half_angle)
-    elif kind == TORUS:
-        start[7] = raw.second / size
+    start = solver_start(raw, centroid, size)
     return Refit(
         name, kind, centroid, np.ascontiguousarray(base), size,
         np.array(touches.places, dtype=np.int64), start, plane, touches,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -11,9 +12,16 @@ from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import Rule, make_result, not_measured, not_proven
+from ocmm_core.tolerances.decision import (
+    Rule,
+    make_result,
+    not_measured,
+    not_proven,
+    without_uncertainty,
+)
 from ocmm_core.tolerances.evaluate import evaluate, involved_features, needs_part_frame
 from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.tolerances.first_order import NOT_DETERMINED, WHAT_TO_DO
 from ocmm_core.tolerances.floor import noise_floor
 from ocmm_core.tolerances.result import CharacteristicResult
 from ocmm_core.tolerances.sampling import FormSample, form_samples
@@ -74,6 +82,9 @@ def _evaluated(
     try:
         evaluation = evaluate(characteristic, measured, alignment, frames)
         spreads = spreads_of(characteristic, evaluation, measured, covariance, samples)
+        if not math.isfinite(spreads.growth):
+            why = f"{NOT_DETERMINED} {WHAT_TO_DO}"
+            return without_uncertainty(characteristic, evaluation, why)
         result = make_result(characteristic, evaluation, spreads, rule)
     except OcmmError as error:
         return not_measured(characteristic, error.what)

@@ -17,7 +17,7 @@ form that is not there, the more the more features a value rests on.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import stdtrit
@@ -29,6 +29,11 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.tolerances.interval import TWO_SIDED
 
 _COVERAGE = 2.0
+
+
+def student_factor(degrees: float) -> float:
+    """Return k, by which u becomes U (95.45 %): 2 with infinite degrees of freedom."""
+    return float(stdtrit(degrees, 0.5 + 0.5 * TWO_SIDED)) if np.isfinite(degrees) else _COVERAGE
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,26 +171,36 @@ class Widened:
         What the form of each feature adds, (k, k) by name, widening included.
     degrees
         Effective degrees of freedom; infinite where form adds nothing.
+    scales
+        What of each feature's form is in it, mm^2: variance of a deviation at one of its places,
+        by name, widening included.
     """
 
     covariance: Float
     of_form: Mapping[str, Float]
     degrees: float
+    scales: Mapping[str, float] = field(default_factory=dict)
 
 
-def widened(gradients: Float, covariance: Float, samples: Sequence[FormSample]) -> Widened:
+def widened(gradients: Float, covariance: Float | None, samples: Sequence[FormSample]) -> Widened:
     """Return the covariance (k, k) of values with ``gradients`` (k, 3 N + 1), form included.
 
     Parameters
     ----------
     covariance
-        (3 N + 1, 3 N + 1): of all but form.
+        (3 N + 1, 3 N + 1): of all but form. None where the noise of the points is not known: all
+        that ``samples`` show is form then.
     """
-    plain = gradients @ covariance @ gradients.T
+    if covariance is None:
+        plain = np.zeros((len(gradients), len(gradients)))
+    else:
+        plain = gradients @ covariance @ gradients.T
     # Nothing is added to what is no covariance: whoever decides refuses it.
-    if not np.all(np.isfinite(plain)) or float(np.trace(plain)) <= 0.0:
+    nothing = covariance is not None and float(np.trace(plain)) <= 0.0
+    if not np.all(np.isfinite(plain)) or nothing:
         return Widened(plain, {}, np.inf)
-    of_form: dict[str, Float] = {}
+    squares_of: dict[str, Float] = {}
+    variances: dict[str, float] = {}
     doubt = balance = 0.0
     for sample in samples:
         slopes = sample.slopes(gradients)
@@ -195,18 +210,19 @@ def widened(gradients: Float, covariance: Float, samples: Sequence[FormSample]) 
         balance += sample.variance * float(np.trace(squares))
         doubt += (sample.scatter * float(np.trace(squares))) ** 2 / sample.degrees
         if sample.variance > 0.0:
-            of_form[sample.feature] = sample.variance * squares
+            squares_of[sample.feature] = squares
+            variances[sample.feature] = sample.variance
     if balance <= 0.0:
         return Widened(plain, {}, np.inf)
     # Those below zero take from the others: a row of a budget has no negative variance.
-    kept = balance / sum(float(np.trace(part)) for part in of_form.values())
-    of_form = {name: kept * part for name, part in of_form.items()}
-    form = sum(of_form.values(), np.zeros_like(plain))
+    kept = balance / sum(variances[name] * float(np.trace(of)) for name, of in squares_of.items())
+    form = kept * sum((variances[k] * of for k, of in squares_of.items()), np.zeros_like(plain))
     total = plain + form
     degrees = float(np.trace(total)) ** 2 / doubt
-    factor = (float(stdtrit(degrees, 0.5 + 0.5 * TWO_SIDED)) / _COVERAGE) ** 2
+    factor = (student_factor(degrees) / _COVERAGE) ** 2
     # The widening belongs to what is known badly: the budget then adds up.
     share = float(np.trace(form))
-    extra = (factor - 1.0) * float(np.trace(total)) / share
-    grown = {name: part * (1.0 + extra) for name, part in of_form.items()}
-    return Widened(plain + (1.0 + extra) * form, grown, degrees)
+    extra = 1.0 + (factor - 1.0) * float(np.trace(total)) / share
+    scales = {name: extra * kept * variance for name, variance in variances.items()}
+    grown = {name: scales[name] * of for name, of in squares_of.items()}
+    return Widened(plain + extra * form, grown, degrees, scales)

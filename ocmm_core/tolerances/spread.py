@@ -13,6 +13,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tolerances.characteristic import FORMS, PROFILES, RUNOUTS, ZONES, Characteristic
 from ocmm_core.tolerances.evaluation import Evaluation
 from ocmm_core.tolerances.extent import Extent, Rank
+from ocmm_core.tolerances.first_order import follow_features, growth
 from ocmm_core.tolerances.interval import Length, Normal, Spread
 from ocmm_core.tolerances.sampling import FormSample, widened
 
@@ -30,10 +31,14 @@ class Spreads:
         About the value itself.
     judged
         About the value less the bonus of a modifier, which is held against the limit.
+    growth
+        Factor that the second-order terms of the fits have in both (`first_order`); infinite where
+        there is no uncertainty, and both are those of first order.
     """
 
     of_value: Spread
     judged: Spread
+    growth: float = 1.0
 
 
 def spreads_of(
@@ -53,11 +58,21 @@ def spreads_of(
         What the features show of their form (`sampling.form_samples`).
     """
     samples = that_count(characteristic, actual, samples)
-    of_value = _spread(characteristic, evaluation, covariance, samples, bonus=False)
+    gradients = gradients_of(evaluation, bonus=False)
+    found = widened(gradients, covariance, samples)
+    grown = 1.0
+    if evaluation.noise is None and evaluation.ranked is None:
+        # A range or rank of single points rests on no fit that could bend.
+        follow = follow_features(gradients, actual.values())
+        if follow is not None:
+            grown = growth(gradients, covariance, samples, found, follow)
+    scale = grown if np.isfinite(grown) else 1.0
+    of_value = _spread(characteristic, evaluation, covariance, scale**2 * found.covariance, False)
     if evaluation.bonus_gradient is None:
-        return Spreads(of_value, of_value)
-    judged = _spread(characteristic, evaluation, covariance, samples, bonus=True)
-    return Spreads(of_value, judged)
+        return Spreads(of_value, of_value, grown)
+    less = widened(gradients_of(evaluation, bonus=True), covariance, samples)
+    judged = _spread(characteristic, evaluation, covariance, scale**2 * less.covariance, True)
+    return Spreads(of_value, judged, grown)
 
 
 def that_count(
@@ -114,11 +129,10 @@ def _spread(
     characteristic: Characteristic,
     evaluation: Evaluation,
     covariance: Float,
-    samples: Sequence[FormSample],
-    *,
+    found: Float,
     bonus: bool,
 ) -> Spread:
-    found = widened(gradients_of(evaluation, bonus=bonus), covariance, samples).covariance
+    """Return the spread of a value whose components have the covariance ``found``."""
     taken = evaluation.bonus if bonus else 0.0
     if evaluation.components is not None:
         vector, length = evaluation.components, float(np.linalg.norm(evaluation.components))
