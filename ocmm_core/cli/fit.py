@@ -14,7 +14,7 @@ from rich.table import Table
 
 from ocmm_core.cli.headless import make_console
 from ocmm_core.errors import FitError, InputError
-from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.fit import fit_shape, sizes_in_words
 from ocmm_core.features.outliers import outliers
 from ocmm_core.features.points_file import read_points_file
 from ocmm_core.features.shapes import (
@@ -79,6 +79,8 @@ _RADII = {
 }
 _PARAMETERS = {**MINIMUM_POINTS, Shape.POINT: 3, Shape.LINE: 4}
 """How many numbers the residuals determine; those of a circle leave its plane out."""
+_OF_FREE_CIRCLE = 6
+"""The same of a circle in space, whose residuals are the whole distances."""
 _POINTS = {
     Shape.LINE: "Point on it",
     Shape.PLANE: "Point on it",
@@ -131,7 +133,8 @@ def fit_command(
     _print_fit(console, fit, len(points), criterion, free=free)
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
-    if wanted in AMBIGUOUS and len(points) <= MINIMUM_POINTS[wanted]:
+    _print_rival(console, fit)
+    if fit.rival is None and wanted in AMBIGUOUS and len(points) <= MINIMUM_POINTS[wanted]:
         console.print(
             f"[yellow]{len(points)} points are as few as a {shape.value} needs: others may pass "
             "through them as well. Take more points.[/]",
@@ -200,8 +203,8 @@ def _rows(fit: Fit, expanded: Float | None) -> list[tuple[str, str, float | None
 def _expanded(fit: Fit, n: int) -> Float | None:
     """Return expanded uncertainties (12,) of the geometry from the scatter of the residuals."""
     # A point and a line in space have residuals with several components each.
-    components = {Shape.POINT: 3, Shape.LINE: 2}.get(fit.shape, 1)
-    freedom = components * n - _PARAMETERS[fit.shape]
+    components = 2 if fit.free else {Shape.POINT: 3, Shape.LINE: 2}.get(fit.shape, 1)
+    freedom = components * n - (_OF_FREE_CIRCLE if fit.free else _PARAMETERS[fit.shape])
     if fit.criterion is not Criterion.LEAST_SQUARES or freedom < 1:
         return None
     sigma = np.sqrt(np.sum(fit.residuals**2) / freedom)
@@ -221,6 +224,23 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
         console.print(f"[yellow]{len(found) - LISTED} more outliers.[/]", highlight=False)
     if not found:
         console.print("No outliers.", style="dim")
+
+
+def _print_rival(console: Console, fit: Fit) -> None:
+    """Print that the points fit another element as well, and which one."""
+    if fit.rival is None:
+        return
+    console.print(
+        "[bold red]AMBIGUOUS:[/] the points fit two elements, and their noise cannot decide which "
+        "one it is. Use neither; take more points, spread over more of the feature.",
+        highlight=False,
+    )
+    for word, one in (("The one above:", fit), ("The other one:", fit.rival)):
+        centre = ", ".join(f"{value:.6f}" for value in one.point)
+        console.print(
+            f"{word} {sizes_in_words(one)}, at {centre}; rms of the residuals {one.rms:.9f} mm.",
+            highlight=False,
+        )
 
 
 def _vector(vector: Float, digits: int) -> str:

@@ -90,6 +90,10 @@ class Fit:
         certificate of optimality. Empty for least squares.
     free
         Circle: in space, plane and circle as one problem.
+    rival
+        Another element of the same shape that the points cannot tell from this one: noise of the
+        size seen in the residuals may have made it the worse one. Nothing may rest on a fit with a
+        rival. None where there is none.
     """
 
     shape: Shape
@@ -101,6 +105,7 @@ class Fit:
     criterion: Criterion = Criterion.LEAST_SQUARES
     contacts: tuple[int, ...] = ()
     free: bool = False
+    rival: Fit | None = None
 
     @property
     def point(self) -> Float:
