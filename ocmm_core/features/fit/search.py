@@ -22,6 +22,8 @@ from ocmm_core.geometry import Float
 
 SAMPLE = 60
 """Points on which the starts descend."""
+MIDDLE = 200
+"""Points on which an end is refined before all points are used."""
 STEPS = 15
 """From starts of which only one end is wanted."""
 QUICK = ((60, 15), (8, 100))
@@ -49,6 +51,8 @@ OPEN = 1e9
 WELL, NOISY = 50.0, 0.03
 """Condition number and root mean squared residual below which two families that agree are
 believed."""
+CLOSE, WELL_CLOSE = 0.003, 1000.0
+"""The same where there are many points and they lie close."""
 FEW_POINTS = 12
 """So few are never certain."""
 SAME = 1e-6
@@ -163,9 +167,12 @@ def certain(kind: int, points: Float, found: Solution) -> bool:
 
 def determined(kind: int, points: Float, found: Solution) -> bool:
     """Return whether the points determine an element so well that its rivals are easily found."""
-    if found.cost > len(points) * NOISY**2:
+    n = len(points)
+    if found.cost > n * NOISY**2:
         return False
-    return gains(derivatives(kind, points, found.parameters)[1])[2] < WELL
+    close = n >= CERTAIN_POINTS and found.cost < n * CLOSE**2
+    worst = WELL_CLOSE if close else WELL
+    return gains(derivatives(kind, points, found.parameters)[1])[2] < worst
 
 
 def _ends(
@@ -197,7 +204,11 @@ def _refined(
     loose: list[Solution] = []
     tried: list[Float] = []
     best = np.inf
+    middle = sampled(points, MIDDLE)
     for end in ends:
+        if len(middle) < len(points):
+            # Steps on fewer points are cheap, and the last ones on all points are then few.
+            end = minimise(kind, middle, end).parameters
         signature = _signature(kind, end)
         if any(_same(signature, other, 1e-3) for other in tried):
             continue
