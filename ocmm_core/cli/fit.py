@@ -16,7 +16,7 @@ from ocmm_core.cli.fit_json import fit_json
 from ocmm_core.cli.fit_rows import Row, rows_of
 from ocmm_core.cli.headless import make_console
 from ocmm_core.errors import FitError, InputError
-from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.fit import fit_shape, sizes_in_words
 from ocmm_core.features.outliers import outliers
 from ocmm_core.features.points_file import read_points_file
 from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Fit, Shape
@@ -107,7 +107,8 @@ def fit_command(
     _print_fit(console, fit, found, len(points), criterion, free=free)
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
-    if wanted in AMBIGUOUS and len(points) <= MINIMUM_POINTS[wanted]:
+    _print_rival(console, fit)
+    if fit.rival is None and wanted in AMBIGUOUS and len(points) <= MINIMUM_POINTS[wanted]:
         console.print(
             f"[yellow]{len(points)} points are as few as a {shape.value} needs: others may pass "
             "through them as well. Take more points.[/]",
@@ -193,3 +194,20 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
         console.print(f"[yellow]{len(found) - LISTED} more outliers.[/]", highlight=False)
     if not found:
         console.print("No outliers.", style="dim")
+
+
+def _print_rival(console: Console, fit: Fit) -> None:
+    """Print that the points fit another element as well, and which one."""
+    if fit.rival is None:
+        return
+    console.print(
+        "[bold red]AMBIGUOUS:[/] the points fit two elements, and their noise cannot decide which "
+        "one it is. Use neither; take more points, spread over more of the feature.",
+        highlight=False,
+    )
+    for word, one in (("The one above:", fit), ("The other one:", fit.rival)):
+        centre = ", ".join(f"{value:.6f}" for value in one.point)
+        console.print(
+            f"{word} {sizes_in_words(one)}, at {centre}; rms of the residuals {one.rms:.9f} mm.",
+            highlight=False,
+        )

@@ -19,14 +19,15 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.ball_off import compensation
 from ocmm_core.features.fit import (
+    associate,
     distance_derivatives,
-    fit_bounded,
     fit_circle_projected,
     fit_ellipse,
     fit_ellipse_projected,
     fit_shape,
     fit_slot_projected,
-    fit_zone,
+    surface_normals,
+    unambiguous,
 )
 from ocmm_core.features.nominal import CRITERIA, NominalFeature
 from ocmm_core.features.shapes import (
@@ -160,7 +161,7 @@ def compensated(
     for row, place in enumerate(touches.places):
         by_residual[row, 3 * place : 3 * place + 3] += normals[row]
 
-    change = compensation(nominal, raw, touches, normals, sign)
+    change = compensation(nominal, raw, touches, surface_normals(raw, touches.tips), sign)
     jacobian = change.by_raw @ by_all
     jacobian[:, -1] += change.by_radius
     fit = replace(raw, geometry=change.geometry, jacobian=change.by_raw @ raw.jacobian)
@@ -172,21 +173,23 @@ def _sign(nominal: NominalFeature) -> float:
 
 
 def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
-    """Return the fit of the ball centres, of an ellipse that of the surface itself."""
+    """Return the fit of the ball centres, of an ellipse that of the surface itself.
+
+    Raises
+    ------
+    FitError
+        The points do not determine one element; between rivals the sizes of the plan may decide.
+    """
     offset = _sign(nominal) * touches.tip_radius
     criterion = CRITERIA[nominal.criterion]
     sense = _sense(nominal, touches)
     if nominal.shape is Shape.ELLIPSE:
         start = fit_ellipse(touches.tips, sense, offset)
-        match criterion:
-            case Criterion.LEAST_SQUARES:
-                return start
-            case Criterion.MINIMUM_ZONE:
-                return fit_zone(start, touches.tips, offset)
-            case _:
-                return fit_bounded(start, touches.tips, criterion)
+        if criterion is Criterion.LEAST_SQUARES:
+            return unambiguous(start)
+        return unambiguous(associate(start, touches.tips, criterion, offset))
     half_length = 0.5 * (nominal.length if nominal.shape in _OUTLINES else nominal.diameter)
-    return fit_shape(
+    fit = fit_shape(
         nominal.shape,
         touches.tips,
         direction_hint=sense,
@@ -196,6 +199,7 @@ def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
         criterion=criterion,
         free=nominal.free,
     )
+    return unambiguous(fit)
 
 
 def fit_projected(
@@ -206,7 +210,7 @@ def fit_projected(
     Raises
     ------
     FitError
-        The criterion is not least squares, or the points do not determine the outline.
+        The criterion is not least squares, or the points do not determine one outline.
     """
     offset = _sign(nominal) * touches.tip_radius
     if nominal.criterion != "least squares":
@@ -218,12 +222,13 @@ def fit_projected(
         )
     match nominal.shape:
         case Shape.CIRCLE:
-            return fit_circle_projected(touches.tips, plane_normal)
+            fit, by_normal = fit_circle_projected(touches.tips, plane_normal)
         case Shape.ELLIPSE:
-            return fit_ellipse_projected(touches.tips, plane_normal, offset)
+            fit, by_normal = fit_ellipse_projected(touches.tips, plane_normal, offset)
         case _:
             sizes = (0.5 * nominal.length + offset, 0.5 * nominal.width + offset)
-            return fit_slot_projected(nominal.shape, touches.tips, plane_normal, sizes)
+            fit, by_normal = fit_slot_projected(nominal.shape, touches.tips, plane_normal, sizes)
+    return unambiguous(fit), by_normal
 
 
 def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> Touches:

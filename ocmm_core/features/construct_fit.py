@@ -9,7 +9,12 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.fit import distance_derivatives, fit_shape
+from ocmm_core.features.fit import (
+    distance_derivatives,
+    fit_shape,
+    surface_normals,
+    unambiguous,
+)
 from ocmm_core.features.shapes import DIRECTION, POINT, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
@@ -50,7 +55,7 @@ def fit_through_centres(shape: Shape, centres: Points3) -> Fit:
     A line runs from the first point to the last; a plane or circle faces where the points, in
     their order, run anticlockwise. So their sense is that of the nominals, wherever the part lies.
     """
-    return fit_shape(shape, centres, direction_hint=_sense(shape, centres))
+    return unambiguous(fit_shape(shape, centres, direction_hint=_sense(shape, centres)))
 
 
 def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Through:
@@ -74,7 +79,7 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
                 f"{feature.nominal.name} does not show the normal of the surface at its points.",
                 "Take the best fit through centres, or through features that are surfaces.",
             )
-        _, normals = distance_derivatives(raw, touches.tips)
+        normals = surface_normals(raw, touches.tips)
         approach = np.sum(touches.directions * normals, axis=1, keepdims=True)
         outward = np.where(approach < 0.0, -normals, normals)
         surface.append(touches.tips - touches.tip_radius * outward)
@@ -85,7 +90,8 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
             moves.append(rows)
     points = np.vstack(surface)
     hint = next((f.fit.direction for f in features if f.fit.shape is shape), None)
-    return Through.of(fit_shape(shape, points, direction_hint=hint), points, np.vstack(moves))
+    fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
+    return Through.of(fit, points, np.vstack(moves))
 
 
 def hole_angles(circle: Float, centres: Points3) -> Float:

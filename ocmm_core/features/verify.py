@@ -175,12 +175,16 @@ def verify_pair(
             continue
         if shape is Shape.CONE and len(points) == MINIMUM_POINTS[shape]:
             return PairResult(file.stem, shape, len(points), residual=fit.rms)
-        found = _compared(file.stem, fit, points, certified, reading)
-        if form is not None:
-            found = replace(found, form=abs(fit.form - held.factor * form))
-        if found.passed:
-            return found
-        results.append(found)
+        # The certified one may be the other element that the points do not rule out.
+        for one in (fit, fit.rival):
+            if one is None:
+                continue
+            found = _compared(file.stem, one, points, certified, reading)
+            if form is not None:
+                found = replace(found, form=abs(one.form - held.factor * form))
+            if found.passed:
+                return found
+            results.append(found)
     return results[0]
 
 
@@ -214,7 +218,9 @@ def _readings(shape: Shape, convention: Convention, criterion: Criterion) -> lis
         return [_Reading()]
     circle = shape is Shape.CIRCLE and criterion is Criterion.LEAST_SQUARES
     if convention is Convention.PTB:
-        return [_Reading(free=circle, radius=True, square=True, falling=True)]
+        cone = shape is Shape.CONE
+        sized = shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
+        return [_Reading(free=circle, radius=sized, square=cone, falling=cone)]
     if shape is Shape.CONE:
         # The point on the axis tells to which side it opens; only its sense is read either way.
         return [

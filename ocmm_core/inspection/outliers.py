@@ -5,7 +5,7 @@ from __future__ import annotations
 from ocmm_core.errors import FitError
 from ocmm_core.features import outliers as of_points
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.fit import fit_shape, unambiguous
 from ocmm_core.features.shapes import Criterion
 
 SMALLEST_MM = 0.02
@@ -23,7 +23,7 @@ def outliers(feature: ActualFeature) -> tuple[int, ...]:
     fit, tips = feature.raw, feature.touches.tips
     if fit.criterion is not Criterion.LEAST_SQUARES:
         try:
-            fit = fit_shape(fit.shape, tips, direction_hint=fit.direction)
+            fit = unambiguous(fit_shape(fit.shape, tips, direction_hint=fit.direction))
         except FitError:
             return ()
     rows = of_points.outliers(fit, tips, smallest=SMALLEST_MM)

@@ -18,7 +18,7 @@ from scipy.special import fdtrc
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.fit import distance_derivatives, fit_shape
+from ocmm_core.features.fit import distance_derivatives, fit_shape, unambiguous
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.deviations import FLAT
@@ -134,9 +134,10 @@ def _least_squares(feature: ActualFeature) -> Fit | None:
     if feature.raw.criterion is Criterion.LEAST_SQUARES:
         return feature.raw
     try:
-        return fit_shape(
+        fit = fit_shape(
             feature.raw.shape, feature.touches.tips, direction_hint=feature.raw.direction
         )
+        return unambiguous(fit)
     except FitError:
         return None
 

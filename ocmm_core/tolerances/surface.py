@@ -18,6 +18,7 @@ from ocmm_core.features.fit import (
     fit_circle_projected,
     fit_ellipse,
     fit_shape,
+    unambiguous,
 )
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Int, Points3, unit
@@ -120,10 +121,12 @@ def least_squares(feature: ActualFeature) -> Fit:
     if raw.shape is Shape.CIRCLE:
         return fit_circle_projected(touches.tips, raw.direction)[0]
     if raw.shape is Shape.ELLIPSE:
-        return fit_ellipse(touches.tips, raw.direction, ellipse_offset(feature))
-    return fit_shape(
-        raw.shape, touches.tips, direction_hint=raw.direction, radius_hint=raw.radius
-    )
+        return unambiguous(fit_ellipse(touches.tips, raw.direction, ellipse_offset(feature)))
+    fit = fit_shape(
+        raw.shape, touches.tips, direction_hint=raw.direction, radius_hint=raw.radius,
+        second_hint=raw.second, half_angle_hint=raw.half_angle or None,
+    )  # fmt: skip
+    return unambiguous(fit)
 
 
 def ellipse_offset(feature: ActualFeature) -> float:

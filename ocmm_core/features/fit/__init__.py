@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ocmm_core.features.fit.circle import fit_circle, fit_circle_free, fit_circle_projected
 from ocmm_core.features.fit.cone import fit_cone
 from ocmm_core.features.fit.cylinder import fit_cylinder
-from ocmm_core.features.fit.distances import distance_derivatives
+from ocmm_core.features.fit.distances import distance_derivatives, surface_normals
 from ocmm_core.features.fit.ellipse import fit_ellipse, fit_ellipse_projected
 from ocmm_core.features.fit.line import fit_line
 from ocmm_core.features.fit.plane import fit_plane
 from ocmm_core.features.fit.point import fit_point
+from ocmm_core.features.fit.rivals import sizes_in_words, unambiguous, with_rival
 from ocmm_core.features.fit.slot import fit_slot, fit_slot_projected
 from ocmm_core.features.fit.sphere import fit_sphere
 from ocmm_core.features.fit.torus import fit_torus
@@ -21,6 +24,7 @@ from ocmm_core.geometry import Float, Points3
 
 __all__ = [
     "Certificate",
+    "associate",
     "certificate",
     "distance_derivatives",
     "fit_bounded",
@@ -41,6 +45,9 @@ __all__ = [
     "fit_torus",
     "fit_zone",
     "fit_zone_line_in_plane",
+    "sizes_in_words",
+    "surface_normals",
+    "unambiguous",
 ]
 
 
@@ -67,11 +74,16 @@ def fit_shape(
         (3,): the direction of the result points along it; without it the largest component is
         positive. It never changes where the element lies. A cone has a direction of its own.
     radius_hint, second_hint, half_angle_hint
-        mm, mm, rad: may decide between elements that all pass through every point; else not used.
+        mm, mm, rad: may decide between rivals (`Fit.rival`); else not used.
     criterion
         How the element is associated; every other one starts from least squares.
     free
         Circle only: in space as one problem, not plane first.
+
+    Returns
+    -------
+    The best element, and in `Fit.rival` another one that the points do not rule out. `unambiguous`
+    refuses such a fit.
 
     Raises
     ------
@@ -84,9 +96,7 @@ def fit_shape(
             shape, points, direction_hint=direction_hint, radius_hint=radius_hint,
             second_hint=second_hint, half_angle_hint=half_angle_hint, free=free,
         )  # fmt: skip
-        if criterion is Criterion.MINIMUM_ZONE:
-            return fit_zone(start, points)
-        return fit_bounded(start, points, criterion)
+        return associate(start, points, criterion)
     sizes = None
     if radius_hint is not None and second_hint is not None:
         sizes = (radius_hint, second_hint)
@@ -112,3 +122,30 @@ def fit_shape(
             return fit_cone(points, half_angle_hint)
         case Shape.TORUS:
             return fit_torus(points, direction_hint, sizes)
+
+
+def associate(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
+    """Return the element of another criterion, from a least-squares fit and from its rival.
+
+    Parameters
+    ----------
+    start
+        Least squares.
+    points
+        (n, 3), mm.
+    criterion
+        Any but least squares.
+    offset
+        As for `fit_zone`.
+
+    Raises
+    ------
+    FitError
+        See `fit_zone` and `fit_bounded`.
+    """
+    if start.rival is not None:
+        first = associate(replace(start, rival=None), points, criterion, offset)
+        return with_rival(first, associate(start.rival, points, criterion, offset))
+    if criterion is Criterion.MINIMUM_ZONE:
+        return fit_zone(start, points, offset)
+    return fit_bounded(start, points, criterion)

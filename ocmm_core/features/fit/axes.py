@@ -32,7 +32,7 @@ def many_axes(points: Float) -> Float:
     """Return what `trial_axes` does with a finer hemisphere, and the axes of quadrics, (m, 3)."""
     principal = principal_axes(points - points.mean(axis=0))[1]
     rings = [_ring(principal, k, RINGS) for k in range(3)]
-    return np.concatenate([_quadric_axes(points), principal, *rings, _hemisphere(MANY_AXES)])
+    return np.concatenate([quadric_axes(points), principal, *rings, _hemisphere(MANY_AXES)])
 
 
 def few_axes(points: Float) -> Float:
@@ -48,7 +48,7 @@ def _ring(principal: Float, k: int, tilts: Float) -> Float:
     return np.concatenate([np.cos(t) * principal[k] + np.sin(t) * side for t in tilts])
 
 
-def _quadric_axes(points: Float) -> Float:
+def quadric_axes(points: Float) -> Float:
     """Return the principal axes (12, 3) of the surfaces of second order nearest to ``points``.
 
     Cylinder and cone are such surfaces: where noise is small, one of these axes is theirs, also

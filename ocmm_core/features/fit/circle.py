@@ -44,7 +44,8 @@ def fit_circle_projected(points: Points3, plane_normal: Float) -> tuple[Fit, Flo
 def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit:
     """Return the circle in space nearest to ``points`` (n, 3), mm, plane and circle at once.
 
-    Residuals are radial, in its plane, positive outside, as those of `fit_circle`.
+    Residuals are the distances from the circle in space, square to its plane included; positive
+    where a point lies outside of the cylinder through the circle, negative inside.
 
     Raises
     ------
@@ -78,16 +79,16 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
     outward = -jacobian[:n, 0:2] @ basis[0:2]
     by_points = by_shift[:, :n, None] * outward + by_shift[:, n:, None] * axis
     geometry = element(centroid + size * p[0:3], axis, size * p[6])
-    fit = make_fit(
-        Shape.CIRCLE, geometry, by_points.reshape(GEOMETRY_SIZE, 3 * n), size * residuals[:n]
-    )
+    away = np.copysign(np.hypot(residuals[:n], residuals[n:]), residuals[:n])
+    fit = make_fit(Shape.CIRCLE, geometry, by_points.reshape(GEOMETRY_SIZE, 3 * n), size * away)
     return replace(fit, free=True)
 
 
-def _outline(points: Float, _size: float) -> Outline:
+def _outline(points: Float, _size: float) -> list[Outline]:
     ball = fit_ball(Shape.CIRCLE, points)
     gain = np.zeros((5, ball.gain.shape[1]))
     gain[0:2], gain[3] = ball.gain[0:2], ball.gain[2]
-    return Outline(
+    outline = Outline(
         ball.centre, ball.radius, 0.0, None, ball.normals, ball.residuals, gain, ball.shifts
     )
+    return [outline]

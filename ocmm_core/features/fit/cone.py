@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from ocmm_core.features.fit.axes import across_axes, many_axes, trial_axes
+from ocmm_core.errors import FitError
+from ocmm_core.features.fit.axes import across_axes, many_axes, quadric_axes, trial_axes
 from ocmm_core.features.fit.axis_kernel import CONE
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -18,14 +21,26 @@ from ocmm_core.features.fit.common import (
     checked_points,
     degenerate,
 )
-from ocmm_core.features.fit.search import chosen, minima, sampled
+from ocmm_core.features.fit.curvature import curved_patch
+from ocmm_core.features.fit.rivals import candidates, decided
+from ocmm_core.features.fit.search import Family, minima, planned, sampled
 from ocmm_core.features.fit.solver import derivatives, sensitivity
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.features.shapes import (
+    GEOMETRY_SIZE,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
 from ocmm_core.geometry import Float, Points3
 
 RANKING_POINTS = 60
 RIDGE = 1e-12
 """Against the diagonal of the normal equations of a start, so that none is singular."""
+ANGLES = np.arange(-87.5, 90.0, 5.0)
+"""deg between the surface and trial axes."""
+FARTHEST = 100.0
+"""Radius of a bend against the size of the points beyond which it does not show."""
 FLATTEST = np.deg2rad(89.9)
 """Half angle beyond which a cone is a plane."""
 NEAR_HINT = np.deg2rad(2.0)
@@ -42,9 +57,7 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     points
         (n, 3), mm.
     half_angle_hint
-        rad: decides only where several cones pass through all points, as many do through six, and
-        only if just one of them has about this angle; where none does, FitError. Without a hint
-        any one of them is given.
+        rad: may decide between rivals, as there are many through six points.
 
     Raises
     ------
@@ -58,10 +71,11 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
         "Take points around the cone at two heights or more.",
     )
     centroid, about, size = centred_solid(Shape.CONE, points, flat)
-    solutions = minima(
-        CONE, about, _starts(about, trial_axes(about)), _possible,
-        lambda: _starts(about, many_axes(about)),
-    )  # fmt: skip
+    expected, asked = None, _families(about)
+    if half_angle_hint is not None:
+        expected = partial(_from_plan, expected=half_angle_hint)
+        asked = (*asked, planned(asked, slice(6, 7), np.array([half_angle_hint])))
+    solutions = minima(CONE, about, asked, _possible)
     if not solutions:
         raise not_converged(Shape.CONE)
     one_sided = [solution for solution in solutions if solution.parameters[7] > 0.0]
@@ -71,9 +85,12 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
             "they lie on both sides of its apex",
             "Take the points on one side of the apex.",
         )
-    hint = half_angle_hint
-    expected = None if hint is None else lambda p: abs(abs(float(p[6])) - hint) < NEAR_HINT
-    best = chosen(Shape.CONE, one_sided, len(points), expected)
+    build = partial(_fit, centroid=centroid, about=about, size=size, flat=flat)
+    return decided(candidates(Shape.CONE, one_sided, len(points), expected), build)
+
+
+def _fit(best: Float, *, centroid: Float, about: Float, size: float, flat: FitError) -> Fit:
+    """Return the fit of parameters (8,); raise ``flat`` where the points do not determine it."""
     if best[6] < 0.0:
         best[3:7] *= -1.0
     residuals, jacobian, _ = derivatives(CONE, about, best)
@@ -91,8 +108,50 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     return make_fit(Shape.CONE, geometry, by_points, size * residuals)
 
 
+def _from_plan(parameters: Float, expected: float) -> float:
+    return float(abs(abs(parameters[6]) - expected) / NEAR_HINT)
+
+
 def _possible(parameters: Float) -> bool:
     return abs(float(parameters[6])) < FLATTEST and abs(float(parameters[7])) < LARGEST_RADIUS
+
+
+def _families(points: Float) -> tuple[Family, ...]:
+    return (
+        lambda: _starts(points, trial_axes(points)),
+        lambda: _by_curvature(points),
+        lambda: _starts(points, many_axes(points)),
+    )
+
+
+def _by_curvature(points: Float) -> Float:
+    """Return start parameters (m, 8): cones of the curvatures of the patch, and quadrics' axes.
+
+    A cone bends in one direction only. Its axis lies in the plane of the other one and the normal,
+    the half angle off the surface, and passes through the centre of the bend.
+    """
+    patch = curved_patch(points)
+    bend = int(np.argmax(np.abs(patch.curvatures)))
+    curvature = float(patch.curvatures[bend])
+    curvature = np.copysign(max(abs(curvature), 1.0 / FARTHEST), curvature)
+    along = patch.directions[1 - bend]
+    angles = np.deg2rad(ANGLES)
+    axes = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * patch.normal
+    first = _starts(points, np.concatenate([axes, quadric_axes(points)]))
+    centre = patch.foot + patch.normal / curvature
+    # The axis passes at the centre of the bend; seen from there the points open to one side.
+    starts = np.zeros((len(angles), 8))
+    feet = centre - (axes @ centre)[:, None] * axes
+    starts[:, 0:3], starts[:, 3:6] = feet, axes
+    sample = sampled(points, RANKING_POINTS)
+    for start in starts:
+        arms = sample - start[0:3]
+        t = arms @ start[3:6]
+        rho = np.linalg.norm(arms - np.outer(t, start[3:6]), axis=1)
+        slope = np.polyfit(t, rho, 1)[0] if np.ptp(t) > 0.0 else 0.0
+        start[6] = np.arctan(slope)
+        start[7] = np.mean(rho * np.cos(start[6]) - t * np.sin(start[6]))
+    return np.concatenate([first, starts])
 
 
 def _starts(points: Float, axes: Float) -> Float:

@@ -9,7 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from ocmm_core.features.fit.axes import across_axes, many_axes, trial_axes
+from ocmm_core.errors import FitError
+from ocmm_core.features.fit.axes import across_axes, many_axes, quadric_axes, trial_axes
 from ocmm_core.features.fit.axis_kernel import CYLINDER
 from ocmm_core.features.fit.ball import (
     LARGEST_RADIUS,
@@ -24,13 +25,23 @@ from ocmm_core.features.fit.common import (
     degenerate,
     oriented,
 )
-from ocmm_core.features.fit.search import NEAR, chosen, minima, sampled
+from ocmm_core.features.fit.curvature import curved_patch
+from ocmm_core.features.fit.rivals import NEAR, candidates, decided
+from ocmm_core.features.fit.search import Family, minima, planned, sampled
 from ocmm_core.features.fit.solver import derivatives, sensitivity
-from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.features.shapes import (
+    GEOMETRY_SIZE,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
 from ocmm_core.geometry import Float, Points3
 
 RANKING_POINTS = 120
 """Points by which a trial axis gets its circle."""
+BETWEEN, LEANS = 12, (-10.0, -3.0, 0.0, 3.0, 10.0)
+"""Axes along the patch of the points, and degrees by which they lean out of it."""
 
 
 def fit_cylinder(
@@ -45,8 +56,7 @@ def fit_cylinder(
     direction_hint
         (3,): orients the axis.
     radius_hint
-        mm: decides only where several cylinders pass through all points, as up to six do
-        through five points, and only if just one of them has about this radius.
+        mm: may decide between rivals, as there are up to six through five points.
 
     Raises
     ------
@@ -60,15 +70,25 @@ def fit_cylinder(
         "Take points around the cylinder at two heights or more.",
     )
     centroid, about, size = centred_solid(Shape.CYLINDER, points, flat)
-    solutions = minima(
-        CYLINDER, about, _starts(about, trial_axes(about)), _possible,
-        lambda: _starts(about, many_axes(about)),
-    )  # fmt: skip
+    expected, asked = None, _families(about)
+    if radius_hint:
+        radius = radius_hint / size
+        expected = partial(_from_plan, expected=radius)
+        asked = (*asked, planned(asked, slice(6, 7), np.array([radius])))
+    solutions = minima(CYLINDER, about, asked, _possible)
     if not solutions:
         raise not_converged(Shape.CYLINDER)
-    best = chosen(
-        Shape.CYLINDER, solutions, len(points), partial(_near, hint=(radius_hint or 0.0) / size)
+    build = partial(
+        _fit, centroid=centroid, about=about, size=size, direction_hint=direction_hint, flat=flat
     )
+    return decided(candidates(Shape.CYLINDER, solutions, len(points), expected), build)
+
+
+def _fit(
+    best: Float, *, centroid: Float, about: Float, size: float, direction_hint: Float | None,
+    flat: FitError,
+) -> Fit:  # fmt: skip
+    """Return the fit of parameters (8,); raise ``flat`` where the points do not determine it."""
     best[3:6] = oriented(best[3:6], direction_hint)
     residuals, jacobian, _ = derivatives(CYLINDER, about, best)
     inverse, condition = sensitivity(jacobian)
@@ -80,15 +100,34 @@ def fit_cylinder(
     return make_fit(Shape.CYLINDER, geometry, by_points, size * residuals)
 
 
-def _near(parameters: Float, hint: float) -> bool:
-    return abs(float(parameters[6]) - hint) < NEAR * hint
+def _from_plan(parameters: Float, expected: float) -> float:
+    return abs(float(parameters[6]) - expected) / (NEAR * expected)
 
 
 def _possible(parameters: Float) -> bool:
     return 0.0 < float(parameters[6]) < LARGEST_RADIUS
 
 
-def _starts(points: Float, axes: Float) -> Float:
+def _families(points: Float) -> tuple[Family, ...]:
+    return (
+        lambda: starts(points, trial_axes(points)),
+        lambda: starts(points, np.concatenate([quadric_axes(points), _bent_axes(points)])),
+        lambda: starts(points, many_axes(points)),
+    )
+
+
+def _bent_axes(points: Float) -> Float:
+    """Return the directions of curvature of the patch and ways between and beside them, (m, 3)."""
+    patch = curved_patch(points)
+    turns = np.arange(BETWEEN) * np.pi / BETWEEN
+    leans = np.deg2rad(LEANS)[:, None, None]
+    across = np.cos(turns)[:, None] * patch.directions[0]
+    across = across + np.sin(turns)[:, None] * patch.directions[1]
+    axes: Float = np.cos(leans) * across + np.sin(leans) * patch.normal
+    return axes.reshape(-1, 3)
+
+
+def starts(points: Float, axes: Float) -> Float:
     """Return start parameters (m, 8), one for every trial axis."""
     sample = sampled(points, RANKING_POINTS)
     # The sample has its own centroid; the feet are taken back to that of all points.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ocmm_core.features.fit.flat_kernel import ELLIPSE, ROUND_ENDS, SQUARE_ENDS
@@ -18,6 +20,9 @@ from ocmm_core.features.shapes import (
     Shape,
 )
 from ocmm_core.geometry import Float, Points3
+
+ON_CIRCLE = 1e-12
+"""Distance from a circle in space, against its radius, that is none."""
 
 
 def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
@@ -48,6 +53,8 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
         normals = _from_cone(fit, arms, by_geometry)
     elif fit.shape is Shape.TORUS:
         normals = _from_torus(fit, arms, by_geometry)
+    elif fit.free:
+        normals = _from_ring(fit, arms, by_geometry)
     else:
         has_axis = fit.shape in (Shape.LINE, Shape.CIRCLE, Shape.CYLINDER)
         along = arms @ fit.direction if has_axis else np.zeros(len(points))
@@ -59,6 +66,15 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
         by_geometry[:, RADIUS] = -1.0 if has_radius else 0.0
     by_geometry[:, POINT] = -normals
     return by_geometry, normals
+
+
+def surface_normals(fit: Fit, points: Points3) -> Points3:
+    """Return the normals (n, 3) of the surface that an element stands for, towards the outside.
+
+    A circle is the rim of a bore or pin, whose normals lie in its plane, also where the distances
+    of a circle in space do not.
+    """
+    return distance_derivatives(replace(fit, free=False), points)[1]
 
 
 def _outward(arms: Float, along: Float, axis: Float) -> tuple[Float, Float]:
@@ -89,6 +105,21 @@ def _from_torus(fit: Fit, arms: Float, by_geometry: Float) -> Float:
     by_geometry[:, DIRECTION] = -(radial * along)[:, None] * outward + lift[:, None] * arms
     by_geometry[:, RADIUS] = -radial
     by_geometry[:, SECOND] = -1.0
+    normals: Float = radial[:, None] * outward + lift[:, None] * fit.direction
+    return normals
+
+
+def _from_ring(fit: Fit, arms: Float, by_geometry: Float) -> Float:
+    along = arms @ fit.direction
+    rho, outward = _outward(arms, along, fit.direction)
+    beyond = rho - fit.radius
+    away = np.copysign(np.hypot(beyond, along), beyond)
+    # On the circle itself the distance has no derivative; the one in the plane stands for it.
+    on = np.abs(away) < ON_CIRCLE * fit.radius
+    away = np.where(on, 1.0, away)
+    radial, lift = np.where(on, 1.0, beyond / away), np.where(on, 0.0, along / away)
+    by_geometry[:, DIRECTION] = -(radial * along)[:, None] * outward + lift[:, None] * arms
+    by_geometry[:, RADIUS] = -radial
     normals: Float = radial[:, None] * outward + lift[:, None] * fit.direction
     return normals
 

@@ -6,15 +6,16 @@ centred and scaled; here it is taken back to space, with its derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 
 from ocmm_core.features.fit.common import centred, checked_points, oriented
-from ocmm_core.features.fit.plane import own_plane
+from ocmm_core.features.fit.plane import OwnPlane, own_plane
 from ocmm_core.features.fit.point_kernel import places, spread, spread_alike
+from ocmm_core.features.fit.rivals import covered
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -63,8 +64,8 @@ class Outline:
 
 _NOTHING = np.zeros((GEOMETRY_SIZE, 3))
 
-OutlineFit: TypeAlias = Callable[[Float, float], Outline]
-"""Finds the outline of centred points (n, 2), given also their size in mm."""
+OutlineFit: TypeAlias = Callable[[Float, float], Sequence[Outline]]
+"""Finds the outline of centred points (n, 2), given also their size in mm, and its rivals."""
 
 
 def fit_in_own_plane(
@@ -81,7 +82,12 @@ def fit_in_own_plane(
     plane = own_plane(shape, points, direction_hint)
     normal = plane.axes[2]
     basis = np.stack([plane.axes[0], _cross(normal, plane.axes[0])])
-    placed = _in_plane(plane.centroid, plane.about, plane.size, normal, basis, outline_fit)
+    found = _in_plane(plane.centroid, plane.about, plane.size, normal, basis, outline_fit)
+    return _with_rival([_in_own_plane(shape, plane, placed) for placed in found])
+
+
+def _in_own_plane(shape: Shape, plane: OwnPlane, placed: _Placed) -> Fit:
+    normal = plane.axes[2]
     # A tilt of the plane moves a centre that is not the centroid out of it, and takes the direction
     # of the length along; how it shears the points within the plane is of the order of the
     # residuals and left out (`shapes.Fit`).
@@ -90,8 +96,9 @@ def fit_in_own_plane(
     tilt[POINT] = -normal[:, None] * (placed.lever @ plane.tilt)
     tilt[ACROSS] = -normal[:, None] * (placed.geometry[ACROSS] @ plane.tilt)
     constant = np.zeros((GEOMETRY_SIZE, 3))
-    constant[POINT] = normal[:, None] * (normal / len(points))
-    jacobian = np.empty((GEOMETRY_SIZE, 3 * len(points)))
+    n = len(plane.about)
+    constant[POINT] = normal[:, None] * (normal / n)
+    jacobian = np.empty((GEOMETRY_SIZE, 3 * n))
     spread_alike(tilt[:, :, None] * normal, plane.shifts, constant, jacobian)
     placed.spread(jacobian)
     return make_fit(shape, placed.geometry, jacobian, plane.size * placed.outline.residuals)
@@ -131,12 +138,15 @@ def fit_in_given_plane(
     normal = unit(np.asarray(plane_normal, dtype=np.float64))
     centroid, about, size = centred(shape, points)
     basis = np.stack(perpendicular_pair(normal))
-    placed = _in_plane(centroid, about, size, normal, basis, outline_fit)
-    jacobian = np.zeros((GEOMETRY_SIZE, 3 * len(points)))
-    constant = normal[:, None] * (normal / len(points))
-    jacobian[POINT] = np.tile(constant, len(points))
-    placed.spread(jacobian)
-    fit = make_fit(shape, placed.geometry, jacobian, size * placed.outline.residuals)
+    found = _in_plane(centroid, about, size, normal, basis, outline_fit)
+    fits = []
+    for item in found:
+        jacobian = np.zeros((GEOMETRY_SIZE, 3 * len(points)))
+        constant = normal[:, None] * (normal / len(points))
+        jacobian[POINT] = np.tile(constant, len(points))
+        item.spread(jacobian)
+        fits.append(make_fit(shape, item.geometry, jacobian, size * item.outline.residuals))
+    placed, fit = found[0], _with_rival(fits)
 
     # A turn of the normal shifts every projection by its height, and the plane about the centroid.
     height = size * (about @ normal)
@@ -176,6 +186,12 @@ class _Placed:
         spread(self.gain, self.outline.shifts, self.outward, _NOTHING, jacobian)
 
 
+def _with_rival(fits: Sequence[Fit]) -> Fit:
+    """Return the first fit, with the first of the others that its uncertainty does not cover."""
+    first, *others = fits
+    return replace(first, rival=next((fit for fit in others if not covered(first, fit)), None))
+
+
 def _in_plane(
     centroid: Float,
     about: Float,
@@ -183,10 +199,15 @@ def _in_plane(
     normal: Float,
     basis: Float,
     outline_fit: OutlineFit,
-) -> _Placed:
+) -> list[_Placed]:
     flat = np.empty((len(about), 2))
     places(about, basis, flat)
-    outline = outline_fit(flat, size)
+    return [_place(centroid, size, normal, basis, item) for item in outline_fit(flat, size)]
+
+
+def _place(
+    centroid: Float, size: float, normal: Float, basis: Float, outline: Outline
+) -> _Placed:
     lever = (size * outline.centre) @ basis
     geometry = element(centroid + lever, normal, size * outline.radius)
     geometry[SECOND] = size * outline.second

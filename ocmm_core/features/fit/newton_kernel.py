@@ -42,6 +42,10 @@ NOISE_OF_COST = 1e-12
 """Relative increase of the cost that counts as rounding."""
 
 
+UNMOVED = 1e-60
+"""What keeps a number where it is on which no residual depends, as the length of half a slot."""
+
+
 @compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def move(kind: int, p: Float, step: Float, moved: Float) -> None:
     """Put the parameters (8,) after a step (k,) into ``moved``."""
@@ -96,7 +100,7 @@ def solve_step(
         for j in range(i + 1):
             total = normal[i, j] + share * curvature[i, j]
             if i == j:
-                total += damping * normal[i, i]
+                total += damping * normal[i, i] + UNMOVED
             for m in range(j):
                 total -= factor[i, m] * factor[j, m]
             if i == j:

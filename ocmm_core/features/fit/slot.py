@@ -6,22 +6,29 @@ outline. The outline is tried at many turns, each framed by the points, before i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
-from ocmm_core.features.fit.ball import LARGEST_RADIUS, WORST_CONDITION
+from ocmm_core.features.fit.ball import LARGEST_RADIUS
 from ocmm_core.features.fit.common import degenerate
-from ocmm_core.features.fit.ellipse import oblong
+from ocmm_core.features.fit.ellipse import outlines
 from ocmm_core.features.fit.flat import Outline, OutlineFit, fit_in_given_plane, fit_in_own_plane
 from ocmm_core.features.fit.flat_kernel import ROUND_ENDS, SQUARE_ENDS
-from ocmm_core.features.fit.search import chosen, minima, near_sizes
-from ocmm_core.features.fit.solver import derivatives, gains
+from ocmm_core.features.fit.newton_kernel import STEP_SIZE
+from ocmm_core.features.fit.rivals import NEAR, candidates, undecided
+from ocmm_core.features.fit.search import best_ends, is_open, minima
+from ocmm_core.features.fit.solver import Solution, minimise
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 TURNS = 60
 """Trial turns over half a circle."""
+SIDES, EXTENDED = 4, 2.0
+"""How far one side is put beyond the points, against half the length."""
+TRIMMED = (0.0, 0.1, 0.25)
+"""Shares of the points that may lie beyond each side of a frame: noise widens it."""
 
 
 def fit_slot(
@@ -43,8 +50,7 @@ def fit_slot(
     direction_hint
         (3,): orients the normal.
     sizes_hint
-        mm, half length and half width: decides only where several outlines pass through all
-        points; where it does not, FitError. Without a hint any one of them is given.
+        mm, half length and half width: may decide between rivals, as there are through few points.
 
     Raises
     ------
@@ -73,7 +79,7 @@ def _outline_fit(shape: Shape, sizes_hint: tuple[float, float] | None) -> Outlin
 
 def _outline(
     points: Float, size: float, *, shape: Shape, sizes_hint: tuple[float, float] | None
-) -> Outline:
+) -> list[Outline]:
     flat = degenerate(
         shape,
         "they do not lie on both sides and both ends of it",
@@ -81,18 +87,25 @@ def _outline(
     )
     round_ends = shape is Shape.ROUND_SLOT
     kind = ROUND_ENDS if round_ends else SQUARE_ENDS
-    solutions = minima(kind, points, _starts(points), _long if round_ends else _open)
+    families = (
+        lambda: _framed(points, TURNS, (0.0,)),
+        lambda: _framed(points, 2 * TURNS, TRIMMED),
+    )
+    solutions = minima(kind, points, families, _long if round_ends else _open)
     if not solutions:
+        raise flat
+    if _unbounded(kind, points, solutions[0]):
         raise flat
     expected = None
     if sizes_hint is not None:
-        expected = partial(near_sizes, expected=(sizes_hint[0] / size, sizes_hint[1] / size))
-    p = chosen(shape, solutions, len(points), expected)
-    residuals, jacobian, _ = derivatives(kind, points, p)
-    gain, shifts, condition = gains(jacobian)
-    if condition > WORST_CONDITION:
-        raise flat
-    return oblong(p, residuals, jacobian, -gain, shifts)
+        expected = partial(_from_plan, expected=np.array(sizes_hint) / size)
+    possible = candidates(shape, solutions, len(points), expected)
+    return outlines(kind, points, possible, flat)
+
+
+def _from_plan(p: Float, expected: Float) -> float:
+    sizes = np.sort(p[3:5])[::-1]
+    return float(np.max(np.abs(sizes - expected) / (NEAR * expected)))
 
 
 def _long(p: Float) -> bool:
@@ -103,14 +116,49 @@ def _open(p: Float) -> bool:
     return bool(0.0 < p[4] < LARGEST_RADIUS and 0.0 < p[3] < LARGEST_RADIUS)
 
 
-def _starts(points: Float) -> Float:
-    """Return start parameters (m, 8): the frame around the points at every trial turn."""
-    turns = np.arange(TURNS) * np.pi / TURNS
-    along = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    beside = np.stack([-np.sin(turns), np.cos(turns)], axis=1)
-    x, y = along @ points.T, beside @ points.T
-    low, high = np.stack([x.min(1), y.min(1)]), np.stack([x.max(1), y.max(1)])
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    centres = middle[0][:, None] * along + middle[1][:, None] * beside
-    zero = np.zeros((TURNS, 3))
-    return np.column_stack([centres, turns, half[0], half[1], zero])
+def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
+    """Return start parameters (m, 8): frames around the points at so many turns of half a circle.
+
+    Of every frame a share ``trimmed`` of the points may lie beyond each side.
+    """
+    turn = np.arange(turns) * np.pi / turns
+    along = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    beside = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
+    x, y = np.sort(along @ points.T, axis=1), np.sort(beside @ points.T, axis=1)
+    last = len(points) - 1
+    found = []
+    for of_x in trimmed:
+        for of_y in trimmed:
+            off_x, off_y = round(of_x * last), round(of_y * last)
+            low = np.stack([x[:, off_x], y[:, off_y]])
+            high = np.stack([x[:, last - off_x], y[:, last - off_y]])
+            middle, half = 0.5 * (low + high), 0.5 * (high - low)
+            centres = middle[0][:, None] * along + middle[1][:, None] * beside
+            zero = np.zeros((turns, 3))
+            found.append(np.column_stack([centres, turn, half[0], half[1], zero]))
+    return np.concatenate(found)
+
+
+def _unbounded(kind: int, points: Float, best: Solution) -> bool:
+    """Return whether the points fit as well where one side is nowhere near them.
+
+    A slot through points around one end may show a length only because noise bends that end.
+    """
+    n, numbers = len(points), STEP_SIZE[kind]
+    for end in best_ends(kind, points, _extended(best.parameters), SIDES):
+        other = minimise(kind, points, end)
+        if undecided(best.cost, other.cost, n, numbers) and is_open(kind, points, other):
+            return True
+    return False
+
+
+def _extended(p: Float) -> Float:
+    """Return parameters (4, 8) of outlines that reach far beyond ``p`` (8,) on one side."""
+    found = np.tile(p, (SIDES, 1))
+    for row, (place, side) in enumerate(((3, 1.0), (3, -1.0), (4, 1.0), (4, -1.0))):
+        turn = p[2] if place == 3 else p[2] + 0.5 * np.pi
+        far = EXTENDED * max(p[3], p[4])
+        found[row, place] += far
+        found[row, 0] += side * far * np.cos(turn)
+        found[row, 1] += side * far * np.sin(turn)
+    return found

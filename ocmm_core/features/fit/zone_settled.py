@@ -211,7 +211,7 @@ def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit
         residuals = found * _sides(task, placed, int(rows[0]))
     elif task.tube:
         local = placed.local(task.points)
-        residuals = np.hypot(local[:, 0], local[:, 1]) - placed.sizes[0]
+        residuals = np.copysign(found, np.hypot(local[:, 0], local[:, 1]) - placed.sizes[0])
     contacts = tuple(int(i) for i in np.unique(rows))
     fit = make_fit(
         task.shape, geometry, by_points, task.size * residuals,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.fit import fit_shape, unambiguous
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Points3
 from tests.core.features.shape_samples import ALL_SHAPES, RADIUS, ideal_points, somewhere
@@ -105,7 +105,7 @@ def test_several_cylinders_through_five_points_are_not_guessed() -> None:
         # The nominal diameter decides where one cylinder is near it; two may be.
         for case, hint in enumerate((None, RADIUS + 0.1)):
             try:
-                fit = fit_shape(Shape.CYLINDER, points, radius_hint=hint)
+                fit = unambiguous(fit_shape(Shape.CYLINDER, points, radius_hint=hint))
             except FitError as error:
                 refused[case] += error.code == "fit.ambiguous"
             else:
