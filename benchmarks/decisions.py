@@ -17,8 +17,8 @@ case) and at places up to two standard uncertainties beside it.
 - *near*: the same over true values from 0 to 2 u beyond (within) the limit.
 
 Values whose fits are not of first order have no U (`tolerances.first_order`); they are counted as
-refused, and the shares are of the others. ``--jobs N`` measures N whole jobs instead, a part of each
-group with every characteristic, with a new seed where none is given.
+refused, and the shares are of the others. ``--jobs N`` measures N whole jobs instead, a part of
+each group with every characteristic, with a new seed where none is given.
 
 Ends with 1 if one of them is broken.
 """
@@ -288,7 +288,8 @@ def print_table(counts: Counts) -> None:
             ]
             cells.append(f"{at[0]:5.1f} {at[1]:5.1f} ({near[0]:4.1f} {near[1]:4.1f})")
         form = "3 um" if with_form else "none"
-        print(f"{name:<24}{form:>6}{done:>8}{count.refused:>8}{100.0 * count.covered / done:>9.1f}   "
+        covered = 100.0 * count.covered / done
+        print(f"{name:<24}{form:>6}{done:>8}{count.refused:>8}{covered:>9.1f}   "
               + "".join(f"{cell:<26}" for cell in cells))  # fmt: skip
 
 
