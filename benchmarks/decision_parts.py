@@ -202,6 +202,7 @@ def group_of(name: str) -> Group:
         )
     build.plane("step", (30.0, 80.0, 20.0))
     build.cylinder("pin", (90.0, 0.0, 15.0), 16.0, 20.0)
+    build.plane("slope", (0.0, -80.0, 20.0), (0.0, -0.5, 0.866))
     build.cylinder("upper", (90.0, 0.0, 45.0), 12.0, 20.0)
     build.ring("shoulder", (90.0, 0.0, 60.0), 30.0, "outer", 12)
     build.ball("ball", (25.0, 40.0, 30.0), 20.0)
@@ -211,6 +212,8 @@ def group_of(name: str) -> Group:
             asked("perpendicular axis", "perpendicularity", ["pin"], datums=["top"]),
             asked("position about datums", "position", ["ball"], datums=["top", "a", "b"]),
             asked("position of a face", "position", ["step"], datums=["top"]),
+            asked("angularity", "angularity", ["slope"], datums=["top"]),
+            asked("concentricity", "concentricity", ["shoulder"], datums=["pin"]),
             asked("coaxiality", "coaxiality", ["upper"], datums=["pin"]),
             asked("surface profile", "surface profile", ["step"], datums=["top"]),
             asked("circular runout", "circular runout", ["shoulder"], datums=["pin"]),

@@ -1,6 +1,6 @@
 """Values at and near their limits: how often each rule is wrong, and how often U holds the truth.
 
-    python -m benchmarks.decisions [--results N] [--whole N] [--processes N]
+    python -m benchmarks.decisions [--results N] [--whole N] [--jobs N] [--seed S] [--processes N]
 
 Every part has a form of its own (deviations of 0 or 3 µm from point to point along the normals) and
 is measured with errors that all points share (place, scale, ball) and errors of each point, drawn
@@ -15,6 +15,10 @@ case) and at places up to two standard uncertainties beside it.
 - *false accept, false reject*: share of parts whose true value lies exactly at the limit that
   CONFORM or do NOT CONFORM; at most 2.5 % under the default rule, within three standard errors.
 - *near*: the same over true values from 0 to 2 u beyond (within) the limit.
+
+Values whose fits are not of first order have no U (`tolerances.first_order`); they are counted as
+refused, and the shares are of the others. ``--jobs N`` measures N whole jobs instead, a part of
+each group with every characteristic, with a new seed where none is given.
 
 Ends with 1 if one of them is broken.
 """
@@ -60,6 +64,7 @@ class Count:
     parts: int = 0
     covered: int = 0
     failed: int = 0
+    refused: int = 0
     accepted: dict[str, list[int]] = field(default_factory=dict)
     rejected: dict[str, list[int]] = field(default_factory=dict)
 
@@ -68,6 +73,7 @@ class Count:
         self.parts += other.parts
         self.covered += other.covered
         self.failed += other.failed
+        self.refused += other.refused
         for mine, theirs in ((self.accepted, other.accepted), (self.rejected, other.rejected)):
             for rule, counts in theirs.items():
                 present = mine.setdefault(rule, [0] * len(counts))
@@ -197,18 +203,32 @@ def _measure(
             count.parts += 1
             count.failed += 1
             continue
-        spread = spreads_of(item, evaluation, actual, group.covariance, samples).of_value
-        _count(count, spread, evaluation.value, truths[item.name])
+        spreads = spreads_of(item, evaluation, actual, group.covariance, samples)
+        if not np.isfinite(spreads.growth):
+            count.refused += 1
+            continue
+        _count(count, spreads.of_value, evaluation.value, truths[item.name])
 
 
 def run_all(results: int, processes: int, seed: int) -> Counts:
     """Share ``results`` between the groups and the processes."""
+    parts = {
+        name: results * group_of(name).share / len(group_of(name).characteristics)
+        for name in GROUPS
+    }
+    return _run_parts(parts, processes, seed)
+
+
+def run_jobs(jobs: int, processes: int, seed: int) -> Counts:
+    """Measure whole jobs: of every group a part, all of its characteristics."""
+    return _run_parts(dict.fromkeys(GROUPS, float(jobs)), processes, seed)
+
+
+def _run_parts(parts: Mapping[str, float], processes: int, seed: int) -> Counts:
     jobs = []
+    chunks = processes * 4
     for name in GROUPS:
-        group = group_of(name)
-        parts = results * group.share / len(group.characteristics)
-        chunks = processes * 4
-        each = 2 * max(round(0.5 * parts / chunks), 1)
+        each = 2 * max(round(0.5 * parts[name] / chunks), 1)
         jobs += [(name, seed + 1000 * i, each) for i in range(chunks)]
     total: Counts = {}
     if processes == 1:
@@ -255,8 +275,8 @@ def _is_zone(name: str) -> bool:
 
 def print_table(counts: Counts) -> None:
     """Print what was counted."""
-    print(f"{'':<30}{'':>8}{'covered':>9}   false accept, reject % at the limit (and near it)")
-    print(f"{'characteristic':<24}{'form':>6}{'parts':>8}{'%':>9}   " + "".join(
+    print(f"{'':<30}{'':>16}{'covered':>9}   false accept, reject % at the limit (and near it)")
+    print(f"{'characteristic':<24}{'form':>6}{'parts':>8}{'refused':>8}{'%':>9}   " + "".join(
         f"{rule:<26}" for rule in RULES))  # fmt: skip
     for (name, with_form), count in counts.items():
         done = max(count.parts - count.failed, 1)
@@ -268,7 +288,8 @@ def print_table(counts: Counts) -> None:
             ]
             cells.append(f"{at[0]:5.1f} {at[1]:5.1f} ({near[0]:4.1f} {near[1]:4.1f})")
         form = "3 um" if with_form else "none"
-        print(f"{name:<24}{form:>6}{done:>8}{100.0 * count.covered / done:>9.1f}   "
+        covered = 100.0 * count.covered / done
+        print(f"{name:<24}{form:>6}{done:>8}{count.refused:>8}{covered:>9.1f}   "
               + "".join(f"{cell:<26}" for cell in cells))  # fmt: skip
 
 
@@ -278,16 +299,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--results", type=int, default=100_000)
     parser.add_argument("--whole", type=int, default=6_000)
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--jobs", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=None)
     asked = parser.parse_args(arguments)
     use_one_thread()
+    if asked.jobs:
+        fresh = int(np.random.SeedSequence().generate_state(1)[0])
+        seed = fresh if asked.seed is None else asked.seed
+        print(f"Whole jobs, seed {seed}:")
+        jobs = run_jobs(asked.jobs, asked.processes, seed)
+        print_table(jobs)
+        return _told(faults(jobs))
+    seed = 1 if asked.seed is None else asked.seed
     group = group_of(GROUPS[0])
-    many = run_first_order(1, -(-asked.results // len(group.characteristics)))
+    many = run_first_order(seed, -(-asked.results // len(group.characteristics)))
     print("Sizes and places, to first order:")
     print_table(many)
-    whole = run_all(asked.whole, asked.processes, 1)
+    whole = run_all(asked.whole, asked.processes, seed)
     print("The whole way:")
     print_table(whole)
-    broken = faults(many) + faults(whole)
+    return _told(faults(many) + faults(whole))
+
+
+def _told(broken: Sequence[str]) -> int:
     for line in broken:
         print(f"BEYOND ITS LIMIT: {line}")
     return int(bool(broken))

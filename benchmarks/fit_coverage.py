@@ -1,6 +1,6 @@
 """How often U of a fit holds the truth, shape by shape, from one point too many to many.
 
-    python -m benchmarks.fit_coverage [--runs N] [--seed S] [--processes N] [--quick]
+    python -m benchmarks.fit_coverage [--runs N] [--seed S] [--processes N] [--shape S]
 
 Every run puts points with white noise on an exact element somewhere in space, fits it as `ocmm fit`
 does and asks for U of all its numbers (`tolerances.fit_uncertainty`). Cells are a shape, a number
@@ -283,7 +283,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--shape", choices=[shape.value for shape in Shape], default=None)
     asked = parser.parse_args(arguments)
     use_one_thread()
-    seed = int(np.random.SeedSequence().entropy or 0) % 2**32 if asked.seed is None else asked.seed
+    fresh = int(np.random.SeedSequence().generate_state(1)[0])
+    seed = fresh if asked.seed is None else asked.seed
     shapes = tuple(Shape) if asked.shape is None else (Shape(asked.shape),)
     print(f"{asked.runs} runs a cell, seed {seed}; wanted: 94 to 97 %, or refused")
     faults = 0

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ocmm_core.features.fit import Certificate, certificate, fit_shape
-    from ocmm_core.features.outliers import outliers
     from ocmm_core.features.points_file import PointsFile, read_points_file
     from ocmm_core.features.shapes import GEOMETRY_NAMES, Criterion, Fit, Shape
 
@@ -24,7 +23,6 @@ __all__ = [
     "Shape",
     "certificate",
     "fit_shape",
-    "outliers",
     "read_points_file",
 ]
 
@@ -37,7 +35,6 @@ _HOMES = {
     "Shape": "shapes",
     "certificate": "fit",
     "fit_shape": "fit",
-    "outliers": "outliers",
     "read_points_file": "points_file",
 }
 

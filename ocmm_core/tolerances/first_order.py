@@ -32,7 +32,7 @@ NOT_DETERMINED = "No uncertainty: the points determine the element too weakly, a
 WHAT_TO_DO = "Take more points, spread over more of it."
 
 CHANCE = 0.05
-"""Probability that the scatter is truly greater than it is taken for near a refusal."""
+"""A refusal is near where a scatter that comes out so great with this probability would refuse."""
 
 NEAR_REFUSAL = 0.25
 """Share of the probability beyond U that is left near a refusal.
@@ -156,7 +156,7 @@ def _both_tails(ahead: float, behind: float, degrees: float, stretch: float) -> 
         return math.inf
     k, outside, doubt = student_factor(degrees), 1.0 - TWO_SIDED, 1.0
     if math.isfinite(degrees):
-        doubt = math.sqrt((degrees + 1.0) / float(chdtri(degrees + 1.0, 1.0 - CHANCE)))
+        doubt = math.sqrt(float(chdtri(degrees, CHANCE)) / degrees)
     if doubt * most > MOST_CURVED:
         outside *= NEAR_REFUSAL
 

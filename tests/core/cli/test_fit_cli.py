@@ -5,8 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import msgspec
 import numpy as np
+import pytest
 
+from ocmm_core.cli.fit_json import FitFile
+from ocmm_core.features.fit import fit_shape
 from ocmm_core.features.shapes import Shape
 from tests.core.cli.conftest import Ocmm
 from tests.core.features.shape_samples import HALF_ANGLE, ideal_points
@@ -30,6 +34,48 @@ def test_a_cone_with_an_outlier(ocmm_here: Ocmm, tmp_path: Path) -> None:
     assert abs(value - np.degrees(2.0 * HALF_ANGLE)) < 2.0 * expanded < 5.0
     assert "Outlier: point 5 lies" in done.stdout
     assert "Form (peak to valley)" in done.stdout
+
+
+def test_the_table_states_what_u_is_and_why_there_is_none(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    done = ocmm_here("fit", _points(tmp_path / "c.txt", Shape.SPHERE, 6), "--shape", "sphere")
+    assert done.returncode == 0
+    assert "U (95 %)" in done.stdout
+    # Two points more than a sphere needs: Student's 4.53 where many have 2.
+    assert "2 degrees of freedom, k = 4.53" in done.stdout
+    rng = np.random.default_rng(73)
+    arc = ideal_points(Shape.ELLIPSE, rng, 9, np.radians(40.0)) + rng.normal(0.0, 0.002, (9, 3))
+    np.savetxt(tmp_path / "arc.txt", arc, fmt="%.6f")
+    done = ocmm_here("fit", tmp_path / "arc.txt", "--shape", "ellipse")
+    assert done.returncode == 0
+    assert re.search(r"Long axis +[\d.]+ +–", done.stdout)
+    assert re.search(r"No U for .*Long axis.*: the points determine", done.stdout, re.DOTALL)
+
+
+def test_json_has_all_digits_units_and_what_u_rests_on(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    file = _points(tmp_path / "cone.txt", Shape.CONE, 9, outlier=0.02)
+    done = ocmm_here("fit", file, "--shape", "cone", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    found = msgspec.json.decode(done.stdout, type=FitFile)
+    assert (found.schema, found.shape, found.criterion_letter) == ("ocmm.fit/1", "Cone", "G")
+    assert (found.points, found.file_unit, found.rival) == (9, "mm", None)
+    fit = fit_shape(Shape.CONE, np.loadtxt(file))
+    numbers = {number.name: number for number in found.numbers}
+    angle = numbers["full_angle"]
+    assert angle.unit == "deg"
+    # Every digit of a double is there: the same fit, but for what a sum of other order rounds.
+    assert angle.value[0] == pytest.approx(np.degrees(fit.full_angle), rel=1e-12)
+    own = angle.uncertainty
+    assert own is not None
+    assert own.U is not None
+    assert own.k is not None
+    assert own.degrees_of_freedom == pytest.approx(3.0)
+    assert own.k * own.u == pytest.approx(own.U)
+    assert own.first_order_valid
+    assert len(numbers["axis"].value) == 3
+    assert numbers["form"].uncertainty is None
+    done = ocmm_here("fit", file, "--shape", "cone", "--criterion", "inscribed", "--json")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "cone.txt" in done.stderr
 
 
 def test_a_circle_as_one_problem_and_what_goes_with_it(ocmm_here: Ocmm, tmp_path: Path) -> None:

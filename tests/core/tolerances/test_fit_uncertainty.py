@@ -28,7 +28,8 @@ def test_few_points_have_the_factor_of_student() -> None:
     for n in (5, 7, 20):
         points = ideal_points(Shape.SPHERE, rng, n) + rng.normal(0.0, NOISE_MM, (n, 3))
         found = fit_uncertainty(fit_shape(Shape.SPHERE, points), points)
-        assert found is not None and found.radius is not None
+        assert found is not None
+        assert found.radius is not None
         assert found.radius.degrees == pytest.approx(n - 4)
         # The second-order term of a whole sphere is nothing beside it.
         factor = float(student.ppf(0.5 + 0.5 * TWO_SIDED, n - 4))
@@ -69,7 +70,8 @@ def test_a_whole_torus_has_u_and_a_patch_has_none(patch_deg: float, valid: bool)
     points = np.stack([radius * np.cos(turn), radius * np.sin(turn), 8.0 * np.sin(tube)], axis=1)
     points += rng.normal(0.0, NOISE_MM, points.shape)
     found = fit_uncertainty(fit_shape(Shape.TORUS, points), points)
-    assert found is not None and found.radius is not None
+    assert found is not None
+    assert found.radius is not None
     assert found.radius.valid is valid
     assert (found.radius.expanded is None) is not valid
 
@@ -100,7 +102,9 @@ def test_a_job_and_the_command_state_the_same_u() -> None:
     covariance = 1e-20 * np.eye(tips.size + 1)
     item = asked("diameter", "it", lower=-0.1)
     (result,) = evaluate_all([item], None, part.actual(), covariance, "iso14253-1")
-    assert found is not None and found.radius is not None and found.radius.expanded is not None
+    assert found is not None
+    assert found.radius is not None
+    assert found.radius.expanded is not None
     assert result.uncertainty == pytest.approx(2.0 * found.radius.expanded, rel=1e-3)
 
 
@@ -130,7 +134,8 @@ def test_a_rival_and_other_criteria_have_no_u() -> None:
     points = ideal_points(Shape.CIRCLE, rng, 9) + rng.normal(0.0, NOISE_MM, (9, 3))
     fit = fit_shape(Shape.CIRCLE, points)
     doubtful = fit_uncertainty(replace(fit, rival=fit), points)
-    assert doubtful is not None and doubtful.radius is not None
+    assert doubtful is not None
+    assert doubtful.radius is not None
     assert doubtful.radius.expanded is None
     assert fit_uncertainty(replace(fit, criterion=Criterion.MINIMUM_ZONE), points) is None
     assert fit_uncertainty(fit_shape(Shape.CIRCLE, points[:3]), points[:3]) is None
