@@ -264,7 +264,12 @@ def _step(
     """Return the steps of the common columns and of all poses."""
     normal, gradient, scale, _ = _free_part(here, prior, state)
     step = np.zeros(state.columns.count)
-    step[prior.free] = -np.linalg.solve(normal, gradient) / scale
+    try:
+        found = np.linalg.solve(normal, gradient)
+    except np.linalg.LinAlgError:
+        # A seat that lost all its frames is nowhere: it stays, and what is determined goes on.
+        found = np.linalg.lstsq(normal, gradient, rcond=None)[0]
+    step[prior.free] = -found / scale
     return step, [group.steps(step) for group in here.groups]
 
 

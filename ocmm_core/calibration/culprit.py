@@ -205,7 +205,7 @@ def fit(history: History, suspect: Suspect) -> BundleMinimum:
     prior = history.prior
     slope = prior.information @ suspect.columns
     inner = suspect.columns.T @ slope
-    less = prior.information - slope @ np.linalg.solve(inner, slope.T)
+    less = prior.information - slope @ np.linalg.pinv(inner, hermitian=True) @ slope.T
     floats = prior.body_floats or suspect.cause is Cause.PROBE
     return adjust(
         history.data, replace(prior, information=0.5 * (less + less.T), body_floats=floats),
@@ -220,7 +220,7 @@ def _granted(history: History, suspect: Suspect) -> Suspect:
     if suspect.profile is None and suspect.cause is not Cause.PROBE:
         slope = history.prior.information @ suspect.columns
         off = found.state.values() - history.prior.values
-        size = np.linalg.solve(suspect.columns.T @ slope, slope.T @ off)
+        size = np.linalg.pinv(suspect.columns.T @ slope, hermitian=True) @ slope.T @ off
     gained = history.cost - found.cost
     return replace(suspect, score=replace(score, score=gained, size=size))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.calibration.bundle import adjust
 from ocmm_core.calibration.bundle_robust import RobustMinimum
 from ocmm_core.calibration.culprit import Cause, Suspect, Verdict, examine, fit
 from ocmm_core.calibration.culprit_history import Block, restored
@@ -29,6 +30,7 @@ TOGETHER = 0.3
 LEAST_SIGMA_MM = 1e-4
 """No document knows an LED better."""
 
+_SOFT_MM = 0.1
 _WORSE, _LENGTH = 3.0, 2.5e-5
 """Another witness of a length knows it to so many sigmas of the bar, or to this part of it."""
 
@@ -74,6 +76,10 @@ def accuse_in_relocation(
     asked = replace(options, lens=lens, geometry="uncertain")
     prior = prior_of(start, stated, observed, asked, problem.start)
     data, _ = restored(found.data, problem.data, TOGETHER)
+    if np.count_nonzero(data.weights) > np.count_nonzero(found.data.weights):
+        # Nobody knows where a seat is that had lost all its frames: from the beginning, loosely.
+        loosely = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
+        state = adjust(loosely, prior, problem.start).state
     dof = data.excess + prior.rows + prior.gauge - len(prior.free)
     verdict = examine(data, prior, state, dof)
     if verdict is None:
