@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime, timedelta
 
@@ -42,6 +42,7 @@ def verify_at_once(
     scale: float = 1.0,
     seat_sigma_mm: float = 0.001,
     before: Callable[[int], None] | None = None,
+    elsewhere: Mapping[int, Float] | None = None,
 ) -> datetime:
     """Take everything that a verification still wants, step by step, and return when it ended.
 
@@ -53,6 +54,8 @@ def verify_at_once(
         How well the ball finds a seat, a nest or the surface, standard deviation per axis.
     before
         Called before each rest with its number, so that something can happen meanwhile.
+    elsewhere
+        (3,), mm, by the number of a line: the bar lies so far from its planned place.
     """
     rng = np.random.default_rng([seed, 62])
     now, rest = begin, 0
@@ -77,8 +80,9 @@ def verify_at_once(
             for seat in seats[len(view.seats_world) :]:
                 touch(seat)
         elif step == LINES:
-            for line in view.lines:
-                ends = line.ends_world + rng.uniform(-_LAID_MM, _LAID_MM, 3)
+            for number, line in enumerate(view.lines):
+                away = (elsewhere or {}).get(number, np.zeros(3))
+                ends = line.ends_world + away + rng.uniform(-_LAID_MM, _LAID_MM, 3)
                 for nest in places_of_bar(ends, procedure.bar.nests, scale)[line.taken :]:
                     touch(nest)
         elif step == SPHERES:
