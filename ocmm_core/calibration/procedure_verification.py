@@ -214,9 +214,13 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             shares = tuple(((places - places[0]) / (places[-1] - places[0])).tolist())
             lines = tuple(
                 LinePlan(
-                    plan.name, plan.ends_world, len(state.line_tips(i)), wanted, state.hint(i),
-                    shares,
-                )  # fmt: skip
+                    name=plan.name,
+                    ends_world=plan.ends_world,
+                    taken=len(state.line_tips(i)),
+                    wanted=wanted,
+                    hint=state.hint(i),
+                    shares=shares,
+                )
                 for i, plan in enumerate(state.plans)
             )
             touched = tuple(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))

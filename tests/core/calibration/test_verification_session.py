@@ -122,9 +122,7 @@ def test_an_honest_verification_passes_and_says_what_it_saw(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(("size", "moment"), [(100e-6, 3), (100e-6, 24), (100e-6, 68), (60e-6, 40)])
-def test_a_nudged_camera_is_named_with_the_time(
-    tmp_path: Path, size: float, moment: int
-) -> None:
+def test_a_nudged_camera_is_named_with_the_time(tmp_path: Path, size: float, moment: int) -> None:
     session = Session(tmp_path)
     rng = np.random.default_rng([moment, 8])
     moved: list[int] = []
