@@ -18,8 +18,10 @@ from ocmm_core.calibration.procedure_verification import (
     VerificationProcedure,
 )
 from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about, sphere_layout
+from ocmm_core.calibration.verification_state import PLACES
 from ocmm_core.camera.model import CameraModel
-from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
+from ocmm_core.camera.rig import Rig
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 from ocmm_core.simulation.resting_spots import RestingSpots, places_of_bar
 
 SEATS = np.array([[0.2, 0.25, 0.25], [0.8, 0.7, 0.65]])
@@ -29,6 +31,9 @@ FRAMES = 100
 """Averaged at each rest."""
 
 _BETWEEN = timedelta(seconds=15)
+_THIRD = 0.3
+"""Of the depth, from the middle: well inside the near or the far third."""
+
 _LAID_MM = 3.0
 """So well a hand lays a bar where the picture shows it, at most, per axis."""
 
@@ -87,7 +92,7 @@ def verify_at_once(
                     touch(nest)
         elif step == SPHERES:
             for number, sphere in enumerate(procedure.spheres):
-                centre = spots.rig.volume_world.mean(axis=0) + np.array([60.0 * number, 0.0, 0.0])
+                centre = stand_of(spots.rig, view.places[number], number)
                 layout = sphere_layout(
                     QUALIFICATION_RINGS, frame_about(np.array([0.0, 0.0, 1.0]), spots.rig)
                 )
@@ -99,6 +104,26 @@ def verify_at_once(
                 touch(seat)
         procedure.advance(now)
     return now
+
+
+def stand_of(rig: Rig, place: str, number: int) -> Float:
+    """Return where a sphere stands in the volume of a rig, (3,), mm.
+
+    Parameters
+    ----------
+    place
+        One of `verification_state.PLACES`; empty for the middle.
+    number
+        Of the sphere: those in the middle stand beside each other.
+    """
+    middle = rig.volume_world.mean(axis=0)
+    centres = np.array([camera.centre_world for camera in rig.cameras])
+    away = unit(middle - centres.mean(axis=0))
+    reach = _THIRD * float(np.abs(away) @ np.ptp(rig.volume_world, axis=0))
+    side = dict(zip(PLACES, (-reach, reach), strict=True)).get(place)
+    offset = np.array([60.0 * number, 0.0, 0.0]) if side is None else side * away
+    stand: Float = middle + offset
+    return stand
 
 
 def turned(camera: CameraModel, turn: Float) -> CameraModel:

@@ -30,6 +30,7 @@ from ocmm_core.calibration.verification_state import (
     SeatVisited,
     VerificationBegun,
     VerificationState,
+    third_of,
 )
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import resource
@@ -78,10 +79,11 @@ class Session:
         self.end = BEGIN
         self.procedure = self.begin()
 
-    def begin(self) -> VerificationProcedure:
+    def begin(self, *, two_places: bool = False) -> VerificationProcedure:
         return VerificationProcedure.begin(
             self.bench.sessions, self.rig, self.bench.body, self.bench.store(), self.bar,
             self.end + timedelta(hours=1), who="engineer", spheres=(self.bench.sphere,),
+            two_places=two_places,
         )  # fmt: skip
 
     def take(
@@ -190,6 +192,24 @@ def test_one_line_of_all_may_be_repeated_and_both_are_kept(tmp_path: Path) -> No
     assert [one.place for one in record.repeats] == ["seat 1", "seat 1", "seat 2", "seat 2"]
     with pytest.raises(CalibrationError, match="did not fail"):
         session.procedure.repeat_line(0, session.end)
+
+
+def test_a_sphere_is_judged_near_and_far(tmp_path: Path) -> None:
+    session = Session(tmp_path)
+    session.end += timedelta(hours=1)
+    session.procedure = session.begin(two_places=True)
+    record = session.take()
+    assert [one.name for one in record.checks[-4:]] == [
+        f"virtual sphere 30, {place}, {what}"
+        for place in ("near third", "far third")
+        for what in ("size", "form")
+    ]
+    assert record.passed
+    middle = session.rig.volume_world.mean(axis=0)
+    assert third_of(middle, session.rig) == "middle third"
+    # A form or a size beyond its limit fails, whichever place it was.
+    limits = Limits(form=0.005)
+    assert not limits.passes(msgspec.structs.replace(record.checks[-1], limit_mm=limits.form))
 
 
 def test_two_lines_that_failed_fail_the_verification(tmp_path: Path) -> None:
