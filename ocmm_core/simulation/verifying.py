@@ -31,7 +31,7 @@ FRAMES = 100
 """Averaged at each rest."""
 
 _BETWEEN = timedelta(seconds=15)
-_THIRD = 0.3
+_THIRD = 0.22
 """Of the depth, from the middle: well inside the near or the far third."""
 
 _LAID_MM = 3.0
