@@ -14,6 +14,8 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+
 from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.artefacts import LengthBar, Sphere
@@ -208,8 +210,17 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         """Return the snapshot."""
         with self._lock:
             state, wanted = self._state, len(self._begun.bar.nests)
+            places = np.array(self._begun.bar.nests)
+            shares = tuple(((places - places[0]) / (places[-1] - places[0])).tolist())
             lines = tuple(
-                LinePlan(plan.name, plan.ends_world, len(state.line_tips(i)), wanted, state.hint(i))
+                LinePlan(
+                    name=plan.name,
+                    ends_world=plan.ends_world,
+                    taken=len(state.line_tips(i)),
+                    wanted=wanted,
+                    hint=state.hint(i),
+                    shares=shares,
+                )
                 for i, plan in enumerate(state.plans)
             )
             touched = tuple(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))

@@ -167,6 +167,8 @@ class LinePlan:
         Nests of the bar.
     hint
         What speaks against the placement as it was taken; empty where nothing does.
+    shares
+        Where the nests are along the bar, from 0 to 1.
     """
 
     name: str
@@ -174,6 +176,7 @@ class LinePlan:
     taken: int
     wanted: int
     hint: str = ""
+    shares: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

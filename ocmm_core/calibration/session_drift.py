@@ -174,7 +174,8 @@ def camera_step(
             cross = mixed[moment, own]
             information = square[moment][own, own] - cross @ cho_solve(factor, cross.T)
             score = data[moment, own] - cross @ cho_solve(factor, shared_data)
-            turn: Float = np.linalg.solve(information, score)
+            # A camera that saw nothing since then leaves its angles open.
+            turn = np.asarray(np.linalg.lstsq(information, score)[0], dtype=np.float64)
             gain = float(score @ turn)
             if best is None or gain > best.gain:
                 best = CameraStep(c, moment - 1, moment, turn, gain, limit)

@@ -14,7 +14,6 @@ from ocmm_core.calibration.line_planning import CORNER_SHARE
 from ocmm_core.calibration.records import (
     VERIFICATION_SCHEMA,
     ArtefactUse,
-    Check,
     Corner,
     Objection,
     RepeatedSeat,
@@ -102,13 +101,6 @@ def uses_of(state: VerificationState) -> tuple[ArtefactUse, ...]:
     artefacts: tuple[LengthBar | Sphere, ...] = (state.begun.bar, *state.begun.spheres)
     uses = [one.artefact.use for one in artefacts]
     return tuple(dict.fromkeys(uses))
-
-
-def failed_lines(checks: Sequence[Check], state: VerificationState) -> tuple[str, ...]:
-    """Return the names of lines with a check that does not conform."""
-    names = [line.name for line in state.plans]
-    failed = {one.name.partition(",")[0] for one in checks if not state.begun.limits.passes(one)}
-    return tuple(name for name in names if name in failed)
 
 
 def _repeats(state: VerificationState) -> tuple[JudgedRepeat, ...]:

@@ -25,12 +25,11 @@ from ocmm_core.simulation.calibrating import (
     TouchSphere,
     Wave,
 )
+from ocmm_core.simulation.verifying import SEATS, stand_of
 from ocmm_core.tracking.pose import triangulate
 
 _LIST_ERROR, _BAR_ERROR, _PLACES = range(40, 43)
 _SECONDS_OF_WAVING = 60
-_SEATS = ((0.2, 0.25, 0.25), (0.8, 0.7, 0.65))
-"""Of a verification, as shares of the volume."""
 _SET_POINTS = ((-150.0, -50.0, -120.0), (150.0, -50.0, -120.0), (-150.0, 50.0, -120.0))
 
 
@@ -130,7 +129,7 @@ def scenes_of_verification(
         tips += [begin + along * scale * (nest - bar.nests[0]) for nest in bar.nests[line.taken :]]
     scenes: list[Scene] = []
     low, high = rig.volume_world
-    seats = T_true_from_rig.apply(low + np.array(_SEATS) * (high - low))
+    seats = T_true_from_rig.apply(low + SEATS * (high - low))
     if len(view.seats_world) < len(seats):
         left = seats[len(view.seats_world) :]
         scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 30))
@@ -141,7 +140,9 @@ def scenes_of_verification(
         if len(normals):
             scenes.append(
                 TouchSphere(
-                    centre=_vector(T_true_from_rig.apply(_stand(rig, view.places[number], number))),
+                    centre=_vector(
+                        T_true_from_rig.apply(stand_of(rig, view.places[number], number))
+                    ),
                     diameter=sphere.diameter,
                     normals=_vectors(normals),
                     seed=site.seed + 3 + number,
@@ -151,19 +152,6 @@ def scenes_of_verification(
         again = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
         scenes.append(TouchSeats(tips=_vectors(again), seed=site.seed + 31))
     return tuple(scenes)
-
-
-def _stand(rig: Rig, place: str, number: int) -> Float:
-    """Return where a sphere stands in the volume of a rig, (3,), mm."""
-    middle = rig.volume_world.mean(axis=0)
-    centres = np.array([camera.centre_world for camera in rig.cameras])
-    away = middle - centres.mean(axis=0)
-    depth = away / np.linalg.norm(away)
-    reach = 0.4 * float(np.abs(depth) @ np.ptp(rig.volume_world, axis=0))
-    side = {"near third": -reach, "far third": reach}.get(place)
-    offset = np.array([60.0 * number, 0.0, 0.0]) if side is None else side * depth
-    stand: Float = middle + offset
-    return stand
 
 
 def _true_scale(site: VirtualSite, bar: LengthBar) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime, timedelta
 
@@ -18,8 +18,10 @@ from ocmm_core.calibration.procedure_verification import (
     VerificationProcedure,
 )
 from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about, sphere_layout
+from ocmm_core.calibration.verification_state import PLACES
 from ocmm_core.camera.model import CameraModel
-from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
+from ocmm_core.camera.rig import Rig
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 from ocmm_core.simulation.resting_spots import RestingSpots, places_of_bar
 
 SEATS = np.array([[0.2, 0.25, 0.25], [0.8, 0.7, 0.65]])
@@ -29,6 +31,9 @@ FRAMES = 100
 """Averaged at each rest."""
 
 _BETWEEN = timedelta(seconds=15)
+_THIRD = 0.22
+"""Of the depth, from the middle: well inside the near or the far third."""
+
 _LAID_MM = 3.0
 """So well a hand lays a bar where the picture shows it, at most, per axis."""
 
@@ -42,6 +47,7 @@ def verify_at_once(
     scale: float = 1.0,
     seat_sigma_mm: float = 0.001,
     before: Callable[[int], None] | None = None,
+    elsewhere: Mapping[int, Float] | None = None,
 ) -> datetime:
     """Take everything that a verification still wants, step by step, and return when it ended.
 
@@ -53,6 +59,8 @@ def verify_at_once(
         How well the ball finds a seat, a nest or the surface, standard deviation per axis.
     before
         Called before each rest with its number, so that something can happen meanwhile.
+    elsewhere
+        (3,), mm, by the number of a line: the bar lies so far from its planned place.
     """
     rng = np.random.default_rng([seed, 62])
     now, rest = begin, 0
@@ -77,13 +85,14 @@ def verify_at_once(
             for seat in seats[len(view.seats_world) :]:
                 touch(seat)
         elif step == LINES:
-            for line in view.lines:
-                ends = line.ends_world + rng.uniform(-_LAID_MM, _LAID_MM, 3)
+            for number, line in enumerate(view.lines):
+                away = (elsewhere or {}).get(number, np.zeros(3))
+                ends = line.ends_world + away + rng.uniform(-_LAID_MM, _LAID_MM, 3)
                 for nest in places_of_bar(ends, procedure.bar.nests, scale)[line.taken :]:
                     touch(nest)
         elif step == SPHERES:
             for number, sphere in enumerate(procedure.spheres):
-                centre = spots.rig.volume_world.mean(axis=0) + np.array([60.0 * number, 0.0, 0.0])
+                centre = stand_of(spots.rig, view.places[number], number)
                 layout = sphere_layout(
                     QUALIFICATION_RINGS, frame_about(np.array([0.0, 0.0, 1.0]), spots.rig)
                 )
@@ -95,6 +104,26 @@ def verify_at_once(
                 touch(seat)
         procedure.advance(now)
     return now
+
+
+def stand_of(rig: Rig, place: str, number: int) -> Float:
+    """Return where a sphere stands in the volume of a rig, (3,), mm.
+
+    Parameters
+    ----------
+    place
+        One of `verification_state.PLACES`; empty for the middle.
+    number
+        Of the sphere: those in the middle stand beside each other.
+    """
+    middle = rig.volume_world.mean(axis=0)
+    centres = np.array([camera.centre_world for camera in rig.cameras])
+    away = unit(middle - centres.mean(axis=0))
+    reach = _THIRD * float(np.abs(away) @ np.ptp(rig.volume_world, axis=0))
+    side = dict(zip(PLACES, (-reach, reach), strict=True)).get(place)
+    offset = np.array([60.0 * number, 0.0, 0.0]) if side is None else side * away
+    stand: Float = middle + offset
+    return stand
 
 
 def turned(camera: CameraModel, turn: Float) -> CameraModel:

@@ -77,6 +77,7 @@ def begin_camera_session(
         VerificationProcedure.begin(
             folder / SESSIONS, rig, site.body, store, bar, now, who=who,
             temperature_c=warm, spheres=(load_sphere(Path(sphere)),) if sphere else (),
+            two_places=values["places"] == "two",
         ),
     )  # fmt: skip
 

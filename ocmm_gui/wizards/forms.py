@@ -87,5 +87,9 @@ FIELDS: Mapping[Kind, tuple[Field, ...]] = {
             "sphere", "Sphere", "Its document; leave it empty for none",
             str(resource("artefacts", "sphere.toml")),
         ),
+        Field(
+            "places", "Sphere in", "How many places of the volume",
+            choices=(("one", "one place"), ("two", "near and far third")),
+        ),
     ),
 }  # fmt: skip

@@ -149,17 +149,22 @@ class BarPlace:
         Marks along it.
     done
         Of them.
+    shares
+        Where they are along it, from 0 to 1; evenly where nothing is said.
     """
 
     name: str
     ends_world: Float
     nests: int
     done: int
+    shares: tuple[float, ...] = ()
 
 
 def bar_places(lines: Sequence[LinePlan]) -> tuple[BarPlace, ...]:
     """Return the measuring lines of a verification as places of the bar."""
-    return tuple(BarPlace(one.name, one.ends_world, one.wanted, one.taken) for one in lines)
+    return tuple(
+        BarPlace(one.name, one.ends_world, one.wanted, one.taken, one.shares) for one in lines
+    )
 
 
 def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
@@ -176,7 +181,7 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
                     items.append(Dots(place.ends_world, theme.good, 8.0, theme.panel))
         if current is not None:
             place = places[current]
-            share = np.linspace(0.0, 1.0, place.nests)[:, None]
+            share = np.array(place.shares or np.linspace(0.0, 1.0, place.nests))[:, None]
             nests = place.ends_world[0] + share * (place.ends_world[1] - place.ends_world[0])
             items.append(Lines(place.ends_world[None], theme.accent, 6.0))
             items.append(Dots(nests[place.done :], theme.panel, 13.0, theme.accent))

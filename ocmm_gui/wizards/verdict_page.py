@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.outcome import VerificationOutcome
 from ocmm_core.calibration.procedure_views import VerificationView
@@ -194,12 +194,24 @@ class VerdictPage(StepPage):
         self.facts = Facts("Figures of the verdict")
         self.warnings = sentence_label("What makes the verdict weaker", 14)
         self.chart = ErrorChart()
+        # What speaks against a session may be longer than a small window is high.
+        told = QVBoxLayout()
+        told.setContentsMargins(0, 0, 6, 0)
+        told.addWidget(self.sentence)
+        told.addWidget(self.facts)
+        told.addWidget(self.warnings)
+        told.addStretch(1)
+        holder = QWidget()
+        holder.setLayout(told)
+        area = QScrollArea()
+        area.setAccessibleName("Figures and reasons")
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setWidget(holder)
         right = QVBoxLayout()
         right.addWidget(self._word)
-        right.addWidget(self.sentence)
-        right.addWidget(self.facts)
-        right.addWidget(self.warnings)
-        right.addStretch(1)
+        right.addWidget(area, 1)
         side = panel(right)
         side.setFixedWidth(_SIDE_PX)
         left = QVBoxLayout()
@@ -263,7 +275,9 @@ class VerdictPage(StepPage):
             text = "Store the verdict: the calibration may then be used."
         elif outcome.record.objections:
             self._word.show_text("FAILED", theme.bad, Mark.BAD)
-            text = "\n".join(f"{one.what} {one.remedy}" for one in outcome.record.objections)
+            objections = outcome.record.objections
+            remedies = dict.fromkeys(one.remedy for one in objections)
+            text = "\n".join((*(one.what for one in objections), *remedies))
         elif outcome.record.superseded:
             self._word.show_text("FAILED", theme.bad, Mark.BAD)
             text = "A line was repeated, and the verification failed: store it, and calibrate anew."

@@ -29,7 +29,8 @@ VOLUMES = [
 
 def box(edges: tuple[float, float, float]) -> Float:
     half = 0.5 * np.array(edges)
-    return np.stack([-half, half]) + np.array([10.0, -20.0, 30.0])
+    corners: Float = np.stack([-half, half]) + np.array([10.0, -20.0, 30.0])
+    return corners
 
 
 @pytest.mark.parametrize(("edges", "length"), VOLUMES)

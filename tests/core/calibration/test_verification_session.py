@@ -22,12 +22,20 @@ from ocmm_core.calibration.records import (
     rig_from_record,
 )
 from ocmm_core.calibration.sealed import load_named, record_hash, save
+from ocmm_core.calibration.session_events import to_spots
 from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about, sphere_layout
-from ocmm_core.calibration.verification import fit_sphere, form_of, judge_nest
+from ocmm_core.calibration.verification import Limits, fit_sphere, form_of, judge_nest
 from ocmm_core.calibration.verification_artefacts import judge_independence
+from ocmm_core.calibration.verification_state import (
+    SeatVisited,
+    VerificationBegun,
+    VerificationState,
+    third_of,
+)
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
 from ocmm_core.simulation.resting_spots import Holds, RestingSpots, places_of_bar
 from ocmm_core.simulation.verifying import FRAMES, nudge, verify_at_once
 from tests.core.calibration.made_records import make_record
@@ -71,10 +79,11 @@ class Session:
         self.end = BEGIN
         self.procedure = self.begin()
 
-    def begin(self) -> VerificationProcedure:
+    def begin(self, *, two_places: bool = False) -> VerificationProcedure:
         return VerificationProcedure.begin(
             self.bench.sessions, self.rig, self.bench.body, self.bench.store(), self.bar,
             self.end + timedelta(hours=1), who="engineer", spheres=(self.bench.sphere,),
+            two_places=two_places,
         )  # fmt: skip
 
     def take(
@@ -115,9 +124,7 @@ def test_an_honest_verification_passes_and_says_what_it_saw(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(("size", "moment"), [(100e-6, 3), (100e-6, 24), (100e-6, 68), (60e-6, 40)])
-def test_a_nudged_camera_is_named_with_the_time(
-    tmp_path: Path, size: float, moment: int
-) -> None:
+def test_a_nudged_camera_is_named_with_the_time(tmp_path: Path, size: float, moment: int) -> None:
     session = Session(tmp_path)
     rng = np.random.default_rng([moment, 8])
     moved: list[int] = []
@@ -150,7 +157,9 @@ def test_a_wrong_bar_and_a_wrong_tip_are_named(tmp_path: Path) -> None:
     record = session.take(scale=1.0003)
     assert not record.passed
     assert codes(record) == {"verification.scale"}
-    assert "+300 um/m" not in record.objections[0].remedy
+    # A bar that is truly longer than its document makes all lengths too long.
+    said = float(record.objections[0].what.split("the same ")[1].split()[0])
+    assert said == pytest.approx(300.0, abs=20.0)
     session = Session(tmp_path / "tip")
     session.spots.tip_shift_probe = np.array([0.2, 0.2, 0.1])
     record = session.take()
@@ -185,6 +194,24 @@ def test_one_line_of_all_may_be_repeated_and_both_are_kept(tmp_path: Path) -> No
         session.procedure.repeat_line(0, session.end)
 
 
+def test_a_sphere_is_judged_near_and_far(tmp_path: Path) -> None:
+    session = Session(tmp_path)
+    session.end += timedelta(hours=1)
+    session.procedure = session.begin(two_places=True)
+    record = session.take()
+    assert [one.name for one in record.checks[-4:]] == [
+        f"virtual sphere 30, {place}, {what}"
+        for place in ("near third", "far third")
+        for what in ("size", "form")
+    ]
+    assert record.passed
+    middle = session.rig.volume_world.mean(axis=0)
+    assert third_of(middle, session.rig) == "middle third"
+    # A form or a size beyond its limit fails, whichever place it was.
+    limits = Limits(form=0.005)
+    assert not limits.passes(msgspec.structs.replace(record.checks[-1], limit_mm=limits.form))
+
+
 def test_two_lines_that_failed_fail_the_verification(tmp_path: Path) -> None:
     session = Session(tmp_path)
 
@@ -208,18 +235,45 @@ def test_a_corner_needs_a_reason(tmp_path: Path) -> None:
     assert procedure.view.corners[0].reason == ""
 
 
+def test_a_corner_that_was_not_reached_is_no_pass_without_a_reason(tmp_path: Path) -> None:
+    session = Session(tmp_path)
+    procedure = session.procedure
+    lost = [procedure.view.corners[i].name for i in (0, 1, 2, 3)]
+    for name in lost:
+        procedure.excuse_corner(name, "a post stands there", session.end)
+    # The first line and the third one reach these corners; 50 mm are more than 10 % of 400 mm.
+    away = np.array([50.0, 0.0, 0.0])
+    start = session.end + timedelta(hours=1)
+    session.end = verify_at_once(procedure, session.spots, start, SEED, elsewhere={0: away})
+    record = session.verdict()
+    missing = {one.name: one.reason for one in record.corners if not one.reached}
+    assert missing
+    assert set(missing.values()) == {"a post stands there"}
+    assert record.passed
+    for name in lost:
+        procedure.excuse_corner(name, "", session.end)
+    with pytest.raises(CalibrationError, match="of an edge from corner"):
+        procedure.compute()
+
+
 def test_seats_are_told_apart_and_lie_well_apart(tmp_path: Path) -> None:
     session = Session(tmp_path)
-    state = session.procedure._state
-    session.procedure.advance(session.end)
-    held = session.spots.hold(np.zeros(3))
-    session.procedure.take_shot(session.spots.spots(np.zeros(3), held), 0.01, session.end)
+    begun = VerificationBegun(
+        utc="", rig="", rig_identity="", running="", who="", software="", temperature_c=None,
+        probe_identity="", bar=session.bar, spheres=(), places=(), limits=Limits(),
+    )  # fmt: skip
+    planning = plan_lines(session.rig.volume_world, 400.0)
+    state = VerificationState(session.rig, session.bench.body, begun, planning)
+
+    def visit(seat: int, place: Float) -> None:
+        uv = session.spots.spots(place, session.spots.hold(place))
+        state.add(SeatVisited(utc="", seat=seat, uv=to_spots(uv), sigma_px=0.01))
+
+    visit(0, np.zeros(3))
     assert "at least 180 mm" in state.judge_seat(np.array([50.0, 0.0, 0.0]), again=False)
     far = np.array([150.0, 50.0, 120.0])
     assert state.judge_seat(far, again=False) == ""
-    session.procedure.take_shot(
-        session.spots.spots(far, session.spots.hold(far)), 0.01, session.end
-    )
+    visit(1, far)
     assert state.judge_seat(np.zeros(3), again=True) == ""
     assert "the ball is in seat 2" in state.judge_seat(far, again=True)
     assert "mm from it" in state.judge_seat(far + 30.0, again=True)
