@@ -70,6 +70,15 @@ class Places:
     probes: Path | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class _Touched:
+    """A job with points in doubt, by number and why, and what it is computed with."""
+
+    path: Path
+    later: Later
+    in_doubt: dict[int, str]
+
+
 def recall(
     places: Places,
     now: datetime,
@@ -136,42 +145,45 @@ def _paths(jobs: Sequence[Path]) -> list[Path]:
 
 def _touched(
     paths: Sequence[Path], places: Places, now: datetime, tell: Tell
-) -> tuple[list[tuple[Path, Later]], list[str]]:
+) -> tuple[list[_Touched], list[str]]:
     """Return the jobs with points in doubt, each with what it is computed with, and faults."""
     stores: dict[str, CalibrationStore] = {}
     laters: dict[tuple[str, str], Later] = {}
-    touched: list[tuple[Path, Later]] = []
+    touched: list[_Touched] = []
     unread: list[str] = []
     for done, path in enumerate(paths):
         tell(f"Looking at {path.name}", _LOOKING * done / len(paths))
         try:
-            record = _doubted_record(path, places.calibrations, stores)
-            if record is not None:
+            record, in_doubt = _doubted(path, places.calibrations, stores)
+            if record is not None and in_doubt:
                 key = record.rig, record_hash(record)
                 if key not in laters:
                     laters[key] = later_than(stores[record.rig], record, now)
-                touched.append((path, laters[key]))
+                touched.append(_Touched(path, laters[key], in_doubt))
         except OcmmError as error:
             unread.append(error.what)
     return touched, unread
 
 
-def _doubted_record(
+def _doubted(
     path: Path, calibrations: Path, stores: dict[str, CalibrationStore]
-) -> CameraRecord | None:
-    """Return the calibration of a job that has points in doubt because of it, else None."""
+) -> tuple[CameraRecord | None, dict[int, str]]:
+    """Return the calibration of a job, and its points that are in doubt because of it.
+
+    Whatever an earlier recall has released: the last one decides about all of them.
+    """
     with copy_of_job(path) as copy, JobFile.open(copy) as job:
         record = StoredDocuments(path, job.head).camera_record()
         if record is None:
-            return None
+            return None, {}
         if record.rig not in stores:
             stores[record.rig] = CalibrationStore(store_folder(calibrations, record.rig))
         events, used = stores[record.rig].events, job.head.rig_identity
         if not is_known(events, used):
-            return None
+            return None, {}
         doubts = points_in_doubt(events, used, first_taken(job))
-        counting = {point.number for point in job.points()}
-        return record if counting & (doubts.open.keys() | doubts.failed.keys()) else None
+        why = doubts.open | doubts.failed
+        return record, {p.number: why[p.number] for p in job.points() if p.number in why}
 
 
 def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
@@ -204,7 +216,7 @@ def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
 
 
 def _computed(
-    touched: Sequence[tuple[Path, Later]], places: Places, workers: int
+    touched: Sequence[_Touched], places: Places, workers: int
 ) -> Iterator[JobFindings | str]:
     """Give what was found of each job, or why it could not be opened."""
     compute = partial(_findings, calibrations=places.calibrations, probes=places.probes)
@@ -222,12 +234,9 @@ def _computed(
             pool.shutdown(cancel_futures=True)
 
 
-def _findings(
-    job: tuple[Path, Later], calibrations: Path, probes: Path | None
-) -> JobFindings | str:
-    path, later = job
+def _findings(job: _Touched, calibrations: Path, probes: Path | None) -> JobFindings | str:
     try:
-        return findings_of(path, later, calibrations, probes)
+        return findings_of(job.path, job.later, job.in_doubt, calibrations, probes)
     except OcmmError as error:
         return error.what
 

@@ -121,7 +121,11 @@ class JobFindings:
 
 
 def findings_of(
-    path: Path, later: Later, calibrations: Path, probes: Path | None
+    path: Path,
+    later: Later,
+    in_doubt: Mapping[int, str],
+    calibrations: Path,
+    probes: Path | None,
 ) -> JobFindings:
     """Return a job under both calibrations.
 
@@ -131,6 +135,8 @@ def findings_of(
         The job file; it is not written to.
     later
         What it is computed with anew.
+    in_doubt
+        Numbers of the points that the history of its calibration puts in doubt, and why.
     calibrations, probes
         Where histories are kept on this computer.
 
@@ -147,7 +153,6 @@ def findings_of(
         except OcmmError as error:
             raise named(error, str(copy), str(path)) from error
     held = {ward: {} if ward in _OF_CAMERAS else job.held[ward] for ward in Ward}
-    in_doubt = dict(job.held[Ward.CALIBRATION]) | dict(job.held[Ward.FAILED_CALIBRATION])
     standing = JobStanding(notes_of(held), "")
     own = _results(job, job.points, job.sensitivities, job.rig, standing)
     why_not = _hindrance(job) or later.why_not

@@ -41,7 +41,7 @@ def totals(record: RecallRecord) -> tuple[str, ...]:
 def decided(record: RecallRecord) -> str:
     """Return what the recall decides."""
     if not record.made_by:
-        return "Not decided: all points stay held back."
+        return "Not decided: this recall has released no point."
     released = sum(bool(job.released) for job in record.jobs)
     return (
         f"Decided by {record.made_by}, {record.made_utc[:16].replace('T', ' ')} UTC: points of "

@@ -73,11 +73,24 @@ def test_no_key_measures_in_maintain(bench: BusBench) -> None:
         window.show_mode(mode)
         enabled[mode] = {info.key for info in ACTIONS if actions[info.key].isEnabled()}
     assert enabled[Mode.MAINTAIN] == {
-        "bus_text", "calibrate", "relocate", "verify", "write_cameras", "define", "mount",
-        "check_tip", "qualify", "pivot", "theme", "log", "mode",
+        "bus_text", "calibrate", "relocate", "verify", "recall", "write_cameras", "define",
+        "mount", "check_tip", "qualify", "pivot", "theme", "log", "mode",
     }  # fmt: skip
     assert "bus_text" not in enabled[Mode.INSPECT]
     assert {"take", "undo", "finish", "flip", "export"} < enabled[Mode.INSPECT]
+
+
+def test_the_recall_is_a_key_away_and_leads_back(bench: BusBench) -> None:
+    window, recall = bench.window, bench.window.sheets.recall
+    window.show_mode(Mode.MAINTAIN)
+    QTest.keyClick(window, Qt.Key.Key_F12)
+    assert recall.isVisible()
+    assert recall.is_working()
+    QTest.keyClick(recall.table, Qt.Key.Key_F9)
+    assert not recall.is_working()
+    QTest.keyClick(recall.table, Qt.Key.Key_Escape)
+    assert not recall.isVisible()
+    assert window.mode() is Mode.MAINTAIN
 
 
 def test_everything_is_reached_without_a_mouse(qtbot: QtBot, bench: BusBench) -> None:

@@ -145,6 +145,10 @@ def test_what_is_decided_ends_where_more_becomes_known(world: World, tmp_path: P
     assert len(held()) == 14, "a trial decides nothing"
     run(world, tmp_path, "Ada")
     assert held() == ()
+    # Once more: what was released is judged again, and not taken for a job without doubts.
+    (again,) = run(world, tmp_path, "Bob").values()
+    assert again.in_doubt == again.released == tuple(range(1, 15))
+    assert held() == ()
     # The calibration that the recall rests on turns out to rest on a wrong artefact.
     later = str(world.store.active_hash)
     now = datetime.now(UTC)
