@@ -187,7 +187,7 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
 
 def _unwidened(covariance: Float, degrees: float) -> Float:
     """Return the variances (k,) along the principal axes, without Student's factor."""
-    variances: Float = np.linalg.eigvalsh(covariance)
+    variances = np.asarray(np.linalg.eigvalsh(covariance), dtype=np.float64)
     unwidened: Float = variances * (2.0 / student_factor(degrees)) ** 2
     return unwidened
 
