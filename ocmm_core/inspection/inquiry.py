@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ocmm_core.alignment.frame_doubt import unknown_frame
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.amounts import is_low, way_to_good
 from ocmm_core.inspection.common_causes import Common, common_causes, scatter_of, scatter_ratio
@@ -229,11 +229,14 @@ class Inquiry:
         return ()
 
     def budget(self, item: Characteristic) -> Budget | None:
-        """Return where the uncertainty of a value comes from."""
+        """Return where the uncertainty of a value comes from; None where it has none."""
         evaluation = self.job.evaluations.get(item.name)
         if evaluation is None:
             return None
-        return budget_of(
-            item, evaluation, self.job.actual, self.job.parts, self.job.covariance,
-            self.job.samples,
-        )  # fmt: skip
+        try:
+            return budget_of(
+                item, evaluation, self.job.actual, self.job.parts, self.job.covariance,
+                self.job.samples,
+            )  # fmt: skip
+        except MeasuringError:
+            return None

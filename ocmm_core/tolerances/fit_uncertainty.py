@@ -41,6 +41,9 @@ _FLAT = (
 )
 _PLANE_PARAMETERS = 3
 
+FEW_DEGREES = 2
+"""Degrees of freedom up to which two scatters of an outline are not taken as one."""
+
 LIKELY_SCATTER_MM = 0.01
 """The test of first order takes the scatter as if one more residual, of this size, had been seen.
 
@@ -127,14 +130,18 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
     likely = (degrees * scatter + LIKELY_SCATTER_MM**2) / (degrees + 1.0)
     stretch = math.sqrt(max(likely / scatter, 1.0)) if scatter > 0.0 else math.inf
 
+    # Effective degrees of freedom are too many where the scatter of the fewest is small by chance:
+    # then each scatter has a U of its own, and their squares add up.
+    own = {sample.degrees for sample in samples}
+    mixed = len(own) > 1 and min(own) <= FEW_DEGREES
+
     def stated(rows: Float) -> Stated:
         """Return the statement on combinations (k, 12) of the geometry."""
         gradients = rows @ jacobian
         found = widened(gradients, None, samples)
-        factor = student_factor(found.degrees)
-        variances = np.linalg.eigvalsh(found.covariance) * (2.0 / factor) ** 2
+        variances = _unwidened(found.covariance, found.degrees)
         standard = math.sqrt(max(float(variances[-1]), 0.0))
-        total, squares = float(variances.sum()), float(np.sum(variances**2))
+        total = float(variances.sum())
         if total <= 0.0:
             return Stated(0.0, 0.0, found.degrees)
         grown = growth(
@@ -143,9 +150,15 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
         )  # fmt: skip
         if fit.rival is not None or not math.isfinite(grown):
             return Stated(standard, None, found.degrees, grown)
-        # Of a vector the radius that holds it, by two moments of its square (Satterthwaite).
-        components = total**2 / squares
-        reach = math.sqrt(total * float(fdtri(components, found.degrees, TWO_SIDED)))
+        reach = _reach(variances, found.degrees)
+        if mixed:
+            alone = [widened(gradients, None, [sample]) for sample in samples]
+            reach = math.sqrt(
+                sum(
+                    _reach(_unwidened(one.covariance, one.degrees), one.degrees) ** 2
+                    for one in alone
+                )
+            )
         return Stated(standard, grown * reach, found.degrees, grown)
 
     rows = np.eye(len(fit.geometry))
@@ -170,6 +183,22 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
     return FitUncertainty(
         centre, foot, direction, turn, number(RADIUS), number(SECOND), number(HALF_ANGLE)
     )
+
+
+def _unwidened(covariance: Float, degrees: float) -> Float:
+    """Return the variances (k,) along the principal axes, without Student's factor."""
+    variances = np.asarray(np.linalg.eigvalsh(covariance), dtype=np.float64)
+    unwidened: Float = variances * (2.0 / student_factor(degrees)) ** 2
+    return unwidened
+
+
+def _reach(variances: Float, degrees: float) -> float:
+    """Return the radius that holds a vector, by two moments of its square (Satterthwaite)."""
+    total = float(variances.sum())
+    if total <= 0.0 or not math.isfinite(degrees):
+        return 0.0
+    components = total**2 / float(np.sum(variances**2))
+    return math.sqrt(total * float(fdtri(components, degrees, TWO_SIDED)))
 
 
 def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
