@@ -237,7 +237,7 @@ def warm(scene: Scene) -> tuple[tuple[str, str], ...]:
     scene.leds = centre + (1.0 + EXPANSION_PROBE * kelvin) * (scene.leds - centre)
     scene.length *= 1.0 + EXPANSION_BAR * kelvin
     scene.lie = f"{kelvin:+.1f} K"
-    return (("relocation.bar_contradicts", "temperature"),)
+    return (("relocation.bar_contradicts", "as steel would be that is"),)
 
 
 def wrong_probe(scene: Scene) -> tuple[tuple[str, str], ...]:
