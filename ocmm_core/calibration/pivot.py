@@ -8,6 +8,7 @@ its mean of four spheres). Everything here is a pure function of the frames.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.calibration.guards import let_pass
 from ocmm_core.calibration.pivot_bundle import chi2_of_cameras, misses
@@ -36,6 +37,8 @@ from ocmm_core.tracking.body import ProbeBody
 LEAST_FRAMES = 30
 TOGETHER = 0.05
 """Of the frames; reflections and slips of a hand are fewer."""
+_END = 0.02
+"""Of the frames, at either end of the sweep."""
 
 _DRAWS = 8
 """Of cameras, the worst of which says how large chi-square may be."""
@@ -107,7 +110,7 @@ def calibrate_probe(
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
     # Where many do not fit the others, it is not single frames that are wrong.
     asked, held = used, rotations
-    if np.count_nonzero(~used) > TOGETHER * len(used):
+    if _did_not_come_back(used):
         asked = robust.free.solved
         held = np.where(used[:, None, None], rotations, robust.free.rotations @ of_probe.T)
     examined = sweep.only(asked)
@@ -157,6 +160,17 @@ def calibrate_probe(
         iterations=robust.iterations,
         forced=force and any(one.refuses for one in findings),
     )
+
+
+def _did_not_come_back(used: NDArray[np.bool_]) -> bool:
+    """Return whether many frames do not fit the others, up to an end of the sweep.
+
+    A ball that left its cone for a while and came back makes wrong frames; what moves and stays
+    where it is makes two kinds of frames, of which the fewer are no more wrong than the others.
+    """
+    end = max(int(_END * len(used)), 1)
+    many = np.count_nonzero(~used) > TOGETHER * len(used)
+    return bool(many and min(used[:end].mean(), used[-end:].mean()) < 0.5)
 
 
 def tip_of_arms(arms: Float, body: ProbeBody) -> Float:
