@@ -19,6 +19,7 @@ from ocmm_core.calibration.monitor import CalibrationMonitor
 from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.inspection.camera_history import is_known, settle_cameras
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.inspection.tip_history import first_taken
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import ProbeBody
 from ocmm_core.tracking.result import TrackBlock
@@ -138,10 +139,25 @@ class ChangeWatch:
                 now = self._clock()
                 # Never found well in this run: it may have happened any time before it.
                 since = None
-                if alarm.since_ns is not None:
-                    since = now - timedelta(seconds=(now_ns - alarm.since_ns) * 1e-9)
+                if since_s is not None:
+                    since = self._moment(since_s, now_ns * 1e-9, now)
                 store.suspect(WHO, alarm.what, since, now)
                 self._stored = True
+
+    def _moment(self, since_s: float, now_s: float, now: datetime) -> datetime:
+        """Return the time of day of a moment of the frames.
+
+        Points are stored a little after their frames, and simulated frames may run faster than the
+        day: a point from before the moment is from before it by the time of day, too.
+        """
+        taken = first_taken(self._job)
+        before = [
+            taken[point.number] + timedelta(microseconds=1)
+            for feature in self._session.view.features
+            for point in feature.points
+            if point.time_s < since_s and point.number in taken
+        ]
+        return max([now - timedelta(seconds=now_s - since_s), *before])
 
     def _cleared(self, view: CalibrationView) -> bool:
         """Let the points count again once a verification has lifted the stored doubt."""
