@@ -62,6 +62,8 @@ class Sweeps:
             uv = self.recorded.swept(seed, cone, body=body)
             procedure.take_sweep(uv, SIGMA_PX, now())
             procedure.advance(now())
+        procedure.take_visit(self.recorded.rested(body=second), SIGMA_PX, now())
+        procedure.advance(now())
 
     def result(self) -> PivotResultPage:
         """Go on with that session until there is a result or none."""
