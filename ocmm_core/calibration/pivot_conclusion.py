@@ -172,7 +172,7 @@ def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
 
 
 def _spots_of(visits: ConeVisits) -> tuple[Float, ...]:
-    return () if visits.again is None else (from_spots(visits.again.uv),)
+    return tuple(from_spots(one.uv) for one in visits.again)
 
 
 def _check(validation: PivotValidation) -> PivotCheck:

@@ -39,11 +39,11 @@ class ConeVisits:
     begun_utc
         When its sweep began.
     again
-        The visit at the end; None where what was recorded has none.
+        The visits at the end, in order of time; none where what was recorded has none.
     """
 
     begun_utc: str
-    again: ConeVisited | None
+    again: tuple[ConeVisited, ...]
 
 
 def turns_from(rotations: Float, rotation: Float) -> Float:
@@ -65,7 +65,7 @@ def cone_findings(
     sweep, rotations
         The first sweep, and its attitudes (n, 3, 3), world from probe; NaN where left out.
     """
-    if visits.again is None:
+    if not visits.again:
         return (
             Finding(
                 "repeat.missing",
@@ -75,16 +75,34 @@ def cone_findings(
                 refuses=False,
             ),
         )
-    again = _touch(from_spots(visits.again.uv), visits.again.sigma_px, rig, probe)
+    repeats = []
+    for visit in visits.again:
+        one = _repeat(rig, probe, sweep, rotations, visits.begun_utc, visit)
+        if isinstance(one, Finding):
+            return (one,)
+        repeats.append(one)
+    moved = repeat_finding(judge_repeats(repeats), _REMEDY)
+    return () if moved is None else (moved,)
+
+
+def _repeat(
+    rig: Rig,
+    probe: ProbeBody,
+    sweep: PivotSweep,
+    rotations: Float,
+    begun_utc: str,
+    visit: ConeVisited,
+) -> Repeat | Finding:
+    again = _touch(from_spots(visit.uv), visit.sigma_px, rig, probe)
     if again is None:
-        return (_unusable("is not seen well enough at the end"),)
+        return _unusable("is not seen well enough at the end")
     turned = turns_from(rotations, again.rotation_world_from_probe)
     nearest = np.argsort(np.where(np.isfinite(turned), turned, np.inf))[:_MOST_ALIKE]
     nearest = nearest[turned[nearest] <= ALIKE]
     seen = [_touch(sweep.uv[i], float(sweep.sigma_px[i]), rig, probe) for i in nearest]
     alike = [one for one in seen if one is not None]
     if len(alike) < LEAST_ALIKE:
-        return (_unusable("is held otherwise at the end than ever in its sweep"),)
+        return _unusable("is held otherwise at the end than ever in its sweep")
     # Neighbours share the pattern of the sensors: together they are not known better than one.
     noise = np.mean([one.noise for one in alike], axis=0)
     cameras = again.by_cameras - np.mean([one.by_cameras for one in alike], axis=0)
@@ -94,13 +112,11 @@ def cone_findings(
         + geometry @ probe.geometry_covariance @ geometry.T
     )
     before = np.mean([one.tip_world for one in alike], axis=0)
-    repeat = Repeat(
+    return Repeat(
         "the ball in the first cone",
-        RestingPosition(before, noise + 0.5 * shared, visits.begun_utc),
-        RestingPosition(again.tip_world, again.noise + 0.5 * shared, visits.again.utc),
+        RestingPosition(before, noise + 0.5 * shared, begun_utc),
+        RestingPosition(again.tip_world, again.noise + 0.5 * shared, visit.utc),
     )
-    moved = repeat_finding(judge_repeats([repeat]), _REMEDY)
-    return () if moved is None else (moved,)
 
 
 def _touch(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> Touch | None:
@@ -114,6 +130,7 @@ def _unusable(what: str) -> Finding:
     return Finding(
         "repeat.unusable",
         f"The probe in the first cone {what}.",
-        "Take this visit back, and rest the ball in the first cone held as at the start.",
+        "Calibrate the probe again, and at the end rest the ball in the first cone held as at the "
+        "start, all LEDs in view.",
         refuses=True,
     )

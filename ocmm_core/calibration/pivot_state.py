@@ -19,7 +19,6 @@ from ocmm_core.calibration.pivot_progress import (
 )
 from ocmm_core.calibration.pivot_repeat import ALIKE, LEAST_ALIKE, ConeVisits, turns_from
 from ocmm_core.calibration.pivot_session import (
-    AGAIN,
     FIRST,
     SECOND,
     SWEEPS,
@@ -54,8 +53,10 @@ class PivotState:
         Of each sweep.
     first_utc, last_utc
         When the first ones of the first sweep, and when the last ones of all were taken.
-    visit
-        Of the first cone at the end; None before it, and after more was swept.
+    visits
+        Of the first cone at the end: all of them count, as long as its sweep is the same.
+    visited
+        Whether the last one came after all sweeping.
     """
 
     rig: Rig
@@ -66,14 +67,16 @@ class PivotState:
     )
     first_utc: str = ""
     last_utc: str = ""
-    visit: ConeVisited | None = None
+    visits: list[ConeVisited] = field(default_factory=list)
+    visited: bool = False
     _progress: dict[str, Progress] = field(default_factory=dict)
     _turned: Float | None = None
 
     def add(self, event: PosesTaken | SweepDiscarded | ConeVisited) -> None:
         """Take in an observation."""
         if isinstance(event, ConeVisited):
-            self.visit = event
+            self.visits.append(event)
+            self.visited = True
             self.last_utc = max(self.last_utc, event.utc)
             return
         self._forget(event.step)
@@ -86,19 +89,17 @@ class PivotState:
             self.last_utc = max(self.last_utc, event.utc)
 
     def remove(self, step: str) -> None:
-        """Take out the last poses of a sweep, or the visit at the end."""
-        if step == AGAIN:
-            self.visit = None
-            return
+        """Take out the last poses of a sweep."""
         self.poses[step].batches.pop()
         self._forget(step)
 
     def _forget(self, step: str) -> None:
         """Forget what followed from a sweep: the visit at the end is one after all sweeping."""
         self._progress.pop(step, None)
-        self.visit = None
+        self.visited = False
         if step == FIRST:
             self._turned = None
+            self.visits.clear()
 
     def cone_spots(self) -> ProbeSpots:
         """Return what looks at the frames of the visit at the end."""
@@ -126,7 +127,7 @@ class PivotState:
 
     def again_gate(self) -> Gate:
         """Return the gate of the visit at the end."""
-        if not self.begun.again or self.visit is not None:
+        if not self.begun.again or self.visited:
             return OPEN
         return Gate(
             False,
@@ -188,7 +189,7 @@ class PivotState:
         first, second = (self.poses[name].count for name in SWEEPS)
         gates = self.gate(FIRST, forced=forced), self.gate(SECOND, forced=forced)
         return steps_of(
-            self.begun, (first, second), gates, self.again_gate(), visited=self.visit is not None
+            self.begun, (first, second), gates, self.again_gate(), visited=self.visited
         )
 
     def apart(self) -> tuple[float, float]:
@@ -223,7 +224,7 @@ class PivotState:
             begun=self.begun,
             first=self.poses[FIRST].sweep(self.rig, self.body),
             second=self.poses[SECOND].sweep(self.rig, self.body),
-            visits=ConeVisits(self.first_utc, self.visit),
+            visits=ConeVisits(self.first_utc, tuple(self.visits)),
             previous=previous,
             made=datetime.fromisoformat(self.last_utc),
             force=forced,

@@ -379,7 +379,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         return replace(live, hint=self._sweep_view(self._step).missing or "The sweep is complete.")
 
     def _wants(self) -> bool:
-        visit = self._step == AGAIN and bool(self._begun.again) and self._state.visit is None
+        visit = self._step == AGAIN and bool(self._begun.again) and not self._state.visited
         return self._step in SWEEPS or visit
 
     def _observation(self, utc: str) -> PosesTaken | ConeVisited:
@@ -401,8 +401,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._watch.stored(self._state.progress(event.step))
 
     def _has_observation(self, step: str) -> bool:
-        if step == AGAIN:
-            return self._state.visit is not None
+        # A visit of the first cone is a result: it is not taken back.
         return step in SWEEPS and self._state.poses[step].count > 0
 
     def _undo(self, step: str) -> None:

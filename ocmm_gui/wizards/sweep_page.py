@@ -104,7 +104,7 @@ class FirstConePage(HandsPage):
         What the session starts from.
     """
 
-    keys = ("back", "drop", "take", "next")
+    keys = ("back", "take", "next")
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig, "First cone again", "Directions of the first sweep")

@@ -53,8 +53,8 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(
     bench.key(Qt.Key.Key_Y)
     bench.until(lambda: bench.seen.automatic)
     low, high = bench.bench.rig.volume_world
-    at = [tuple(float(x) for x in low + share * (high - low)) for share in SEATS]
-    assert bench.show(None, TouchSeats(tips=tuple(at), seed=1)) == 2
+    (x0, y0, z0), (x1, y1, z1) = (low + SEATS * (high - low)).tolist()
+    assert bench.show(None, TouchSeats(tips=((x0, y0, z0), (x1, y1, z1)), seed=1)) == 2
     bench.step("wave")
     page = bench.runner.page()
     assert isinstance(page, WavePage)

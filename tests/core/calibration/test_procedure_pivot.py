@@ -294,6 +294,9 @@ def test_sweeping_after_the_visit_asks_for_it_once_more(bench: PivotBench) -> No
     procedure.back(bench.now())
     with pytest.raises(CalibrationError, match="Take it once, after both sweeps"):
         procedure.take_visit(bench.rested(), SIGMA_PX, bench.now())
+    # A visit is a result, and is not taken back.
+    procedure.drop(bench.now())
+    assert procedure.base.step.gate.open
     procedure.back(bench.now())
     procedure.take_sweep(bench.swept(5, OTHER_CONE, n=20), SIGMA_PX, bench.now())
     procedure.advance(bench.now())
