@@ -40,10 +40,13 @@ class ConeVisits:
         When its sweep began.
     again
         The visits at the end, in order of time; none where what was recorded has none.
+    slack_mm
+        Standard deviation of the ball's place in the cone, per axis.
     """
 
     begun_utc: str
     again: tuple[ConeVisited, ...]
+    slack_mm: float = 0.0
 
 
 def turns_from(rotations: Float, rotation: Float) -> Float:
@@ -77,7 +80,7 @@ def cone_findings(
         )
     repeats = []
     for visit in visits.again:
-        one = _repeat(rig, probe, sweep, rotations, visits.begun_utc, visit)
+        one = _repeat(rig, probe, sweep, rotations, visits, visit)
         if isinstance(one, Finding):
             return (one,)
         repeats.append(one)
@@ -90,7 +93,7 @@ def _repeat(
     probe: ProbeBody,
     sweep: PivotSweep,
     rotations: Float,
-    begun_utc: str,
+    visits: ConeVisits,
     visit: ConeVisited,
 ) -> Repeat | Finding:
     again = _touch(from_spots(visit.uv), visit.sigma_px, rig, probe)
@@ -111,11 +114,12 @@ def _repeat(
         cameras @ rig.parameter_covariance @ cameras.T
         + geometry @ probe.geometry_covariance @ geometry.T
     )
+    play = visits.slack_mm**2 * np.eye(3) + 0.5 * shared
     before = np.mean([one.tip_world for one in alike], axis=0)
     return Repeat(
         "the ball in the first cone",
-        RestingPosition(before, noise + 0.5 * shared, begun_utc),
-        RestingPosition(again.tip_world, again.noise + 0.5 * shared, visit.utc),
+        RestingPosition(before, noise + play, visits.begun_utc),
+        RestingPosition(again.tip_world, again.noise + play, visit.utc),
     )
 
 

@@ -224,7 +224,7 @@ class PivotState:
             begun=self.begun,
             first=self.poses[FIRST].sweep(self.rig, self.body),
             second=self.poses[SECOND].sweep(self.rig, self.body),
-            visits=ConeVisits(self.first_utc, tuple(self.visits)),
+            visits=ConeVisits(self.first_utc, tuple(self.visits), self.begun.slack_mm),
             previous=previous,
             made=datetime.fromisoformat(self.last_utc),
             force=forced,
