@@ -11,12 +11,13 @@ from ocmm_core.calibration.conclusion import hash_of
 from ocmm_core.calibration.guards import let_pass
 from ocmm_core.calibration.pivot import calibrate_probe
 from ocmm_core.calibration.pivot_data import PivotCalibration, PivotSweep
+from ocmm_core.calibration.pivot_repeat import ConeVisits, cone_findings
 from ocmm_core.calibration.pivot_session import PivotBegun
 from ocmm_core.calibration.pivot_validation import PivotValidation, validate_pivot
 from ocmm_core.calibration.pivot_views import PivotChange, PivotOutcome
 from ocmm_core.calibration.probe_records import PROBE_SCHEMA, PivotCheck, ProbeRecord
 from ocmm_core.calibration.sealed import record_hash
-from ocmm_core.calibration.session_events import utc_text
+from ocmm_core.calibration.session_events import from_spots, utc_text
 from ocmm_core.camera.rig import Rig, Vector3
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rigid_fit
@@ -35,6 +36,8 @@ class PivotMaterial:
         First line of the session.
     first, second
         The two sweeps.
+    visits
+        Of the first cone, first and again.
     previous
         The record in force when the session was begun; None where there was none.
     made
@@ -48,6 +51,7 @@ class PivotMaterial:
     begun: PivotBegun
     first: PivotSweep
     second: PivotSweep
+    visits: ConeVisits
     previous: ProbeRecord | None
     made: datetime
     force: bool
@@ -67,7 +71,10 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
     second = calibrate_probe(given.rig, expected, given.second, options, given.force)
     validation = validate_pivot(given.rig, first, second, given.second)
     let_pass(validation.findings, given.force)
-    findings = (*first.warnings, *second.warnings, *validation.findings)
+    probe = first.applied_to(given.body, given.body.identity)
+    moved = cone_findings(given.rig, probe, given.first, first.rotations, given.visits)
+    let_pass(moved, given.force)
+    findings = (*first.warnings, *second.warnings, *validation.findings, *moved)
     # Both sweeps often say the same. That spots are better than the rig's document says of them
     # is nothing that whoever sweeps a probe could change.
     findings = tuple(
@@ -85,7 +92,7 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
         temperature_c=begun.temperature_c,
         rig=given.rig.name,
         rig_identity=given.rig.identity,
-        data_sha256=hash_of(given.first.uv, given.second.uv),
+        data_sha256=hash_of(given.first.uv, given.second.uv, *_spots_of(given.visits)),
         valid_until_utc=utc_text(given.made + timedelta(days=begun.valid_days)),
         probe_identity=begun.probe_identity,
         leds_mm=tuple(_vector(led) for led in first.leds_probe),
@@ -162,6 +169,10 @@ def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
     leds = np.array(record.leds_mm)
     rotation, shift = rigid_fit(leds, body.leds_probe)
     return leds @ rotation.T + shift, rotation @ np.array(record.tip_mm) + shift
+
+
+def _spots_of(visits: ConeVisits) -> tuple[Float, ...]:
+    return tuple(from_spots(one.uv) for one in visits.again)
 
 
 def _check(validation: PivotValidation) -> PivotCheck:

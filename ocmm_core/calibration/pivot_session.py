@@ -14,7 +14,8 @@ from ocmm_core.camera.rig import Rig, Vector3
 from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
 
-PREPARE, FIRST, SECOND, RESULT = "prepare", "first", "second", "result"
+PREPARE, FIRST, SECOND = "prepare", "first", "second"
+AGAIN, RESULT = "again", "result"
 SWEEPS = (FIRST, SECOND)
 
 
@@ -40,6 +41,9 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
         A sweep is complete with so many poses and the tip known so well.
     valid_days
         For how long the calibration may be used.
+    again
+        Whether the ball comes back into the first cone at the end: not where what was recorded
+        lacks it. None in a session that an earlier version began, which did not ask for it.
     """
 
     probe: str
@@ -52,6 +56,7 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
     poses_wanted: int
     tip_sigma_mm: float
     valid_days: int
+    again: bool | None = None
 
     def expected(self, body: ProbeBody) -> ProbeBody:
         """Return the probe with the tip where it should be."""
@@ -93,7 +98,22 @@ class SweepDiscarded(SessionEvent, frozen=True, kw_only=True):
     step: str
 
 
-PivotEvent: TypeAlias = PivotBegun | PosesTaken | SweepDiscarded
+class ConeVisited(SessionEvent, frozen=True, kw_only=True):
+    """The ball rests in the first cone again, at the end.
+
+    Attributes
+    ----------
+    uv
+        Spots (C, L), px, by LED.
+    sigma_px
+        Standard deviation of a spot, per axis.
+    """
+
+    uv: Spots
+    sigma_px: float
+
+
+PivotEvent: TypeAlias = PivotBegun | PosesTaken | SweepDiscarded | ConeVisited
 
 
 @dataclass(slots=True)

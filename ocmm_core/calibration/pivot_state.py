@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 
+import numpy as np
+
+from ocmm_core.calibration.collecting import STILL_FRAMES, ProbeSpots
 from ocmm_core.calibration.pivot_conclusion import PivotMaterial, conclude_pivot
 from ocmm_core.calibration.pivot_progress import (
     Progress,
@@ -14,10 +17,12 @@ from ocmm_core.calibration.pivot_progress import (
     progress_of,
     view_of,
 )
+from ocmm_core.calibration.pivot_repeat import ALIKE, LEAST_ALIKE, ConeVisits, turns_from
 from ocmm_core.calibration.pivot_session import (
     FIRST,
     SECOND,
     SWEEPS,
+    ConeVisited,
     PivotBegun,
     PosesTaken,
     SweepDiscarded,
@@ -27,10 +32,13 @@ from ocmm_core.calibration.pivot_steps import apart, second_gate, steps_of
 from ocmm_core.calibration.pivot_views import PivotOutcome, SweepPhase, SweepView
 from ocmm_core.calibration.pivot_watch import SweepWatch
 from ocmm_core.calibration.probe_records import ProbeRecord
-from ocmm_core.calibration.procedure import Gate, Step
+from ocmm_core.calibration.procedure import OPEN, Gate, Step
+from ocmm_core.calibration.seats import SEAT_MM
 from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
 from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking.pose import solve
 
 
 @dataclass(slots=True)
@@ -43,8 +51,12 @@ class PivotState:
         What it is about.
     poses
         Of each sweep.
-    last_utc
-        When the last ones were taken.
+    first_utc, last_utc
+        When the first ones of the first sweep, and when the last ones of all were taken.
+    visits
+        Of the first cone at the end: all of them count, as long as its sweep is the same.
+    visited
+        Whether the last one came after all sweeping.
     """
 
     rig: Rig
@@ -53,12 +65,23 @@ class PivotState:
     poses: dict[str, SweepPoses] = field(
         default_factory=lambda: {name: SweepPoses() for name in SWEEPS}
     )
+    first_utc: str = ""
     last_utc: str = ""
+    visits: list[ConeVisited] = field(default_factory=list)
+    visited: bool = False
     _progress: dict[str, Progress] = field(default_factory=dict)
+    _turned: Float | None = None
 
-    def add(self, event: PosesTaken | SweepDiscarded) -> None:
+    def add(self, event: PosesTaken | SweepDiscarded | ConeVisited) -> None:
         """Take in an observation."""
-        self._progress.pop(event.step, None)
+        if isinstance(event, ConeVisited):
+            self.visits.append(event)
+            self.visited = True
+            self.last_utc = max(self.last_utc, event.utc)
+            return
+        self._forget(event.step)
+        if event.step == FIRST and not self.poses[FIRST].count:
+            self.first_utc = event.utc
         if isinstance(event, SweepDiscarded):
             self.poses[event.step].batches.clear()
         else:
@@ -68,7 +91,49 @@ class PivotState:
     def remove(self, step: str) -> None:
         """Take out the last poses of a sweep."""
         self.poses[step].batches.pop()
+        self._forget(step)
+
+    def _forget(self, step: str) -> None:
+        """Forget what followed from a sweep: the visit at the end is one after all sweeping."""
         self._progress.pop(step, None)
+        self.visited = False
+        if step == FIRST:
+            self._turned = None
+            self.visits.clear()
+
+    def cone_spots(self) -> ProbeSpots:
+        """Return what looks at the frames of the visit at the end."""
+        body = self.begun.expected(self.body)
+        return ProbeSpots(self.rig, body, STILL_FRAMES, resting=True, distance_mm=-1.0)
+
+    def judge_visit(self, uv: Float, sigma_px: float) -> str:
+        """Return why a resting ball is not in the first cone as at the start; empty where it is."""
+        first = self.progress(FIRST)
+        body = self.begun.expected(self.body)
+        if first.tip_probe is not None:
+            body = replace(body, tip_probe=first.tip_probe)
+        pose = solve(uv[None], self.rig, body, sigma_px)
+        away = float(np.linalg.norm(pose.tip_world[0] - first.centre_world))
+        if away > SEAT_MM:
+            return f"The ball is {away:.0f} mm from the first cone: put it back there."
+        if self._turned is None:
+            sweep = self.poses[FIRST].sweep(self.rig, self.body)
+            shots = solve(sweep.uv, self.rig, body, float(sweep.sigma_px[0]))
+            self._turned = shots.rotation_world_from_probe
+        turns = turns_from(self._turned, pose.rotation_world_from_probe[0])
+        if np.count_nonzero(turns < ALIKE) < LEAST_ALIKE:
+            return "The probe was never held like this in the first sweep: hold it as at its start."
+        return ""
+
+    def again_gate(self) -> Gate:
+        """Return the gate of the visit at the end."""
+        if not self.begun.again or self.visited:
+            return OPEN
+        return Gate(
+            False,
+            "The ball was not put back into the first cone.",
+            "Rest it there once more, held as at the start.",
+        )
 
     def progress(self, step: str) -> Progress:
         """Return how far a sweep has come, computed once for what was taken."""
@@ -123,7 +188,9 @@ class PivotState:
         """Return the steps with their gates."""
         first, second = (self.poses[name].count for name in SWEEPS)
         gates = self.gate(FIRST, forced=forced), self.gate(SECOND, forced=forced)
-        return steps_of(self.begun, (first, second), gates)
+        return steps_of(
+            self.begun, (first, second), gates, self.again_gate(), visited=self.visited
+        )
 
     def apart(self) -> tuple[float, float]:
         """Return how far the sweeps are apart: places of the ball, mm, and attitudes, rad."""
@@ -148,12 +215,16 @@ class PivotState:
             gate = self.gate(step, forced=forced)
             if not self.view(step, SweepPhase.IDLE, forced=forced).may_end:
                 raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
+        gate = self.again_gate()
+        if not gate.open:
+            raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
         given = PivotMaterial(
             rig=self.rig,
             body=self.body,
             begun=self.begun,
             first=self.poses[FIRST].sweep(self.rig, self.body),
             second=self.poses[SECOND].sweep(self.rig, self.body),
+            visits=ConeVisits(self.first_utc, tuple(self.visits), self.begun.slack_mm),
             previous=previous,
             made=datetime.fromisoformat(self.last_utc),
             force=forced,

@@ -5,13 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.calibration.pivot_progress import Progress
-from ocmm_core.calibration.pivot_session import FIRST, PREPARE, RESULT, SECOND, PivotBegun
+from ocmm_core.calibration.pivot_session import (
+    AGAIN,
+    FIRST,
+    PREPARE,
+    RESULT,
+    SECOND,
+    PivotBegun,
+)
 from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_MM, attitude_between
 from ocmm_core.calibration.procedure import OPEN, Gate, Step
 
 
 def steps_of(
-    begun: PivotBegun, poses: tuple[int, int], gates: tuple[Gate, Gate]
+    begun: PivotBegun,
+    poses: tuple[int, int],
+    gates: tuple[Gate, Gate],
+    again: Gate,
+    *,
+    visited: bool,
 ) -> tuple[Step, ...]:
     """Return the steps with their gates, as things are.
 
@@ -19,6 +31,8 @@ def steps_of(
     ----------
     poses, gates
         Of both sweeps.
+    again, visited
+        Gate of the visit of the first cone at the end, and whether it was taken.
     """
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (
@@ -41,11 +55,21 @@ def steps_of(
         Step(
             SECOND,
             "Second sweep",
-            "Put the cone elsewhere, 30 mm or more, or lean the probe to another side, and sweep "
-            "again: the tip must be the same.",
+            "Leave the first cone where it is. Sweep again in another one, 30 mm or more away, or "
+            "in the same one with the probe leaning to another side: the tip must be the same.",
             gates[1],
             poses[1],
             begun.poses_wanted,
+        ),
+        Step(
+            AGAIN,
+            "First cone again",
+            "Put the ball back into the first cone, hold the probe as at the start, and rest."
+            if begun.again
+            else "Nothing to be done: what was recorded holds no such visit.",
+            again,
+            int(visited),
+            int(begun.again or False),
         ),
         Step(
             RESULT,
@@ -77,7 +101,7 @@ def second_gate(gate: Gate, first: Progress, second: Progress) -> Gate:
             False,
             f"The second sweep is {place:.0f} mm and {np.degrees(attitude):.0f} degrees from the "
             f"first: it would repeat the first one's errors.",
-            "Begin it anew with the cone elsewhere, 30 mm or more, or with the probe leaning 15 "
-            "degrees to another side.",
+            "Begin it anew in another cone, 30 mm or more away, or with the probe leaning 15 "
+            "degrees to another side; leave the first cone where it is.",
         )
     return gate

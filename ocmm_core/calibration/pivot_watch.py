@@ -50,8 +50,8 @@ _HIDDEN = 0.3
 
 INTO_CONE = "Put the ball into the cone and sweep the probe: taking begins by itself."
 LIFT = (
-    "The first sweep is complete: lift the ball out of the cone, and put the cone elsewhere, 30 mm "
-    "or more, or lean the probe to another side."
+    "The first sweep is complete: lift the ball out and leave the cone where it is. Put the ball "
+    "into another one, 30 mm or more away, or lean the probe to another side."
 )
 BACK = "The ball left its place: put it back into the cone and sweep on."
 FULL = "So many poses are more than enough: end the sweep."

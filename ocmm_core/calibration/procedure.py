@@ -10,9 +10,11 @@ after `resume`.
 The procedures, each with ``begin`` and ``resume`` (see their modules):
 
 - `procedure_known_points.KnownPointsProcedure`: steps ``prepare``, ``collect``, ``result``
-- `procedure_relocation.RelocationProcedure`: ``prepare``, ``wave``, ``bar``, ``world``, ``result``
-- `procedure_verification.VerificationProcedure`: ``prepare``, ``lines``, ``spheres``, ``result``
-- `procedure_pivot.PivotProcedure`: ``prepare``, ``first``, ``second``, ``result``
+- `procedure_relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``,
+  ``again``, ``result``
+- `procedure_verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``,
+  ``again``, ``result``
+- `procedure_pivot.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
 
 ``begin`` writes what is fixed for the whole session (rig, artefacts, people, temperature); the step
 ``prepare`` shows it. A calculation that takes longer than a moment is `compute`; call it from a

@@ -1,7 +1,8 @@
 """Guided pivot calibration: the ball rests in a cone and the probe is swept about it, twice.
 
 Steps: ``prepare``, ``first`` (the sweep that calibrates), ``second`` (an independent one, in
-another place or attitude, that must show the same tip), ``result``. Nobody needs a key: a sweep
+another place or attitude, that must show the same tip), ``again`` (the ball rests in the first cone
+once more: what moved meanwhile shows), ``result``. Nobody needs a key: a sweep
 begins when the ball rests in the cone, and its gate opens when nothing is missing.
 """
 
@@ -19,11 +20,13 @@ from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.pivot_conclusion import expected_tip
 from ocmm_core.calibration.pivot_session import (
+    AGAIN,
     FIRST,
     PREPARE,
     RESULT,
     SECOND,
     SWEEPS,
+    ConeVisited,
     PivotBegun,
     PivotEvent,
     PosesTaken,
@@ -34,7 +37,7 @@ from ocmm_core.calibration.pivot_validation import OTHER_ATTITUDE, OTHER_PLACE_M
 from ocmm_core.calibration.pivot_views import PivotOutcome, PivotView, SweepPhase, SweepView
 from ocmm_core.calibration.probe_records import ProbeRecord
 from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind, Live, Step
+from ocmm_core.calibration.procedure import Decision, Kind, Live, Step
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.calibration.sealed import load_named
 from ocmm_core.calibration.session import ProbeProcedure
@@ -69,7 +72,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     """
 
     kind = Kind.PIVOT
-    step_names = (PREPARE, FIRST, SECOND, RESULT)
+    step_names = (PREPARE, FIRST, SECOND, AGAIN, RESULT)
 
     def __init__(
         self,
@@ -91,6 +94,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         # While many lines come at once, the progress after each of them would be computed in vain.
         self._watching = False
         self._watch = self._state.watch(FIRST)
+        self._cone = self._state.cone_spots()
         self._fold()
         self._watching = True
         self._rewatch()
@@ -114,6 +118,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         poses_wanted: int = POSES_WANTED,
         tip_sigma_mm: float = TIP_SIGMA_MM,
         valid_days: int = VALID_DAYS,
+        again: bool = True,
     ) -> PivotProcedure:
         """Begin a session.
 
@@ -142,6 +147,9 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             A sweep ends by itself with so many poses, full coverage, and the tip known so well.
         valid_days
             For how long the calibration may be used.
+        again
+            The ball comes back into the first cone at the end; False only where what was recorded
+            lacks it, which the record then says.
 
         Raises
         ------
@@ -178,6 +186,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             poses_wanted=poses_wanted,
             tip_sigma_mm=tip_sigma_mm,
             valid_days=valid_days,
+            again=again,
         )
         chain = _chain(session_path(folder, cls.kind, now))
         chain.append(SessionLine(begun))
@@ -190,14 +199,23 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         Raises
         ------
         CalibrationError
-            The session was begun with another rig or probe.
+            The session was begun with another rig or probe, or by a version that did not ask for
+            the first cone again and it has not ended.
         StorageError
             The file cannot be read, or was changed.
         """
         chain = _chain(path)
         begun = first_line(chain)
         assert isinstance(begun, PivotBegun)  # noqa: S101 - the type of the first line
-        return cls(chain, begun, rig, body, store)
+        procedure = cls(chain, begun, rig, body, store)
+        if begun.again is None and procedure.base.decision is Decision.OPEN:
+            raise CalibrationError(
+                "session.older",
+                f"{path}: this session was begun by an earlier version, which did not come back "
+                f"to the first cone: nobody could tell whether something moved meanwhile.",
+                "Begin a new session.",
+            )
+        return procedure
 
     @property
     def view(self) -> PivotView:
@@ -229,8 +247,12 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     def watch(self, block: FrameBlock) -> None:
         """Look at frames."""
         with self._lock:
-            if len(block) and self._step in SWEEPS and self._decided is None:
+            if not len(block) or self._decided is not None:
+                return
+            if self._step in SWEEPS:
                 self._watch.feed(block)
+            elif self._step == AGAIN:
+                self._cone.feed(block)
 
     def sweep_anew(self, now: datetime) -> None:
         """Throw away all poses of the current sweep, and wait for the ball in the cone again."""
@@ -288,6 +310,23 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 self._watching = True
                 self._rewatch()
 
+    def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the probe that rests in the first cone again.
+
+        Raises
+        ------
+        CalibrationError
+            It is not the time for it.
+        """
+        with self._lock:
+            if not (self._step == AGAIN and self._wants()):
+                raise CalibrationError(
+                    "pivot.visit",
+                    "No visit of the first cone is wanted here.",
+                    "Take it once, after both sweeps.",
+                )
+            self._append(ConeVisited(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+
     def accept(self, now: datetime, reason: str) -> None:
         """Store the result and end the procedure; see `procedure.Procedure.accept`.
 
@@ -318,6 +357,8 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         """Look at frames with fresh eyes: another sweep, or this one begins anew."""
         if self._step in SWEEPS:
             self._watch = self._state.watch(self._step)
+        elif self._step == AGAIN:
+            self._cone = self._state.cone_spots()
 
     def _change(self, event: PivotEvent | CommonEvent) -> None:
         super()._change(event)
@@ -325,15 +366,26 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._rewatch()
 
     def _seen(self) -> Live:
+        if self._step == AGAIN:
+            live = self._cone.live()
+            if not live.ready or not self._wants():
+                return live
+            average = self._cone.average()
+            hint = self._state.judge_visit(average.uv, average.sigma_px)
+            return replace(live, ready=False, hint=hint) if hint else live
         live = self._watch.live()
         if live.ready or live.hint or self._step not in SWEEPS:
             return live
         return replace(live, hint=self._sweep_view(self._step).missing or "The sweep is complete.")
 
     def _wants(self) -> bool:
-        return self._step in SWEEPS
+        visit = self._step == AGAIN and bool(self._begun.again) and not self._state.visited
+        return self._step in SWEEPS or visit
 
-    def _observation(self, utc: str) -> PosesTaken:
+    def _observation(self, utc: str) -> PosesTaken | ConeVisited:
+        if self._step == AGAIN:
+            average = self._cone.average()
+            return ConeVisited(utc=utc, uv=to_spots(average.uv), sigma_px=average.sigma_px)
         return PosesTaken(
             utc=utc,
             step=self._step,
@@ -349,6 +401,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._watch.stored(self._state.progress(event.step))
 
     def _has_observation(self, step: str) -> bool:
+        # A visit of the first cone is a result: it is not taken back.
         return step in SWEEPS and self._state.poses[step].count > 0
 
     def _undo(self, step: str) -> None:

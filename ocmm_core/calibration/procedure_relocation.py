@@ -1,7 +1,9 @@
-"""Guided relocation: the probe is waved, the bar is shown, and the cameras find themselves again.
+"""Guided relocation: two seats, the probe is waved, the bar is shown, and the seats again.
 
-No CMM is needed. The screen says where the volume still lacks poses, and how well a length would be
-known with what was collected so far; both decide when it is enough.
+The cameras find themselves again; no CMM is needed. Two seats that are fixed to the table are
+visited first and last, so that what moves meanwhile is found. The screen says where the volume
+still lacks poses, and how well a length would be known with what was collected so far; both decide
+when it is enough.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from ocmm_core.calibration.conclusion import Circumstances, conclude, hash_of
 from ocmm_core.calibration.guards import let_pass
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.outcome import CalibrationOutcome
-from ocmm_core.calibration.procedure import Kind, Live, Step
+from ocmm_core.calibration.procedure import Decision, Kind, Live, Step
 from ocmm_core.calibration.procedure_views import RelocationView
 from ocmm_core.calibration.records import rig_from_record
 from ocmm_core.calibration.reference_points import ReferencePoints
@@ -35,6 +37,7 @@ from ocmm_core.calibration.relocation import relocate
 from ocmm_core.calibration.relocation_data import GeometryMode, LensMode
 from ocmm_core.calibration.relocation_findings import bar_ends, findings_of
 from ocmm_core.calibration.relocation_quality import length_sigma
+from ocmm_core.calibration.relocation_repeats import seat_findings
 from ocmm_core.calibration.relocation_state import (
     BarTaken,
     PoseTaken,
@@ -44,7 +47,17 @@ from ocmm_core.calibration.relocation_state import (
     SeatTaken,
     World,
 )
-from ocmm_core.calibration.relocation_steps import BAR, PREPARE, RESULT, WAVE, WORLD, steps_of
+from ocmm_core.calibration.relocation_steps import (
+    BAR,
+    PREPARE,
+    RESULT,
+    SEATS_AGAIN,
+    SEATS_FIRST,
+    WAVE,
+    WORLD,
+    steps_of,
+)
+from ocmm_core.calibration.seats import SEATS, SeatVisited
 from ocmm_core.calibration.session import CameraProcedure
 from ocmm_core.calibration.session_events import (
     Decided,
@@ -72,7 +85,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
     kind = Kind.RELOCATION
-    step_names = (PREPARE, WAVE, BAR, WORLD, RESULT)
+    step_names = (PREPARE, SEATS_FIRST, WAVE, BAR, WORLD, SEATS_AGAIN, RESULT)
 
     def __init__(
         self,
@@ -128,6 +141,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         bars_wanted: int = BARS_WANTED,
         length_limit_mm: float = LENGTH_LIMIT_MM,
         valid_days: int = 365,
+        seats: bool = True,
     ) -> RelocationProcedure:
         """Begin a session.
 
@@ -147,6 +161,9 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             Known control points, for a world that hangs on them.
         lens, geometry
             What is found anew, see `relocation_data`.
+        seats
+            Two seats are visited first and last; False only where what was recorded lacks them,
+            which the result then says.
 
         Raises
         ------
@@ -188,6 +205,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             ),
             control_sigma=known.sigma if known else 0.0,
             valid_days=valid_days,
+            seats=SEATS if seats else 0,
         )
         chain = _chain(session_path(folder, cls.kind, now))
         chain.append(SessionLine(begun))
@@ -204,12 +222,21 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         StorageError
             The file is not as it was written.
         CalibrationError
-            It is empty, or was begun with another rig or probe.
+            It is empty, or was begun with another rig or probe, or by a version that asked for no
+            seats and it has not ended.
         """
         chain = _chain(path)
         begun = first_line(chain)
         assert isinstance(begun, RelocationBegun)  # noqa: S101 - the only first line of this kind
-        return cls(chain, begun, rig, body, store)
+        procedure = cls(chain, begun, rig, body, store)
+        if begun.seats is None and procedure.base.decision is Decision.OPEN:
+            raise CalibrationError(
+                "session.older",
+                f"{path}: this session was begun by an earlier version, which visited no seats "
+                f"first and last: nobody could tell whether something moved meanwhile.",
+                "Begin a new session.",
+            )
+        return procedure
 
     @property
     def bar(self) -> LengthBar:
@@ -241,6 +268,11 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
                 bars_wanted=self._begun.bars_wanted,
                 world_points=tuple(one.seat for one in state.seats),
                 world_wanted=state.wanted_seats,
+                visits=len(state.visits),
+                seats_world=tuple(state.known_seats()),
+                next_seat=(
+                    state.unvisited_seat if self._step == SEATS_FIRST else state.seat_to_repeat
+                ),
                 outcome=self._outcome,
             )
 
@@ -286,25 +318,58 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
                 SeatTaken(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
             )
 
+    def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the probe in the next of the two seats.
+
+        Raises
+        ------
+        CalibrationError
+            All visits were taken that are wanted by now.
+        """
+        with self._lock:
+            state = self._state
+            seat = state.unvisited_seat
+            seat = state.seat_to_repeat if seat is None else seat
+            if seat is None:
+                raise CalibrationError(
+                    "relocation.visits",
+                    "Both seats were visited first and again.",
+                    "Leave this visit out, or take what belongs between the visits before it.",
+                )
+            self._append(
+                SeatVisited(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
+            )
+
     def _collector(self) -> ProbeSpots | RestingSpots:
         if self._step == BAR and self._state.shown:
             return self._bar
-        return self._seat if self._step in (BAR, WORLD) else self._wave
+        at_rest = (SEATS_FIRST, BAR, WORLD, SEATS_AGAIN)
+        return self._seat if self._step in at_rest else self._wave
 
     def _seen(self) -> Live:
         live = self._collector().live()
-        if not live.ready or self._step != BAR or self._state.shown:
+        visiting = self._step in (SEATS_FIRST, SEATS_AGAIN)
+        ends = self._step == BAR and not self._state.shown
+        if not live.ready or not (visiting or ends):
             return live
-        average = self._seat.average()
-        hint = self._state.judge_end(average.uv, average.sigma_px)
+        average, state = self._seat.average(), self._state
+        if visiting:
+            again = self._step == SEATS_AGAIN
+            hint = state.judge_visit(average.uv, average.sigma_px, again=again)
+        else:
+            hint = state.judge_end(average.uv, average.sigma_px)
         return replace(live, ready=False, hint=hint) if hint else live
 
     def _wants(self) -> bool:
         if self._step == WORLD:
             return self._state.next_seat is not None
+        if self._step == SEATS_FIRST:
+            return self._state.unvisited_seat is not None
+        if self._step == SEATS_AGAIN:
+            return self._state.seat_to_repeat is not None
         return self._step in (WAVE, BAR)
 
-    def _observation(self, utc: str) -> PoseTaken | BarTaken | SeatTaken:
+    def _observation(self, utc: str) -> PoseTaken | BarTaken | SeatTaken | SeatVisited:
         average = self._collector().average()
         sigma = average.sigma_px
         if self._step == WAVE:
@@ -313,6 +378,12 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             places = self._begun.bar.leds
             uv = bar_ends(self.rig, average.uv, places[1] - places[0])
             return BarTaken(utc=utc, uv=to_spots(uv), sigma_px=sigma)
+        if self._step in (SEATS_FIRST, SEATS_AGAIN):
+            state, first = self._state, self._step == SEATS_FIRST
+            visited = state.unvisited_seat if first else state.seat_to_repeat
+            assert visited is not None  # noqa: S101 - a visit is wanted
+            uv = average.uv
+            return SeatVisited(utc=utc, seat=visited, uv=to_spots(uv), sigma_px=sigma)
         seat = (self._state.next_seat or "") if self._step == WORLD else ""
         return SeatTaken(utc=utc, seat=seat, uv=to_spots(average.uv), sigma_px=sigma)
 
@@ -328,12 +399,17 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         else:
             self._seat.taken(average)
 
-    def _taken(self, step: str) -> list[PoseTaken] | list[BarTaken] | list[SeatTaken]:
+    def _taken(
+        self, step: str
+    ) -> list[PoseTaken] | list[BarTaken] | list[SeatTaken] | list[SeatVisited]:
         state = self._state
         if step == BAR:
             return state.bars if state.shown else state.bar_ends
         if step == WORLD:
             return state.seats
+        if step == SEATS_FIRST and not (state.poses or state.bars or state.bar_ends):
+            # What was measured after it rests on it; a visit at the end is a result.
+            return state.visits
         return state.poses if step == WAVE else []
 
     def _has_observation(self, step: str) -> bool:
@@ -352,15 +428,18 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         state, begun, rig, force = self._state, self._begun, self.rig, self._forced
         for step in self._steps()[:-1]:
             gate = step.gate
-            if not gate.open and not force:
+            seats = step.name in (SEATS_FIRST, SEATS_AGAIN)
+            if not gate.open and (seats or not force):
                 raise CalibrationError("relocation.incomplete", gate.reason, gate.remedy)
         observed, options, body = state.observations(), state.options(), state.body
         running = self._store.active()
         before = None if running is None else rig_from_record(running)
-        last: list[PoseTaken | BarTaken | SeatTaken] = [
-            *state.poses, *state.bars, *state.bar_ends, *state.seats
+        visits = tuple(state.visits)
+        last: list[PoseTaken | BarTaken | SeatTaken | SeatVisited] = [
+            *state.poses, *state.bars, *state.bar_ends, *state.seats, *visits
         ]  # fmt: skip
         shown = [one.uv for one in observed.shown_bars]
+        rested = [from_spots(one.uv) for one in visits]
         how = Circumstances(
             method="relocation",
             made=datetime.fromisoformat(max(one.utc for one in last) if last else begun.utc),
@@ -369,13 +448,15 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             software=begun.software,
             temperature_c=begun.temperature_c,
             sensor_temperatures_c=self._sensors_c,
-            data_sha256=hash_of(observed.frames.uv, *shown),
+            data_sha256=hash_of(observed.frames.uv, *shown, *rested),
             artefacts=(begun.bar.artefact.use,),
             previous=begun.running,
         )
 
         def calculate() -> CalibrationOutcome:
             found = relocate(rig, body, observed, options, force)
+            seats = let_pass(seat_findings(rig, body, found, visits), force)
+            found = replace(found, warnings=found.warnings + seats)
             return conclude(rig, findings_of(rig, observed, found), how, before)
 
         return calculate

@@ -26,6 +26,7 @@ from ocmm_core.calibration.line_planning import CORNER_NAMES, plan_lines
 from ocmm_core.calibration.outcome import VerificationOutcome
 from ocmm_core.calibration.procedure import OPEN, Gate, Kind, Live, Step
 from ocmm_core.calibration.procedure_views import LinePlan, VerificationView
+from ocmm_core.calibration.seats import SEATS, SeatVisited, again_instruction, first_instruction
 from ocmm_core.calibration.session import CameraProcedure
 from ocmm_core.calibration.session_events import (
     Decided,
@@ -45,12 +46,10 @@ from ocmm_core.calibration.verification import (
 from ocmm_core.calibration.verification_artefacts import judge_independence
 from ocmm_core.calibration.verification_state import (
     PLACES,
-    SEATS,
     CornerExcused,
     LineRepeated,
     NestTaken,
     Resting,
-    SeatVisited,
     SphereTouched,
     Taken,
     VerificationBegun,
@@ -414,15 +413,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     def _seat_instructions(self) -> tuple[str, str]:
         """Return what to do now at the seats, first and again."""
         first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
-        return (
-            "Both seats were visited. Leave them where they are."
-            if first is None
-            else f"Put the ball into seat {first + 1} of {SEATS}: a cone that is fixed to the "
-            f"table and stays where it is until the end.",
-            "Both seats were visited again."
-            if again is None
-            else f"Put the ball into seat {again + 1} of {SEATS} again.",
-        )
+        return first_instruction(first), again_instruction(again)
 
     def _steps(self) -> tuple[Step, ...]:
         state, bar = self._state, self._begun.bar

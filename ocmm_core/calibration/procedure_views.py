@@ -134,6 +134,12 @@ class RelocationView:
         Taken so far, and wanted.
     world_points, world_wanted
         Control points taken so far by name, and the names that are wanted.
+    visits
+        Of the seats that are visited first and last, so far.
+    seats_world
+        (3,), mm, each: seats that were visited, by the cameras as they were before.
+    next_seat
+        Index of the seat that is visited next, now or at the end; None after the last one.
     outcome
         Of `compute`; None before it, and after another observation was taken.
     """
@@ -148,6 +154,9 @@ class RelocationView:
     bars_wanted: int
     world_points: tuple[str, ...]
     world_wanted: tuple[str, ...]
+    visits: int
+    seats_world: tuple[Float, ...]
+    next_seat: int | None
     outcome: CalibrationOutcome | None
 
 

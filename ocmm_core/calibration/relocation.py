@@ -110,7 +110,7 @@ def relocate(
     misses = found.misses[back]
     wrong = _wrong_spots(misses, found.distances[back], seen & ~used)
     columns = state.columns
-    cameras = columns.of_cameras
+    cameras, of_probe = columns.of_cameras, slice(columns.of_leds.start, columns.of_tip.stop)
     tips = _tips(state, found)[back]
     targets = _targets(state, found)
     rig = replace(start, cameras=state.cameras)
@@ -136,7 +136,8 @@ def relocate(
         covariance=covariance[cameras, cameras],
         T_world_from_start=motion,
         leds_probe=state.leds,
-        leds_covariance=covariance[columns.of_leds, columns.of_leds],
+        tip_probe=state.tip,
+        geometry_covariance=covariance[of_probe, of_probe],
         rms_px=float(np.sqrt(np.mean(misses[used] ** 2))),
         chi2=chi2,
         dof=dof,

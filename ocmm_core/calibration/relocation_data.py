@@ -264,8 +264,10 @@ class Relocation:
     T_world_from_start
         Motion from the world of the start rig to the new one as far as the frame was moved after
         the adjustment.
-    leds_probe, leds_covariance
-        (L, 3), mm, and (3 L, 3 L), mm^2: the LEDs as these frames show them.
+    leds_probe, tip_probe
+        (L, 3) and (3,), mm: LEDs and tip of the probe as these frames show them.
+    geometry_covariance
+        (3 L + 3, 3 L + 3), mm^2, of LEDs and tip.
     rms_px, chi2, dof
         RMS residual per coordinate of the used spots of the probe, and how all residuals compare
         with their uncertainties.
@@ -301,7 +303,8 @@ class Relocation:
     covariance: Float
     T_world_from_start: RigidTransform
     leds_probe: Points3
-    leds_covariance: Float
+    tip_probe: Float
+    geometry_covariance: Float
     rms_px: float
     chi2: float
     dof: int

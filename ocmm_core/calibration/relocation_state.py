@@ -24,6 +24,7 @@ from ocmm_core.calibration.relocation_data import (
     TouchedBar,
     WorldFrame,
 )
+from ocmm_core.calibration.seats import SeatVisited, judge_first_visit, judge_visit_again
 from ocmm_core.calibration.session_events import Begun, SessionEvent, Spots, from_spots
 from ocmm_core.camera.rig import Rig, Vector3
 from ocmm_core.geometry import Float
@@ -60,6 +61,9 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
         Control points that are known in the world, mm; empty unless it hangs on them.
     valid_days
         For how long the calibration may be used.
+    seats
+        How many seats are visited first and last: none where what was recorded lacks them. None in
+        a session that an earlier version began, which did not ask for them.
     """
 
     probe_identity: str
@@ -75,6 +79,7 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     control_positions: tuple[Vector3, ...]
     control_sigma: float
     valid_days: int
+    seats: int | None = None
 
 
 class PoseTaken(SessionEvent, frozen=True, kw_only=True):
@@ -107,7 +112,10 @@ class SeatTaken(SessionEvent, frozen=True, kw_only=True):
     sigma_px: float
 
 
-RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken
+RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken | SeatVisited
+
+_SEAT_MM = 20.0
+"""From so near a ball may be in a seat that cameras saw which were moved, held otherwise."""
 
 
 @dataclass(slots=True)
@@ -120,6 +128,8 @@ class RelocationState:
         What it is about.
     poses, bars, bar_ends, seats
         In order; ``bar_ends`` are those of a bar that is touched, two for each placement.
+    visits
+        Of the seats that are visited first and last, in order.
     """
 
     rig: Rig
@@ -129,6 +139,8 @@ class RelocationState:
     bars: list[BarTaken] = field(default_factory=list)
     bar_ends: list[SeatTaken] = field(default_factory=list)
     seats: list[SeatTaken] = field(default_factory=list)
+    visits: list[SeatVisited] = field(default_factory=list)
+    _since: int = 0
     _rotations: list[Float] = field(default_factory=list)
     _tips: list[Float] = field(default_factory=list)
     _coverage: Coverage | None = None
@@ -156,8 +168,48 @@ class RelocationState:
         taken = {one.seat for one in self.seats}
         return next((name for name in self.wanted_seats if name not in taken), None)
 
-    def add(self, event: PoseTaken | BarTaken | SeatTaken) -> None:
+    @property
+    def wanted_visits(self) -> int:
+        """Return how many seats are visited first and last."""
+        return self.begun.seats or 0
+
+    @property
+    def unvisited_seat(self) -> int | None:
+        """Return the first seat that was never visited; None where all were."""
+        visited = {one.seat for one in self.visits}
+        return next((seat for seat in range(self.wanted_visits) if seat not in visited), None)
+
+    @property
+    def seat_to_repeat(self) -> int | None:
+        """Return the first seat that was not visited after all else; None where all were."""
+        first = {one.seat: i for i, one in reversed(list(enumerate(self.visits)))}
+        again = {one.seat for i, one in enumerate(self.visits) if i > first[one.seat]}
+        again &= {one.seat for one in self.visits[self._since :]}
+        return next((seat for seat in range(self.wanted_visits) if seat not in again), None)
+
+    def known_seats(self) -> list[Float]:
+        """Return where the seats are, (3,), mm, by the cameras as they were before."""
+        known = []
+        for seat in range(self.wanted_visits):
+            first = next((one for one in self.visits if one.seat == seat), None)
+            if first is not None:
+                shot = from_spots(first.uv)[None]
+                known.append(solve(shot, self.rig, self.body, first.sigma_px).tip_world[0])
+        return known
+
+    def judge_visit(self, uv: Float, sigma_px: float, *, again: bool) -> str:
+        """Return why a resting ball is not in the seat that is wanted; empty where it may be."""
+        tip, seat = solve(uv[None], self.rig, self.body, sigma_px).tip_world[0], self.seat_to_repeat
+        if again and seat is not None:
+            return judge_visit_again(tip, seat, self.known_seats(), _SEAT_MM)
+        return judge_first_visit(tip, self.known_seats(), self.rig)
+
+    def add(self, event: PoseTaken | BarTaken | SeatTaken | SeatVisited) -> None:
         """Take in an observation."""
+        if isinstance(event, SeatVisited):
+            self.visits.append(event)
+            return
+        self._since = len(self.visits)
         if isinstance(event, PoseTaken):
             self.poses.append(event)
             pose = solve(from_spots(event.uv)[None], self.rig, self.body, event.sigma_px)

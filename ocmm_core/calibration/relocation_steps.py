@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from ocmm_core.calibration.procedure import OPEN, Gate, Step
 from ocmm_core.calibration.relocation_state import RelocationState
+from ocmm_core.calibration.seats import (
+    again_gate,
+    again_instruction,
+    first_gate,
+    first_instruction,
+)
 
-PREPARE, WAVE, BAR, WORLD, RESULT = "prepare", "wave", "bar", "world", "result"
+PREPARE, SEATS_FIRST, WAVE, BAR = "prepare", "seats", "wave", "bar"
+WORLD, SEATS_AGAIN, RESULT = "world", "again", "result"
 
 COVERED = 0.95
 """Of what is wanted: a corner that a moved frame no longer sees must not hold everything up."""
+
+_NO_SEATS = "Nothing to be done: what was recorded holds no seats."
 
 
 def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Step, ...]:
@@ -22,7 +31,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
     begun, use = state.begun, state.begun.bar.artefact.use
     missing = state.coverage().missing
     where = f" Missing: {', '.join(missing[:3])}." if missing else ""
-    seat = state.next_seat
+    seat, again = state.next_seat, state.seat_to_repeat
     show = (
         "Put it on its stand in the volume, both LEDs towards the cameras, and change place "
         "and direction each time, also in depth."
@@ -37,6 +46,14 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             f"Take the probe and bar '{use.name}' (serial {use.serial}). Nothing may touch the "
             f"cameras from now on.",
             OPEN,
+        ),
+        Step(
+            SEATS_FIRST,
+            "Seats first",
+            first_instruction(state.unvisited_seat) if state.wanted_visits else _NO_SEATS,
+            first_gate(state.unvisited_seat),
+            len({one.seat for one in state.visits}),
+            state.wanted_visits,
         ),
         Step(
             WAVE,
@@ -65,6 +82,14 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
             _world_gate(state),
             len(state.seats),
             len(state.wanted_seats),
+        ),
+        Step(
+            SEATS_AGAIN,
+            "Seats again",
+            again_instruction(again) if state.wanted_visits else _NO_SEATS,
+            again_gate(again),
+            state.wanted_visits if again is None else again,
+            state.wanted_visits,
         ),
         Step(
             RESULT,

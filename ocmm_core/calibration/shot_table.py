@@ -9,7 +9,8 @@
 
 One row for each spot; the rows of a shot stand together or apart. ``kind`` is ``pose`` (the waved
 probe), ``bar`` (its two LEDs), ``seat`` (the ball in the control point ``place``; without a place,
-in an end of the bar), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
+in an end of the bar), ``repeat`` (in the next of the two seats that a relocation visits first and
+again at its end), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
 point of it) or ``cone`` (held in the next attitude). ``led`` counts from 1 in the order of the
 probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
 signs: `table_text`.
@@ -29,7 +30,7 @@ from ocmm_core.camera.rig import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels
 
-ShotKind = Literal["pose", "bar", "seat", "nest", "sphere", "cone"]
+ShotKind = Literal["pose", "bar", "seat", "repeat", "nest", "sphere", "cone"]
 
 _COLUMNS = ("shot", "kind", "place", "serial", "led", "u", "v")
 

@@ -11,6 +11,14 @@ from ocmm_core.calibration.artefacts import LengthBar, Sphere
 from ocmm_core.calibration.line_planning import CORNER_NAMES, LinePlanning, PlannedLine, corners_of
 from ocmm_core.calibration.procedure import OPEN, Gate
 from ocmm_core.calibration.records import Check, Corner
+from ocmm_core.calibration.seats import (
+    SEATS,
+    SeatVisited,
+    again_gate,
+    first_gate,
+    judge_first_visit,
+    judge_visit_again,
+)
 from ocmm_core.calibration.session_drift import Rest, rest_of
 from ocmm_core.calibration.session_events import Begun, SessionEvent, Spots, from_spots
 from ocmm_core.calibration.verification import (
@@ -24,15 +32,6 @@ from ocmm_core.calibration.verification import (
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_core.tracking.body import ProbeBody
-
-SEATS = 2
-"""Visited first and again at the end."""
-
-_SEATS_APART = 0.3
-"""Of the space diagonal: two seats near each other say the same about a camera."""
-
-_SEAT_MM = 5.0
-"""Nobody moves a seat so far without knowing, and no two seats are so near."""
 
 PLACES = ("near third", "far third")
 """Of the volume as the cameras see it, where a sphere is touched in two places."""
@@ -86,14 +85,6 @@ class SphereTouched(SessionEvent, frozen=True, kw_only=True):
     """The probe at one point of one sphere; see `NestTaken`."""
 
     sphere: int
-    uv: Spots
-    sigma_px: float
-
-
-class SeatVisited(SessionEvent, frozen=True, kw_only=True):
-    """The probe in a seat that stays where it is during the session; see `NestTaken`."""
-
-    seat: int
     uv: Spots
     sigma_px: float
 
@@ -315,46 +306,19 @@ class VerificationState:
         """Return why a resting ball is not in the seat that is wanted; empty where it may be."""
         seat = self.seat_to_repeat() if again else self.unvisited_seat()
         known = [self.taken[self.visits(one)[0]].tip for one in range(SEATS) if self.visits(one)]
-        away = [float(np.linalg.norm(tip_world - one)) for one in known]
         if again and seat is not None:
-            if away[seat] <= _SEAT_MM:
-                return ""
-            other = next((i for i, one in enumerate(away) if one <= _SEAT_MM), None)
-            where = f"in seat {other + 1}" if other is not None else f"{away[seat]:.0f} mm from it"
-            return (
-                f"Seat {seat + 1} is wanted, and the ball is {where}: put it into seat {seat + 1}."
-            )
-        least = _SEATS_APART * float(np.linalg.norm(np.ptp(self.rig.volume_world, axis=0)))
-        if away and min(away) < least:
-            return (
-                f"This seat is {min(away):.0f} mm from the first one; at least {least:.0f} mm are "
-                f"needed: take another one."
-            )
-        return ""
+            return judge_visit_again(tip_world, seat, known)
+        return judge_first_visit(tip_world, known, self.rig)
 
     # The gates.
 
     def seats_gate(self) -> Gate:
         """Return whether the seats were visited first."""
-        seat = self.unvisited_seat()
-        if seat is None:
-            return OPEN
-        return Gate(
-            False,
-            f"Seat {seat + 1} of {SEATS} was not visited.",
-            "Put the ball into a cone that is fixed to the table.",
-        )
+        return first_gate(self.unvisited_seat())
 
     def again_gate(self) -> Gate:
         """Return whether the seats were visited again after everything else."""
-        seat = self.seat_to_repeat()
-        if seat is None:
-            return OPEN
-        return Gate(
-            False,
-            f"Seat {seat + 1} of {SEATS} was not visited again.",
-            f"Put the ball into seat {seat + 1} once more.",
-        )
+        return again_gate(self.seat_to_repeat())
 
     def lines_gate(self) -> Gate:
         """Return whether all lines were taken where they should be."""

@@ -26,12 +26,12 @@ from ocmm_core.calibration.repeats import (
     judge_repeats,
     repeat_finding,
 )
+from ocmm_core.calibration.seats import SEATS
 from ocmm_core.calibration.session_drift import camera_step, step_finding
 from ocmm_core.calibration.session_events import from_spots
 from ocmm_core.calibration.verification import sphere_checks
 from ocmm_core.calibration.verification_culprits import TIP, culprits
 from ocmm_core.calibration.verification_state import (
-    SEATS,
     SphereTouched,
     Taken,
     VerificationState,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -25,7 +26,7 @@ from ocmm_core.calibration.reference_points import (
     load_reference_points,
     load_spots,
 )
-from ocmm_core.calibration.shot_table import load_shots
+from ocmm_core.calibration.shot_table import Shot, load_shots
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.cli.calibrate_options import (
     VERIFICATION_BAR,
@@ -219,6 +220,12 @@ def relocate(
         float,
         typer.Option("--limit", help="Good enough: standard uncertainty of a length, mm."),
     ] = LENGTH_LIMIT_MM,
+    seats: Annotated[
+        bool,
+        typer.Option(
+            "--seats/--no-seats", help="Without: a recording lacks them (--source replay:)."
+        ),
+    ] = True,
     source: SourceOption = "simulated",
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
@@ -236,7 +243,10 @@ def relocate(
     record: RecordOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar."""
+    """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
+
+    Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
+    """
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     known = None if control is None else load_reference_points(control)
@@ -246,15 +256,16 @@ def relocate(
         lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
         console,
     )
+    recorded = () if shots is None else load_shots(shots, site.rig, body.n_leds)
     if procedure is None:
         procedure = RelocationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),
             who=who, temperature_c=temperature, world=world.value, control=known, lens=lens.value,
             geometry=geometry.value, poses_wanted=poses, bars_wanted=placements,
-            length_limit_mm=limit,
+            length_limit_mm=limit, seats=_has_seats(source, recorded, seats=seats),
         )  # fmt: skip
     if shots is not None:
-        take_relocation_shots(procedure, load_shots(shots, site.rig, body.n_leds))
+        take_relocation_shots(procedure, recorded)
         require_end(procedure)
     elif is_lacking(procedure):
         virtual = VirtualSite(rig, probe, seed, move)
@@ -268,6 +279,19 @@ def relocate(
         print_calibration(console, outcome)
     finish(procedure, site, decision, "relocated", console)
     store_in_cameras(site, source, rig, force, console)
+
+
+def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
+    """Return whether two seats are visited first and last; only what was recorded may lack them."""
+    if recorded:
+        return any(shot.kind == "repeat" for shot in recorded)
+    if not seats and not source.startswith("replay:"):
+        raise CalibrationError(
+            "calibrate.seats",
+            "--no-seats is for recordings that lack them, and the source is none.",
+            "Leave it out, and visit two cones that are fixed to the table first and last.",
+        )
+    return seats
 
 
 @calibrate_app.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -11,7 +12,7 @@ import typer
 from msgspec.structs import replace
 from rich.console import Console
 
-from ocmm_core.calibration.pivot_session import SECOND, SWEEPS
+from ocmm_core.calibration.pivot_session import AGAIN, SECOND, SWEEPS
 from ocmm_core.calibration.procedure import Decision, Kind
 from ocmm_core.calibration.procedure_pivot import (
     CHANGE_LIMIT_MM,
@@ -70,6 +71,7 @@ _OTHER_PROBE = resource("probes", "thesis.toml")
 _SECONDS, _SECONDS_PER_POSE = 10.0, 0.0375
 """A hand that sweeps makes some forty poses a second, and needs time to reach all sides."""
 
+_REST_S = 3.0
 _RANGES = (30.0, 30.0, 13.0)
 
 
@@ -127,6 +129,13 @@ def probe_command(
     valid_days: Annotated[
         int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
     ] = VALID_DAYS,
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again/--no-again",
+            help="Without: a recording lacks the first cone at the end (--source replay:).",
+        ),
+    ] = True,
     scene: Annotated[
         SceneChoice, typer.Option("--scene", help="What happens on the virtual rig.")
     ] = SceneChoice.GOOD,
@@ -153,7 +162,8 @@ def probe_command(
     """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
 
     A sweep begins when the ball rests in the cone, and ends when enough was seen. Then lift the
-    ball out, put the cone elsewhere and sweep again: the second sweep must show the same tip.
+    ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
+    the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
     console = make_console()
     place = open_probe_site(
@@ -171,6 +181,7 @@ def probe_command(
             site.sessions, site.rig, body, store, tip, now(),
             who=who, temperature_c=temperature, tip_unknown=tip_unknown, slack_mm=slack,
             change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
+            again=_has_again(source, sweeps, again=again),
         )  # fmt: skip
     if anew and procedure.base.decision is Decision.OPEN:
         procedure.sweep_anew(now())
@@ -196,7 +207,7 @@ def probe_command(
 def virtual_sweeps(
     scene: SceneChoice, step: str, seed: int, poses: int
 ) -> tuple[SweepProbe, ...]:
-    """Return the sweeps that a session in ``step`` still lacks, as the virtual hand makes them."""
+    """Return what a session in ``step`` still lacks, as the virtual hand does it."""
     seconds = _SECONDS + _SECONDS_PER_POSE * poses
     first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)
     if scene is SceneChoice.SLACK:
@@ -212,7 +223,26 @@ def virtual_sweeps(
     second = replace(first, seed=seed + 1)
     if scene is not SceneChoice.SAME_PLACE:
         second = replace(second, cone=_SECOND_CONE)
-    return (second,) if step == SECOND else (first, second)
+    # Held still and upright, as at the start.
+    end = first.jumps[-1].shift_mm if first.jumps else (0.0, 0.0, 0.0)
+    cone = (_FIRST_CONE[0] + end[0], _FIRST_CONE[1] + end[1], _FIRST_CONE[2] + end[2])
+    again = replace(first, cone=cone, seconds=_REST_S, reach_deg=(0.0, 0.0, 0.0), jumps=())
+    if step == AGAIN:
+        return (again,)
+    return (second, again) if step == SECOND else (first, second, again)
+
+
+def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
+    """Return whether the first cone is visited again; only what was recorded may lack it."""
+    if sweeps is not None:
+        return False
+    if not again and not source.startswith("replay:"):
+        raise CalibrationError(
+            "calibrate.again",
+            "--no-again is for recordings that lack it, and the source is none.",
+            "Leave it out, and put the ball back into the first cone at the end.",
+        )
+    return again
 
 
 def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: int) -> None:
@@ -265,3 +295,7 @@ def _collect(
         if sweep is None or procedure.base.step.name != SECOND or not sweep.may_end:
             raise
         procedure.end_sweep(now())
+        if is_lacking(procedure):
+            # Recorded is what was swept; the visit at the end comes after it.
+            options = dataclasses.replace(options, record=None)
+            _collect(procedure, place, rig, probe, options, console)

@@ -323,6 +323,7 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
         "pose": view.poses,
         "bar": view.bar_placements,
         "end": min(2 * view.bar_placements, ends),
+        "repeat": view.visits,
     }
     for shot in shots:
         kind = "end" if shot.kind == "seat" and not shot.place else shot.kind
@@ -332,6 +333,8 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
             procedure.take_pose(shot.uv, shot.sigma_px, _now())
         elif kind == "bar":
             procedure.take_bar(shot.uv, shot.sigma_px, _now())
+        elif kind == "repeat":
+            procedure.take_visit(shot.uv, shot.sigma_px, _now())
         elif kind == "end":
             procedure.take_seat("", shot.uv, shot.sigma_px, _now())
         elif kind == "seat":

@@ -80,12 +80,17 @@ def scenes_of_relocation(
     bar: LengthBar,
     control: ReferencePoints | None,
 ) -> tuple[Scene, ...]:
-    """Return the waved probe, placements of the bar and control points that are still wanted."""
+    """Return the seats, waving, placements of the bar and control points that are still wanted."""
     scenes: list[Scene] = []
     # A session that goes on sees other poses than those it has.
     rng = np.random.default_rng([site.seed, _PLACES, view.poses])
-    missing = [number for number, step in enumerate(view.base.steps) if not step.gate.open]
-    if 1 in missing:
+    missing = {step.name for step in view.base.steps if not step.gate.open}
+    low, high = rig.volume_world
+    seats = low + SEATS * (high - low)
+    if "seats" in missing:
+        left = seats[len(view.seats_world) :]
+        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 30))
+    if "wave" in missing:
         scenes.append(Wave(ways=_SECONDS_OF_WAVING, seed=site.seed + 1000 * view.poses))
     count = view.bars_wanted - view.bar_placements
     if count > 0:
@@ -96,13 +101,16 @@ def scenes_of_relocation(
             scenes.append(ShowBar(ends=tuple((_vector(a), _vector(b)) for a, b in ends)))
         else:
             scenes.append(TouchSeats(tips=_vectors(ends.reshape(-1, 3)), seed=site.seed))
-    left = [name for name in view.world_wanted if name not in view.world_points]
-    if left:
+    names = [name for name in view.world_wanted if name not in view.world_points]
+    if names:
         known = dict(zip(view.world_wanted, map(np.array, _SET_POINTS), strict=False))
         if control is not None:
             known = dict(zip(control.names, control.positions_world, strict=True))
-        tips = np.array([known[name] for name in left])
+        tips = np.array([known[name] for name in names])
         scenes.append(TouchSeats(tips=_vectors(tips), seed=site.seed + 1))
+    if "again" in missing:
+        left = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
+        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 31))
     return tuple(scenes)
 
 

@@ -13,6 +13,7 @@ from ocmm_core.calibration.procedure import ProcedureView
 from ocmm_core.calibration.procedure_views import (
     KnownPoint,
     KnownPointsView,
+    RelocationView,
     VerificationView,
 )
 from ocmm_core.camera.rig import Rig
@@ -239,7 +240,7 @@ class SeatsPage(CollectPage):
         """Show seats, score and cameras."""
         super().show_seen(seen)
         view = seen.view
-        if not isinstance(view, VerificationView):
+        if not isinstance(view, VerificationView | RelocationView):
             return
         state = (view.next_seat, len(view.seats_world))
         if state != self._shown:

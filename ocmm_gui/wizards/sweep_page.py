@@ -95,6 +95,39 @@ class SweepPage(HandsPage):
         return rows
 
 
+class FirstConePage(HandsPage):
+    """The ball rests in the first cone once more, held as at the start.
+
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    """
+
+    keys = ("back", "take", "next")
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, "First cone again", "Directions of the first sweep")
+        self.visits = Score("The first cone again")
+        self.scores.addWidget(self.visits)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show what to do, how the probe was held in the first sweep, and the cameras."""
+        view = seen.view
+        if not isinstance(view, PivotView):
+            return
+        self.show_cameras(view.base.live)
+        step = view.base.step
+        self.map.show_map(mapped_of(view, view.first))
+        if step.gate.open:
+            self.banner.tell(Told("COMPLETE", "Nothing is missing.", Mark.GOOD, 1.0))
+        else:
+            hint = view.base.live.hint or step.instruction
+            self.banner.tell(Told("BACK INTO THE FIRST CONE", hint, Mark.DOUBT))
+        share = 1.0 if step.gate.open else 0.0
+        self.visits.show_score(f"{step.done} / {step.wanted}", "held as at the start", share)
+
+
 def told_of(view: PivotView, sweep: SweepView) -> Told:
     """Return what the banner says of a sweep."""
     hint = view.base.live.hint

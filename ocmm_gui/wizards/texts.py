@@ -51,8 +51,9 @@ TEXTS: Mapping[Kind, KindTexts] = {
     ),
     Kind.RELOCATION: KindTexts(
         "Relocate",
-        "After the frame or a camera was moved: wave the probe through the volume, show the length "
-        "bar, touch the control points. No measuring machine is needed.",
+        "After the frame or a camera was moved: visit two seats, wave the probe through the "
+        "volume, show the length bar, touch the control points, and visit the seats again. No "
+        "measuring machine is needed.",
         _NEW, _OLD, _IN_FORCE, _AS_IT_WAS, _VERIFY,
     ),
     Kind.VERIFICATION: KindTexts(
@@ -65,7 +66,8 @@ TEXTS: Mapping[Kind, KindTexts] = {
     Kind.PIVOT: KindTexts(
         "Calibrate probe",
         "Rest the ball in a cone and sweep the probe about it, then once more in another cone or "
-        "leaning another way. From the sweeps follow where the tip is and where the LEDs stand.",
+        "leaning another way, and come back to the first cone. From the sweeps follow where the "
+        "tip is and where the LEDs stand.",
         _NEW, _OLD, _IN_FORCE, _AS_IT_WAS,
         "The new calibration of the probe is in force. Qualify the tip: until then it is SUSPECT "
         "and no points are taken.",

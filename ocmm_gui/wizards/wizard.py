@@ -32,7 +32,7 @@ from ocmm_gui.wizards.sessions import begin, fields, offers, require_store, resu
 from ocmm_gui.wizards.site import Offer, Opened, WizardSite
 from ocmm_gui.wizards.sphere_page import SpheresPage
 from ocmm_gui.wizards.start_page import StartPage
-from ocmm_gui.wizards.sweep_page import SweepPage
+from ocmm_gui.wizards.sweep_page import FirstConePage, SweepPage
 from ocmm_gui.wizards.texts import TEXTS
 from ocmm_gui.wizards.tip_result_page import TipCheckResultPage, TipResultPage
 from ocmm_gui.wizards.touch_pages import ConePage, SpherePage
@@ -150,6 +150,7 @@ def _pages(opened: Opened, site: WizardSite) -> dict[str, StepPage]:
         pages = {
             "first": SweepPage(rig, second=False),
             "second": SweepPage(rig, second=True),
+            "again": FirstConePage(rig),
             "result": PivotResultPage(rig),
         }
     elif isinstance(procedure, TipQualificationProcedure):
@@ -163,9 +164,11 @@ def _pages(opened: Opened, site: WizardSite) -> dict[str, StepPage]:
         }
     elif isinstance(procedure, RelocationProcedure):
         pages = {
+            "seats": SeatsPage(rig, again=False),
             "wave": WavePage(rig),
             "bar": BarPage(rig),
             "world": WorldPage(rig),
+            "again": SeatsPage(rig, again=True),
             "result": ResultPage(rig, "Misfits of bar and control points"),
         }
     else:

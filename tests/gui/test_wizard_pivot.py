@@ -24,7 +24,7 @@ from ocmm_core.tracking.body import ProbeBody
 from ocmm_gui.sound import Sound
 from ocmm_gui.wizards.pivot_result_page import PivotResultPage
 from ocmm_gui.wizards.site import SESSIONS
-from ocmm_gui.wizards.sweep_page import SweepPage
+from ocmm_gui.wizards.sweep_page import FirstConePage, SweepPage
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench
 from tests.gui.wizard_bench import WizardBench
 
@@ -54,14 +54,23 @@ class Sweeps:
             bench.now(), who="technician", poses_wanted=poses,
         )  # fmt: skip
 
-    def taken(self, second: ProbeBody | None = None, first: ProbeBody | None = None) -> None:
-        """Leave a session behind in which both sweeps are taken."""
+    def swept(
+        self, second: ProbeBody | None = None, first: ProbeBody | None = None
+    ) -> PivotProcedure:
+        """Leave a session behind in which only the first cone again is missing."""
         procedure, now = self.begun(), self.wizard.bench.now
         procedure.advance(now())
         for seed, cone, body in ((1, CONE, first), (2, OTHER_CONE, second)):
             uv = self.recorded.swept(seed, cone, body=body)
             procedure.take_sweep(uv, SIGMA_PX, now())
             procedure.advance(now())
+        return procedure
+
+    def taken(self, second: ProbeBody | None = None, first: ProbeBody | None = None) -> None:
+        """Leave a session behind in which both sweeps are taken."""
+        procedure, now = self.swept(second, first), self.wizard.bench.now
+        procedure.take_visit(self.recorded.rested(body=second), SIGMA_PX, now())
+        procedure.advance(now())
 
     def result(self) -> PivotResultPage:
         """Go on with that session until there is a result or none."""
@@ -169,6 +178,27 @@ def test_what_was_swept_survives_a_crash_and_can_be_thrown_away(sweeps: Sweeps) 
     wizard.key(Qt.Key.Key_W)
     wizard.until(lambda: sweeps.view.first.poses == 0)
     wizard.until(lambda: not wizard.runner.actions_by_key["anew"].isEnabled())
+
+
+def test_the_first_cone_again_is_taken_by_itself(sweeps: Sweeps) -> None:
+    sweeps.swept()
+    wizard = sweeps.wizard
+    wizard.go_on(Kind.PIVOT)
+    page = wizard.runner.page()
+    assert isinstance(page, FirstConePage)
+    wizard.until(lambda: page.banner.word() == "BACK INTO THE FIRST CONE")
+    assert not wizard.runner.buttons["next"].isEnabled()
+    rested = SweepProbe(cone=CONE, seconds=1.0, seed=3, reach_deg=(0.0, 0.0, 0.0))
+    virtual = wizard.bench.virtual(rested)
+    driver = wizard.runner.driver
+    for first in range(0, virtual.n_frames - _EVERY, _EVERY):
+        assert wizard.watcher is not None
+        wizard.watcher(virtual.frames(first, _EVERY))
+        if driver.procedure.base.live.ready:
+            wizard.until(lambda: not driver.procedure.base.live.ready)
+            break
+    # Both hands are full: the result is entered by itself.
+    wizard.enters("result")
 
 
 @pytest.mark.slow

@@ -18,7 +18,9 @@ from ocmm_core.calibration.procedure_relocation import RelocationProcedure
 from ocmm_core.calibration.procedure_views import RelocationView
 from ocmm_core.calibration.reference_points import ReferencePoints
 from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_relocation
-from ocmm_core.simulation.calibrating import ShowBar, Wave
+from ocmm_core.simulation.calibrating import ShowBar, TouchSeats, Wave
+from ocmm_core.simulation.verifying import SEATS
+from ocmm_gui.wizards.pages import SeatsPage
 from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage, example_places
 from ocmm_gui.wizards.result_page import ResultPage
 from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, SEED, show
@@ -45,6 +47,14 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(
 ) -> None:
     bench.begin(Kind.RELOCATION)
     assert bench.wizard.runner is not None, bench.wizard.start.trouble.text()
+    bench.step("seats")
+    assert isinstance(bench.runner.page(), SeatsPage)
+    assert "not visited" in bench.runner.gate.text()
+    bench.key(Qt.Key.Key_Y)
+    bench.until(lambda: bench.seen.automatic)
+    low, high = bench.bench.rig.volume_world
+    (x0, y0, z0), (x1, y1, z1) = (low + SEATS * (high - low)).tolist()
+    assert bench.show(None, TouchSeats(tips=((x0, y0, z0), (x1, y1, z1)), seed=1)) == 2
     bench.step("wave")
     page = bench.runner.page()
     assert isinstance(page, WavePage)
@@ -77,8 +87,8 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     )  # fmt: skip
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, None)
     scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, None)
-    wave, bar, seats = scenes
-    show(procedure, site.virtual(wave), site.now)
+    first, wave, bar, seats, again = scenes
+    show(procedure, site.virtual(first, wave), site.now)
     bench.go_on(Kind.RELOCATION)
     bench.step("bar")
     page = bench.runner.page()
@@ -98,6 +108,15 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     assert bench.show(None, seats) == 3
     bench.until(lambda: world.score.number() == "3 / 3")
     assert world.seats.accessibleDescription() == "3 of 3 points are taken"
+    bench.step("again")
+    page_again = bench.runner.page()
+    assert isinstance(page_again, SeatsPage)
+    assert "seat 1 of 2 again" in bench.runner.instruction.text()
+    assert page_again.picture.accessibleDescription() == "seat 1"
+    bench.key(Qt.Key.Key_Y)
+    bench.until(lambda: bench.seen.automatic)
+    assert bench.show(None, again) == 2
+    bench.until(lambda: page_again.picture.accessibleDescription() == "both seats were visited")
 
 
 @pytest.mark.slow

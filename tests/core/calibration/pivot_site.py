@@ -56,12 +56,26 @@ class PivotBench:
             balls[n // 2 :] += shift
         return spots(self.rig, body or self.body, attitudes(n, range_deg, rng), balls, rng)
 
-    def both(self, procedure: PivotProcedure, body: ProbeBody | None = None) -> None:
-        """Take two good recorded sweeps."""
+    def rested(
+        self, cone: tuple[float, float, float] = CONE, body: ProbeBody | None = None
+    ) -> Pixels:
+        """Return labelled spots (C, L, 2), px, of the probe that rests upright in a cone."""
+        rng = np.random.default_rng(3)
+        upright, ball = np.eye(3)[None], np.array([cone])
+        seen: Pixels = spots(self.rig, body or self.body, upright, ball, rng)[0]
+        return seen
+
+    def both(
+        self, procedure: PivotProcedure, body: ProbeBody | None = None,
+        again: tuple[float, float, float] = CONE,
+    ) -> None:  # fmt: skip
+        """Take two good recorded sweeps, and the first cone again."""
         procedure.advance(self.now())
         for seed, cone in ((1, CONE), (2, OTHER_CONE)):
             procedure.take_sweep(self.swept(seed, cone, body=body), SIGMA_PX, self.now())
             procedure.advance(self.now())
+        procedure.take_visit(self.rested(again, body), SIGMA_PX, self.now())
+        procedure.advance(self.now())
 
     def virtual(self, *scenes: SweepProbe, body: ProbeBody | None = None) -> CalibratingRig:
         return CalibratingRig(self.rig, body or self.body, scenes, SEED)
@@ -83,12 +97,14 @@ def show_sweeps(
     """
     views: list[PivotView] = []
     last, taken = len(procedure.base.steps) - 1, 0
-    for frame in range(first, virtual.n_frames - _LOOK, _EVERY):
+    for frame in range(first, virtual.n_frames - _EVERY, _EVERY):
         while procedure.base.current < last and procedure.base.step.gate.open:
             procedure.advance(now())
         if procedure.base.current == last:
             return frame, views
-        procedure.watch(virtual.frames(frame, _LOOK))
+        # Rest is judged without gaps.
+        resting = procedure.base.step.name == "again"
+        procedure.watch(virtual.frames(frame, _EVERY if resting else _LOOK))
         view = procedure.view
         if not views or _noticed(view) != _noticed(views[-1]):
             views.append(view)

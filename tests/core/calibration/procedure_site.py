@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -14,11 +16,14 @@ from ocmm_core.calibration.procedure import Procedure
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.camera.model import project
+from ocmm_core.calibration.shot_table import Shot
+from ocmm_core.camera.model import on_sensor, project
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
 from ocmm_core.documents import resource
+from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.simulation.calibrating import CalibratingRig, FrameMove, Scene
+from ocmm_core.simulation.verifying import SEATS
 from ocmm_core.tracking.body import ProbeBody, load_probe
 
 SEED = 3
@@ -127,3 +132,53 @@ def show(
             procedure.take(now())
             taken += 1
     return taken
+
+
+def recorded(
+    bench: Bench, poses: int, bars: int, seat_shift_mm: float = 0.0, seed: int = 21
+) -> list[Shot]:
+    """Return shots of the true cameras of the virtual rig, with noise; two seats first and last.
+
+    The first seat is pushed meanwhile, in X.
+    """
+    rng = np.random.default_rng(seed)
+    rig = bench.virtual()
+    cameras, leds = rig.world.cameras, rig.world.leds_probe - rig.world.tip_probe
+    low, high = bench.rig.volume_world
+
+    def see(at: Float) -> Float:
+        uv = np.stack([project(camera, at) for camera in cameras])
+        for camera, spots in zip(cameras, uv, strict=True):
+            spots[~on_sensor(camera, spots)] = np.nan
+        return uv + 0.0105 * rng.standard_normal(uv.shape)
+
+    def rest(number: int, shift_mm: float) -> Shot:
+        tip = low + SEATS[number] * (high - low) + np.array([shift_mm, 0.0, 0.0])
+        turn = rng.uniform(-0.3, 0.3, 3)
+        return Shot("repeat", "", see(tip + leds @ rotation_from_vector(turn).T), 0.0105)
+
+    shots = [rest(0, 0.0), rest(1, 0.0)]
+    for number in range(poses):
+        # Cells of the volume in turn, so that all of it is covered.
+        cell = np.array(np.unravel_index(number % 27, (3, 3, 3)))
+        tip = low + (cell + rng.random(3)) / 3.0 * (high - low)
+        turn = rng.uniform(-0.6, 0.6, 3)
+        shots.append(Shot("pose", "", see(tip + leds @ rotation_from_vector(turn).T), 0.0105))
+    while len(shots) < 2 + poses + bars:
+        centre = rng.uniform(low, high)
+        arm = rng.standard_normal(3)
+        arm *= 200.0 / np.linalg.norm(arm)
+        ends = np.stack([centre - arm, centre + arm])
+        if (ends > low - 30.0).all() and (ends < high + 30.0).all():
+            shots.append(Shot("bar", "", see(ends), 0.0105))
+    return [*shots, rest(0, seat_shift_mm), rest(1, 0.0)]
+
+
+def without_field(session: Path, field: str) -> None:
+    """Write a session of one line anew, as a version did that knew no such field of it."""
+    item = json.loads(session.read_bytes())["item"]
+    del item["event"][field]
+    text = json.dumps(item, separators=(",", ":")).encode()
+    link = hashlib.sha256(b"1 " + b"0" * 64 + b" " + text).hexdigest()
+    line = {"number": 1, "previous": "0" * 64, "item": item, "sha256": link}
+    session.write_bytes(json.dumps(line, separators=(",", ":")).encode() + b"\n")

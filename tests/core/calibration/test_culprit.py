@@ -29,7 +29,7 @@ from ocmm_core.calibration.relocation_data import Relocation, RelocationOptions
 from ocmm_core.errors import CalibrationError
 from tests.core.calibration import swept_probe
 
-POSES = 120
+POSES = 72
 
 
 def found_in(scene: Scene, options: RelocationOptions | None = None, *, force: bool) -> Relocation:
@@ -94,9 +94,9 @@ def test_the_moment_of_a_nudge_is_found_to_the_pose() -> None:
     before = scene.cameras
     turn = np.array([3e-4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     after = (before[0], before[1].perturbed(camera_changes(before[1]) @ turn))
-    moment = 70.0 / (POSES + 9.0)
+    moment = 40.0 / (POSES + 9.0)
     scene.moves = lambda t: after if t >= moment - 1e-9 else before
-    assert "just before pose 71" in refusal(scene).what
+    assert "just before pose 41" in refusal(scene).what
 
 
 def test_a_bar_that_nothing_else_checks_is_named() -> None:

@@ -23,6 +23,7 @@ from tests.core.calibration.pivot_site import (
     PivotBench,
     show_sweeps,
 )
+from tests.core.calibration.procedure_site import without_field
 
 REACH = (30.0, 30.0, 14.0)
 
@@ -37,6 +38,7 @@ def test_two_sweeps_begin_and_end_by_themselves(bench: PivotBench) -> None:
     virtual = bench.virtual(
         SweepProbe(cone=CONE, seconds=16.0, seed=1, reach_deg=REACH),
         SweepProbe(cone=OTHER_CONE, seconds=16.0, seed=2, reach_deg=REACH),
+        SweepProbe(cone=CONE, seconds=2.0, seed=3, reach_deg=(0.0, 0.0, 0.0)),
     )
     procedure = bench.begin(poses=250)
     frame, views = show_sweeps(procedure, virtual, bench.now, at_most=6)
@@ -99,6 +101,8 @@ def test_a_kill_at_any_moment_gives_the_same_result(bench: PivotBench, tmp_path:
             if view.sweep is not None and not view.sweep.good:
                 left = sweeps[view.base.step.name][view.sweep.poses :]
                 resumed.take_sweep(left, SIGMA_PX, bench.now())
+            elif view.base.step.name == "again" and not view.base.step.gate.open:
+                resumed.take_visit(bench.rested(), SIGMA_PX, bench.now())
             resumed.advance(bench.now())
         resumed.compute()
         found = resumed.view.outcome
@@ -233,6 +237,10 @@ def test_who_knows_why_may_overrule_what_may_be_overruled(bench: PivotBench) -> 
     narrow.end_sweep(bench.now())
     narrow.take_sweep(bench.swept(2, OTHER_CONE, range_deg=8.0), SIGMA_PX, bench.now())
     narrow.end_sweep(bench.now())
+    # Nobody overrules the visit of the first cone.
+    with pytest.raises(CalibrationError, match="not put back into the first cone"):
+        narrow.compute()
+    narrow.take_visit(bench.rested(), SIGMA_PX, bench.now())
     narrow.compute()
     outcome = narrow.view.outcome
     assert outcome is not None
@@ -264,6 +272,45 @@ def test_an_unknown_tip_and_a_second_tip_have_records_of_their_own(bench: PivotB
     bench.both(again, long)
     again.compute()
     assert again.view.outcome is not None
+
+
+def test_a_cone_that_moved_meanwhile_refuses_and_cannot_be_forced(bench: PivotBench) -> None:
+    procedure = bench.begin()
+    # Some eight standard deviations of the shift between both visits.
+    bench.both(procedure, again=(CONE[0] + 0.1, CONE[1], CONE[2]))
+    procedure.force(bench.now(), "in a hurry")
+    with pytest.raises(CalibrationError) as caught:
+        procedure.compute()
+    assert caught.value.code == "repeat.moved"
+    assert "the ball in the first cone by" in caught.value.what
+    assert "It happened between 2026-03-02 08:00:" in caught.value.what
+    assert "calibrate the probe again" in caught.value.remedy
+
+
+def test_sweeping_after_the_visit_asks_for_it_once_more(bench: PivotBench) -> None:
+    procedure = bench.begin()
+    bench.both(procedure)
+    assert procedure.base.step.name == "result"
+    procedure.back(bench.now())
+    with pytest.raises(CalibrationError, match="Take it once, after both sweeps"):
+        procedure.take_visit(bench.rested(), SIGMA_PX, bench.now())
+    # A visit is a result, and is not taken back.
+    procedure.drop(bench.now())
+    assert procedure.base.step.gate.open
+    procedure.back(bench.now())
+    procedure.take_sweep(bench.swept(5, OTHER_CONE, n=20), SIGMA_PX, bench.now())
+    procedure.advance(bench.now())
+    assert "not put back" in procedure.base.step.gate.reason
+    state = procedure._state  # noqa: SLF001 - the rule by itself
+    assert " mm from the first cone" in state.judge_visit(bench.rested(OTHER_CONE), SIGMA_PX)
+    assert state.judge_visit(bench.rested(), SIGMA_PX) == ""
+
+
+def test_a_session_of_an_earlier_version_is_left_out_with_a_sentence(bench: PivotBench) -> None:
+    session = bench.begin().base.session
+    without_field(session, "again")
+    with pytest.raises(CalibrationError, match="begun by an earlier version"):
+        bench.resume(session)
 
 
 def test_what_was_taken_can_be_taken_back(bench: PivotBench) -> None:

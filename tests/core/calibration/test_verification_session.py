@@ -22,12 +22,12 @@ from ocmm_core.calibration.records import (
     rig_from_record,
 )
 from ocmm_core.calibration.sealed import load_named, record_hash, save
+from ocmm_core.calibration.seats import SeatVisited
 from ocmm_core.calibration.session_events import to_spots
 from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about, sphere_layout
 from ocmm_core.calibration.verification import Limits, fit_sphere, form_of, judge_nest
 from ocmm_core.calibration.verification_artefacts import judge_independence
 from ocmm_core.calibration.verification_state import (
-    SeatVisited,
     VerificationBegun,
     VerificationState,
     third_of,

@@ -19,9 +19,7 @@ from ocmm_core.calibration.reference_points import (
 )
 from ocmm_core.calibration.session_events import sessions
 from ocmm_core.calibration.shot_table import Shot, write_shots
-from ocmm_core.camera.model import on_sensor, project
-from ocmm_core.geometry import Float, rotation_from_vector
-from tests.core.calibration.procedure_site import Bench
+from tests.core.calibration.procedure_site import Bench, recorded
 from tests.core.cli.conftest import Ocmm
 from tests.host import HANG_S
 
@@ -155,6 +153,8 @@ def test_a_relocation_from_recorded_shots_and_one_that_lacks_some(
     shots = recorded(bench, poses=260, bars=10)
     (tmp_path / "shots.csv").write_bytes(write_shots(shots, bench.rig))
     (tmp_path / "few.csv").write_bytes(write_shots(shots[:50], bench.rig))
+    unseated = [shot for shot in shots if shot.kind != "repeat"]
+    (tmp_path / "unseated.csv").write_bytes(write_shots(unseated, bench.rig))
     command = ["calibrate", "relocate", "--calibrations", "cal", "--poses", "200", "--accept"]
     few = ocmm_here(*command, "--shots", "few.csv")
     assert few.returncode == 2
@@ -162,38 +162,15 @@ def test_a_relocation_from_recorded_shots_and_one_that_lacks_some(
     done = ocmm_here(*command, "--shots", "shots.csv")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "State    SUSPECT" in done.stdout
+    assert "No seat was visited" not in done.stdout
+    lacking = ocmm_here(*command, "--new", "--shots", "unseated.csv")
+    assert lacking.returncode == 0, lacking.stdout + lacking.stderr
+    assert "No seat was visited first and again" in lacking.stdout
+    live = ocmm_here(*command, "--new", "--no-seats")
+    assert live.returncode == 2
+    assert "for recordings that lack them" in live.stderr
     strange = [Shot("nest", "", shots[0].uv, 0.01)]
     (tmp_path / "nests.csv").write_bytes(write_shots(strange, bench.rig))
     wrong = ocmm_here(*command, "--shots", "nests.csv")
     assert wrong.returncode == 2
     assert "kind 'nest'" in wrong.stderr
-
-
-def recorded(bench: Bench, poses: int, bars: int) -> list[Shot]:
-    """Return shots of the true cameras of the virtual rig, with noise."""
-    rng = np.random.default_rng(21)
-    rig = bench.virtual()
-    cameras, leds = rig.world.cameras, rig.world.leds_probe - rig.world.tip_probe
-    low, high = bench.rig.volume_world
-
-    def see(at: Float) -> Float:
-        uv = np.stack([project(camera, at) for camera in cameras])
-        for camera, spots in zip(cameras, uv, strict=True):
-            spots[~on_sensor(camera, spots)] = np.nan
-        return uv + 0.0105 * rng.standard_normal(uv.shape)
-
-    shots = []
-    for number in range(poses):
-        # Cells of the volume in turn, so that all of it is covered.
-        cell = np.array(np.unravel_index(number % 27, (3, 3, 3)))
-        tip = low + (cell + rng.random(3)) / 3.0 * (high - low)
-        turn = rng.uniform(-0.6, 0.6, 3)
-        shots.append(Shot("pose", "", see(tip + leds @ rotation_from_vector(turn).T), 0.0105))
-    while len(shots) < poses + bars:
-        centre = rng.uniform(low, high)
-        arm = rng.standard_normal(3)
-        arm *= 200.0 / np.linalg.norm(arm)
-        ends = np.stack([centre - arm, centre + arm])
-        if (ends > low - 30.0).all() and (ends < high + 30.0).all():
-            shots.append(Shot("bar", "", see(ends), 0.0105))
-    return shots
