@@ -8,7 +8,7 @@ growing distances, and random ones.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -58,7 +58,7 @@ class Minimum:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Minima, best first, and the least cost of a descent that came to no end."""
+    """Minima, best first, and the least cost of a descent that came to no end in a shape."""
 
     minima: tuple[Minimum, ...]
     open_cost: float
@@ -138,7 +138,14 @@ def _axis_search(
         minimum = _descend(
             partial(_axis_terms, hard.shape, local), np.concatenate([first, own]), len(own)
         )
-        if minimum is not None and _possible(hard.shape, minimum.sizes, spread):
+        if minimum is None:
+            continue
+        if hard.shape is Shape.TORUS and 0.0 < minimum.sizes[0] <= minimum.sizes[1]:
+            # A tube thicker than its ring is no torus: where it fits better, tori end in it.
+            minimum = replace(minimum, at_rest=False)
+            if minimum.sizes[1] < LARGEST * spread:
+                found.append(minimum)
+        elif _possible(hard.shape, minimum.sizes, spread):
             found.append(minimum)
     return found
 

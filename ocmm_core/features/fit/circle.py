@@ -12,9 +12,10 @@ import numpy as np
 
 from ocmm_core.features.fit.axes import across_axes
 from ocmm_core.features.fit.axis_kernel import RING
-from ocmm_core.features.fit.ball import WORST_CONDITION, fit_ball, not_converged
+from ocmm_core.features.fit.ball import WORST_CONDITION, fit_balls, not_converged
 from ocmm_core.features.fit.common import centred, degenerate
 from ocmm_core.features.fit.flat import Outline, fit_in_given_plane, fit_in_own_plane
+from ocmm_core.features.fit.rivals import covered, same
 from ocmm_core.features.fit.solver import derivatives, minimise, sensitivity
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float, Points3
@@ -54,6 +55,17 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
     """
     two_steps = fit_circle(points, direction_hint)
     points = np.ascontiguousarray(points, dtype=np.float64)
+    first = _free(two_steps, points)
+    if two_steps.rival is None:
+        return first
+    first, second = sorted((first, _free(two_steps.rival, points)), key=lambda fit: fit.rms)
+    if same(first, second) or covered(first, second):
+        return first
+    return replace(first, rival=second)
+
+
+def _free(two_steps: Fit, points: Points3) -> Fit:
+    """Return the circle in space to which one that was found plane first leads."""
     centroid, about, size = centred(Shape.CIRCLE, points)
     n = len(points)
     centre = (two_steps.point - centroid) / size
@@ -85,10 +97,13 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
 
 
 def _outline(points: Float, _size: float) -> list[Outline]:
-    ball = fit_ball(Shape.CIRCLE, points)
-    gain = np.zeros((5, ball.gain.shape[1]))
-    gain[0:2], gain[3] = ball.gain[0:2], ball.gain[2]
-    outline = Outline(
-        ball.centre, ball.radius, 0.0, None, ball.normals, ball.residuals, gain, ball.shifts
-    )
-    return [outline]
+    outlines = []
+    for ball in fit_balls(Shape.CIRCLE, points):
+        gain = np.zeros((5, ball.gain.shape[1]))
+        gain[0:2], gain[3] = ball.gain[0:2], ball.gain[2]
+        outlines.append(
+            Outline(
+                ball.centre, ball.radius, 0.0, None, ball.normals, ball.residuals, gain, ball.shifts
+            )
+        )
+    return outlines

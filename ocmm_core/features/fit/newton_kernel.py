@@ -40,7 +40,11 @@ QUADRATIC = 1e-10
 """The same for a step of Newton's without damping: the next one would be as short as its square."""
 NOISE_OF_COST = 1e-12
 """Relative increase of the cost that counts as rounding."""
-
+LEFT = 1e-9
+"""Relative gain of the cost that a whole step of Newton's may still promise in a minimum."""
+FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
+"""The first, and the one below which there is none. Along a valley that is a million times as long
+as wide a damping of 1e-9 still takes a ten thousandth of the step."""
 
 UNMOVED = 1e-60
 """What keeps a number where it is on which no residual depends, as the length of half a slot."""
@@ -149,6 +153,25 @@ def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
     return values[0], values[k - 1]
 
 
+@compiled()
+def at_rest(
+    normal: Float, curvature: Float, gradient: Float, least: float, factor: Float, step: Float
+) -> bool:
+    """Return whether a whole step promises to gain no more than ``least``.
+
+    A damped step is short because it is damped, and so is one where no damping helps: neither
+    proves a minimum. For ``factor`` and ``step`` see `solve_step`; both are for work.
+    """
+    if not solve_step(
+        normal, curvature, gradient, 0.0, 1.0, factor, step
+    ) and not solve_step(normal, curvature, gradient, 1e-14, 0.0, factor, step):
+        return False
+    promised = 0.0
+    for i in range(len(gradient)):
+        promised -= 0.5 * gradient[i] * step[i]
+    return promised <= least
+
+
 @compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
@@ -186,8 +209,10 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         noise = NOISE_OF_COST * cost + ROUNDING * np.sqrt(rows * cost) + rows * ROUNDING**2
         if not new_cost <= cost + noise:
             if length < CONVERGED:
-                return cost, True
-            damping = max(10.0 * damping, 1e-4)
+                return cost, damping == 0.0 or at_rest(
+                    normal, curvature, gradient, LEFT * cost + noise, factor, step
+                )
+            damping = 10.0 * damping if damping > 0.0 else FIRST_DAMPING
             if damping > 1e20:
                 break
             continue
@@ -196,16 +221,18 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         residuals, new_residuals = new_residuals, residuals
         jacobian, new_jacobian = new_jacobian, jacobian
         curvature, new_curvature = new_curvature, curvature
-        # A damped step is short because it is damped, which proves nothing.
-        if damping < 1e-3 and (
+        _normal(jacobian, residuals, normal, gradient)
+        if (
             length < CONVERGED
             or (length < STAGNATED and length > 0.5 * last_length)
             or (length < QUADRATIC and convex and damping == 0.0)
+        ) and (
+            damping == 0.0
+            or at_rest(normal, curvature, gradient, LEFT * cost + noise, factor, step)
         ):
             return cost, True
-        _normal(jacobian, residuals, normal, gradient)
         last_length = length
-        damping = 0.1 * damping if damping > 1e-9 else 0.0
+        damping = 0.1 * damping if damping > LEAST_DAMPING else 0.0
     return cost, False
 
 

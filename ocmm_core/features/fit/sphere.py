@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from ocmm_core.features.fit.ball import fit_ball
+from ocmm_core.features.fit.ball import Ball, fit_balls
 from ocmm_core.features.fit.common import centred, checked_points
 from ocmm_core.features.fit.point_kernel import spread
+from ocmm_core.features.fit.rivals import covered
 from ocmm_core.features.shapes import (
     GEOMETRY_SIZE,
     POINT,
@@ -16,7 +19,7 @@ from ocmm_core.features.shapes import (
     element,
     make_fit,
 )
-from ocmm_core.geometry import Points3
+from ocmm_core.geometry import Float, Points3
 
 
 def fit_sphere(points: Points3) -> Fit:
@@ -29,8 +32,13 @@ def fit_sphere(points: Points3) -> Fit:
     """
     points = checked_points(Shape.SPHERE, points)
     centroid, about, size = centred(Shape.SPHERE, points)
-    ball = fit_ball(Shape.SPHERE, about)
-    n = len(points)
+    fits = [_fit(ball, centroid, size) for ball in fit_balls(Shape.SPHERE, about)]
+    first, *others = fits
+    return replace(first, rival=next((fit for fit in others if not covered(first, fit)), None))
+
+
+def _fit(ball: Ball, centroid: Float, size: float) -> Fit:
+    n = len(ball.residuals)
     gain = np.zeros((GEOMETRY_SIZE, ball.gain.shape[1]))
     gain[POINT], gain[RADIUS] = ball.gain[:3], ball.gain[3]
     jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
