@@ -36,7 +36,7 @@ class RecalledValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     Attributes
     ----------
     value, expanded
-        mm or in the unit of the characteristic, and U (k = 2); None where there is none.
+        mm or in the unit of the characteristic, and U (95 %); None where there is none.
     verdict
         Without regard to the doubt that the recall is about.
     """

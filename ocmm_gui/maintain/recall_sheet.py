@@ -153,7 +153,8 @@ class RecallSheet(Sheet):
         self._proposed, self._calibrations, self._probes = folder, calibrations, probes
         self._who = who
         self._theme = THEMES[DEFAULT_THEME]
-        self._places: Places | None = None
+        self._asked: Places | None = None
+        self._places: Places | None = None  # those of the record that is shown
         self._record: RecallRecord | None = None
         self.file = PathPanel("jobs", "folder", "Recall")
         self.pages = PathPanel("recall", "file", "Write")
@@ -203,9 +204,10 @@ class RecallSheet(Sheet):
 
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder; the window stays free."""
-        self._places = Places((folder,), self._calibrations(), self._probes())
-        self._work.start(_Recalling(self._places))
+        self._asked = Places((folder,), self._calibrations(), self._probes())
+        self._work.start(_Recalling(self._asked))
         self._advance("Starting", 0.0)
+        self.say(f"Looks through the jobs of {folder}. Job files are not written to. F9 stops.")
         self.table.setFocus()
 
     def stop(self) -> None:
@@ -259,7 +261,14 @@ class RecallSheet(Sheet):
 
     def _shown(self) -> tuple[RecallRecord | None, Places | None]:
         """Return what is shown; tell where there is nothing, or something is calculated."""
-        if self._record is None or self._work.is_running():
+        if self._work.is_running():
+            self.failed.emit(
+                InputError(
+                    "recall.busy", "The recall still works.", "Wait for it, or stop it (F9)."
+                )
+            )
+            return None, None
+        if self._record is None:
             self.failed.emit(
                 InputError(
                     "recall.nothing", "No recall is shown yet.", "Recall a folder first (F7)."
@@ -280,6 +289,7 @@ class RecallSheet(Sheet):
 
     def _fail(self, error: object) -> None:
         self._end()
+        self.say("It could not be done; what was shown stays.")
         self.failed.emit(error)
 
     def _show(self, answer: object) -> None:
@@ -288,7 +298,7 @@ class RecallSheet(Sheet):
             self.pages.hide()
             self.told.emit(f"The recall is in {answer}.")
         elif isinstance(answer, RecallRecord):
-            self._record = answer
+            self._record, self._places = answer, self._asked
             self.file.hide()
             self.say(f"{answer.looked_at} jobs of {', '.join(answer.folders)} checked.")
             self._show_words(answer)
