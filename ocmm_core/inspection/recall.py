@@ -283,6 +283,7 @@ def _as_record(
         created_utc=job.head.created_utc,
         rig=job.rig,
         calibration=job.calibration,
+        simulated=job.simulated,
         in_doubt=tuple(sorted(job.in_doubt)),
         why=tuple(dict.fromkeys(job.in_doubt.values())),
         later=job.later_calibration,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from ocmm_core.inspection.job_words import SIMULATED
 from ocmm_core.inspection.recall_record import (
     Outcome,
     RecalledCharacteristic,
@@ -26,7 +27,13 @@ def headline(record: RecallRecord) -> str:
     """Return the totals in one line."""
     if not record.jobs:
         return f"NO JOB IN DOUBT ({record.looked_at} checked)"
-    return "   ".join(f"{record.count(one)} {one.value}" for one in reversed(Outcome))
+    words = "   ".join(f"{record.count(one)} {one.value}" for one in reversed(Outcome))
+    return f"{SIMULATED}   {words}" if all(job.simulated for job in record.jobs) else words
+
+
+def checked(record: RecallRecord) -> str:
+    """Return how many jobs were looked at, and where."""
+    return f"{_counted(record.looked_at, 'job')} checked in {', '.join(record.folders)}."
 
 
 def totals(record: RecallRecord) -> tuple[str, ...]:
@@ -51,7 +58,9 @@ def decided(record: RecallRecord) -> str:
 
 def job_line(job: RecalledJob) -> str:
     """Return which job it is and how it came out."""
-    about = f"{Path(job.path).name}, part {job.part} {job.serial}".rstrip()
+    serial = f", serial {job.serial}" if job.serial not in ("", "-") else ""
+    origin = f"{SIMULATED}, " if job.simulated else ""
+    about = f"{origin}{Path(job.path).name}, part {job.part}{serial}"
     return f"{about}: {job.outcome.value}. {job.judgement}"
 
 

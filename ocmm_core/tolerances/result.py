@@ -9,7 +9,7 @@ from typing import Literal
 U_LABEL = "U (95 %)"
 """Heading of U wherever it stands; no factor, because few points widen U beyond 2 u."""
 
-U_WORDS = "U is the expanded uncertainty: in 95 of 100 cases the true value lies within U of the value"
+U_WORDS = "U (expanded uncertainty): in 95 of 100 cases the true value lies within U of the value"
 
 LOW_TUR, LOWEST_TUR = 4.0, 1.0
 """Tolerance against twice U below which a result is warned of, and below which none conforms."""

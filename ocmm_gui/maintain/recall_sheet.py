@@ -16,6 +16,7 @@ from ocmm_core.inspection.recall import Places, decide, recall
 from ocmm_core.inspection.recall_record import Outcome, RecallRecord
 from ocmm_core.inspection.recall_words import (
     COLUMNS,
+    checked,
     decided,
     headline,
     job_line,
@@ -300,7 +301,7 @@ class RecallSheet(Sheet):
         elif isinstance(answer, RecallRecord):
             self._record, self._places = answer, self._asked
             self.file.hide()
-            self.say(f"{answer.looked_at} jobs of {', '.join(answer.folders)} checked.")
+            self.say(checked(answer))
             self._show_words(answer)
             self.table.show_record(answer)
             self.about_job.setText(self.table.line())

@@ -16,6 +16,7 @@ from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.inspection.recall_record import Outcome, RecallRecord
 from ocmm_core.inspection.recall_words import (
     COLUMNS,
+    checked,
     decided,
     headline,
     job_line,
@@ -60,8 +61,7 @@ def lay_out(record: RecallRecord) -> Canvas:
     for sentence in (*totals(record), decided(record)) if record.jobs else ():
         canvas.text(sentence)
     canvas.text(
-        f"{record.looked_at} jobs checked in {', '.join(record.folders)}. "
-        f"{record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
+        f"{checked(record)} {record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
         SMALL,
     )
     for sentence in record.unread:
