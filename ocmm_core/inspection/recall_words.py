@@ -26,6 +26,8 @@ _MEANS = {
 def headline(record: RecallRecord) -> str:
     """Return the totals in one line."""
     if not record.jobs:
+        if record.unread:
+            return f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked"
         return f"NO JOB IN DOUBT ({record.looked_at} checked)"
     words = "   ".join(f"{record.count(one)} {one.value}" for one in reversed(Outcome))
     return f"{SIMULATED}   {words}" if all(job.simulated for job in record.jobs) else words
@@ -43,6 +45,13 @@ def totals(record: RecallRecord) -> tuple[str, ...]:
         f"{_counted(record.count_verdicts(one), 'verdict')}. {_MEANS[one]}"
         for one in reversed(Outcome)
     )
+
+
+def not_judged(record: RecallRecord, most: int | None = None) -> tuple[str, ...]:
+    """Return a sentence for each job that was not judged, no more than ``most`` of them."""
+    shown = [f"Not judged: {sentence}" for sentence in record.unread[:most]]
+    left = len(record.unread) - len(shown)
+    return (*shown, f"Not judged: {left} more; all of them are in the PDF.") if left else (*shown,)
 
 
 def decided(record: RecallRecord) -> str:

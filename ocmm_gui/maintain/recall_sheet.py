@@ -20,6 +20,7 @@ from ocmm_core.inspection.recall_words import (
     decided,
     headline,
     job_line,
+    not_judged,
     rests_on,
     row,
     totals,
@@ -58,6 +59,10 @@ _MARKS = {
     Outcome.CHANGES: Mark.BAD,
     Outcome.UNKNOWN: Mark.DOUBT,
 }
+
+
+_MOST_LINES = 3
+"""Of jobs that were not judged: the table below needs the room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,8 +317,7 @@ class RecallSheet(Sheet):
             (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)),
             Outcome.HOLDS,
         )
-        mark = _MARKS[worst]
+        mark = Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
         self._headline.show_text(headline(record), mark_colour(self._theme, mark), mark)
-        unread = [f"Not read: {sentence}" for sentence in record.unread]
         said = (*totals(record), decided(record)) if record.jobs else ()
-        self.totals.setText("\n".join((*said, *unread)))
+        self.totals.setText("\n".join((*said, *not_judged(record, _MOST_LINES))))

@@ -20,6 +20,7 @@ from ocmm_core.inspection.recall_words import (
     decided,
     headline,
     job_line,
+    not_judged,
     rests_on,
     row,
     totals,
@@ -64,8 +65,8 @@ def lay_out(record: RecallRecord) -> Canvas:
         f"{checked(record)} {record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
         SMALL,
     )
-    for sentence in record.unread:
-        canvas.text(f"Not read: {sentence}", Style(colour=INK.warn))
+    for sentence in not_judged(record):
+        canvas.text(sentence, Style(colour=INK.warn))
     columns = [Column(name, w) for name, w in zip(COLUMNS[1:], _WIDTHS, strict=True)]
     for job in worst_first(record.jobs):
         canvas.skip(24.0)

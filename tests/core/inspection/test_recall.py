@@ -19,7 +19,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.recall import Places, decide, recall
 from ocmm_core.inspection.recall_artefact import artefact_wrong
 from ocmm_core.inspection.recall_record import Outcome, RecalledJob, RecallRecord
-from ocmm_core.inspection.recall_words import job_line
+from ocmm_core.inspection.recall_words import headline, job_line, not_judged
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.result import Verdict
@@ -120,6 +120,19 @@ def test_a_simulated_job_says_so_and_older_recalls_keep_their_hash() -> None:
     simulated = msgspec.structs.replace(job, simulated=True, serial="7")
     assert job_line(simulated) == "SIMULATED, A-1.ocmm, part P, serial 7: CANNOT BE KNOWN. So."
     assert msgspec.json.decode(canonical(simulated), type=RecalledJob) == simulated
+
+
+def test_a_job_without_its_history_is_not_called_good(world: World, tmp_path: Path) -> None:
+    jobs = tmp_path / "jobs"
+    world.measure(jobs / "one.ocmm", TruePart())
+    (jobs / "hostile.ocmm").write_bytes(b"SQLite format 3\0 and nothing more")
+    world.verify(passed=False)
+    places = Places((jobs,), tmp_path / "elsewhere", tmp_path / "probes")
+    record = recall(places, datetime.now(UTC))
+    assert not record.jobs
+    assert headline(record) == "2 NOT JUDGED of 2 checked"
+    assert "so that nobody knows here whether it failed" in not_judged(record)[1]
+    assert not_judged(record, 1)[-1] == "Not judged: 1 more; all of them are in the PDF."
 
 
 def test_spots_that_fit_neither_calibration(world: World, tmp_path: Path) -> None:
