@@ -122,10 +122,13 @@ class VerificationOutcome:
         What would be stored, with all checks.
     largest
         Index of the check that is nearest to its limit, or farthest beyond.
+    failed
+        Indices of the checks that do not conform by the rule of the verification.
     warnings
         What makes the verdict weaker.
     """
 
     record: VerificationRecord
     largest: int
+    failed: tuple[int, ...]
     warnings: tuple[Finding, ...]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from ocmm_core.calibration.history import CalibrationStore, Event
 from ocmm_core.calibration.records import VerificationRecord
@@ -22,15 +23,15 @@ class CalibrationOverview:
         What happened, oldest first.
     trends
         Over all calibrations and verifications.
-    verification
-        The last one of the calibration in force; None before the first.
+    verifications
+        The last one of each calibration that has one, by its hash.
     fault
         Why a part of it cannot be shown; empty where all can.
     """
 
     events: tuple[Event, ...] = ()
     trends: CalibrationTrends = NO_TRENDS
-    verification: VerificationRecord | None = None
+    verifications: Mapping[str, VerificationRecord] = field(default_factory=dict)
     fault: str = ""
 
 
@@ -47,5 +48,6 @@ def overview(store: CalibrationStore | None) -> CalibrationOverview:
         found = trends(store.records(), verifications)
     except OcmmError as error:
         return CalibrationOverview(store.events, fault=str(store.defect(thorough=True) or error))
-    own = [record for record in verifications if record.calibration == store.active_hash]
-    return CalibrationOverview(store.events, found, own[-1] if own else None)
+    # Of every calibration, because a job may still be measured with one that was replaced since.
+    last = {record.calibration: record for record in verifications}
+    return CalibrationOverview(store.events, found, last)

@@ -468,7 +468,9 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         # Quick: there is nothing to be calculated apart from the state.
         reused = judge_independence(uses_of(self._state), self._store.active())
         record = verdict(self._state, reused)
-        return lambda: VerificationOutcome(record, worst(record.checks), ())
+        passes = self._state.begun.limits.passes
+        failed = tuple(i for i, check in enumerate(record.checks) if not passes(check))
+        return lambda: VerificationOutcome(record, worst(record.checks), failed, ())
 
     def _put(self, outcome: VerificationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)

@@ -135,6 +135,19 @@ def sessions(folder: Path, kind: Kind) -> tuple[Path, ...]:
     return tuple(sorted(folder.glob(f"{kind.value}-*.jsonl"), reverse=True))
 
 
+def is_ended(path: Path) -> bool:
+    """Return whether the last whole line of a session file says that it was decided.
+
+    What ended is never gone on with, so that whatever else it says needs no reading.
+    """
+    try:
+        lines = path.read_bytes().rsplit(b"\n", 2)
+        last = msgspec.json.decode(lines[-2] if len(lines) > 1 else b"")
+        return bool(last["item"]["event"]["type"] == Decided.__name__)
+    except (OSError, msgspec.DecodeError, LookupError, TypeError):
+        return False
+
+
 def to_spots(uv: Float) -> Spots:
     """Return averaged spots (C, n, 2), NaN where not seen, as they are written."""
     return tuple(

@@ -61,13 +61,17 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     table.add_column("Check", no_wrap=True)
     for name in ("Certified", "Measured", "E um", "U um", "Limit um"):
         table.add_column(name, justify="right", no_wrap=True)
-    for check in record.checks:
+    table.add_column("", no_wrap=True)
+    for index, check in enumerate(record.checks):
         table.add_row(
             check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
             f"{1e3 * check.error_mm:+.1f}", f"{1e3 * check.expanded_mm:.1f}",
             f"{1e3 * check.limit_mm:.1f}",
+            "[bold red]FAILED[/]" if index in outcome.failed else "",
         )  # fmt: skip
     console.print(table)
+    if outcome.failed:
+        _say(console, f"Failed   {len(outcome.failed)} of {len(record.checks)} checks")
     for old in record.superseded:
         _say(
             console,
@@ -75,9 +79,10 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
             f"{1e3 * old.limit_mm:.1f} um; repeated.",
         )
     worst = record.checks[outcome.largest]
+    where = "Farthest beyond" if outcome.failed else "Nearest to"
     _say(
         console,
-        f"Nearest to its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
+        f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
         f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um.",
     )
     _say(console, f"Rule: {record.rule}.")

@@ -29,7 +29,7 @@ from ocmm_core.calibration.procedure import Decision, Kind, Procedure, Procedure
 from ocmm_core.calibration.procedure_relocation import RelocationProcedure
 from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.relocation_steps import BAR
-from ocmm_core.calibration.session_events import sessions
+from ocmm_core.calibration.session_events import is_ended, sessions
 from ocmm_core.calibration.shot_table import Shot
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.compose import Feed, StationRequest, identities, make_feed
@@ -96,7 +96,8 @@ def continued(site: Site, kind: Kind, resume: Callable[[Path], P], console: Cons
         except (CalibrationError, InputError, StorageError) as error:
             # Begun with another calibration or probe, by another version, or at a temperature that
             # nobody measures at: its observations are of no use any more.
-            console.print(f"Left out {path.name}: {error.what}", style="dim", highlight=False)
+            if not is_ended(path):
+                console.print(f"Left out {error.what}", style="dim", highlight=False, markup=False)
             continue
         if is_open(procedure.base):
             step = procedure.base.step

@@ -22,6 +22,7 @@ from ocmm_core.features.points_file import read_points_file
 from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Fit, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.fit_uncertainty import FitUncertainty, fit_uncertainty
+from ocmm_core.tolerances.result import U_LABEL
 
 LISTED = 20
 """Outliers that are printed one by one."""
@@ -133,7 +134,7 @@ def _print_fit(
     )
     table.add_column("")
     table.add_column("Value", justify="right", no_wrap=True)
-    table.add_column("U (95 %)", justify="right", no_wrap=True)
+    table.add_column(U_LABEL, justify="right", no_wrap=True)
     rows = rows_of(fit, found)
     for row in rows:
         digits = 12 if row.unit == "" else 9

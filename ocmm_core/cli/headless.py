@@ -22,7 +22,7 @@ from ocmm_core.inspection.job_words import INCOMPLETE, state_lines
 from ocmm_core.inspection.view import JobHeader, JobView
 from ocmm_core.measuring.point import Refusal
 from ocmm_core.tolerances.characteristic import FORMS
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.result import U_LABEL, U_WORDS, CharacteristicResult, Verdict
 from ocmm_core.tolerances.verdict import PartWord
 
 _POLL_S = 0.05
@@ -110,8 +110,8 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
     wide = console.width >= _WIDE
     table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("Characteristic", no_wrap=True)
-    names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", "U (k=2)", "True", "Error"]
-    wanted = names if wide else ["Measured", "Deviation", "U (k=2)", "Error"]
+    names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
+    wanted = names if wide else ["Measured", "Deviation", U_LABEL, "Error"]
     if truth is None:
         wanted = [name for name in wanted if name not in ("True", "Error")]
     for name in wanted:
@@ -131,9 +131,7 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
             console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
     if view.unproven:
         console.print(f"[bold red]{view.unproven}[/]", highlight=False)
-    console.print(
-        "Lengths in mm, angles in degrees; U is the expanded uncertainty, k = 2.", style="dim"
-    )
+    console.print(f"Lengths in mm, angles in degrees. {U_WORDS}.", style="dim", highlight=False)
     if truth is not None:
         held, known = _held(view, truth)
         console.print(

@@ -28,6 +28,7 @@ from ocmm_core.inspection.recall_words import (
     decided,
     headline,
     job_line,
+    not_judged,
     rests_on,
     row,
     totals,
@@ -136,8 +137,8 @@ def _let_fall(
 
 def _show(console: Console, record: RecallRecord) -> None:
     console.print(headline(record), style="bold", highlight=False)
-    for sentence in record.unread:
-        console.print(f"Not read: {sentence}", style="yellow", highlight=False, markup=False)
+    for sentence in not_judged(record):
+        console.print(sentence, style="yellow", highlight=False, markup=False)
     if not record.jobs:
         return
     for sentence in (*totals(record), decided(record)):

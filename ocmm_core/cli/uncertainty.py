@@ -20,7 +20,7 @@ from ocmm_core.tolerances.decision import rule_words
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloReport
 from ocmm_core.tolerances.monte_carlo_process import simulate_elsewhere
 from ocmm_core.tolerances.monte_carlo_trials import Task
-from ocmm_core.tolerances.result import CharacteristicResult
+from ocmm_core.tolerances.result import U_LABEL, CharacteristicResult
 
 _BAR = 20
 
@@ -86,7 +86,7 @@ def _print_budget(
     )
     console.print(
         f"u = {budget.standard:.5f} {budget.unit}{degrees}; "
-        f"U (k=2) = {budget.expanded:.5f} {budget.unit}{wider}",
+        f"{U_LABEL} = {budget.expanded:.5f} {budget.unit}{wider}",
         highlight=False,
     )
     if result is not None and result.rule:

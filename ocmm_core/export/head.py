@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from ocmm_core.export.names import check_name, clean_text
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.export.tables import Table
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.result import U_WORDS, Verdict
 
 _RESULT = "characteristic"
 _LONGEST_LIST = 200
@@ -41,7 +41,7 @@ def head_table(data: ReportData) -> Table:
         ("Plan SHA-256", head.plan_identity),
         *((verdict.value, count) for verdict, count in counts.items()),
         ("Decision rule", data.rule_words),
-        ("Coverage factor", "U is the expanded uncertainty, k = 2"),
+        ("Uncertainty", U_WORDS),
         ("Frame", data.system),
         ("Complete", "yes" if part.complete else "no"),
         ("Not proven because", clean_text(view.unproven)),

@@ -119,7 +119,7 @@ class ExplanationPart(_Part, frozen=True, kw_only=True):
 
 
 class ResultPart(_Part, frozen=True, kw_only=True):
-    """One characteristic; uncertainty is U, k = 2; interval holds the truth in 95 of 100 cases."""
+    """One characteristic; uncertainty is U: value ± U holds the truth in 95 of 100 cases."""
 
     name: str
     kind: str

@@ -63,7 +63,7 @@ class Explanation:
         By how much the value lies beyond the nearer limit, in ``unit``; negative inside. None
         where there is no value.
     uncertainty
-        U (k = 2); None together with ``beyond``.
+        U (95 %); None together with ``beyond``.
     why
         The amount beside U, in one or two sentences.
     finding

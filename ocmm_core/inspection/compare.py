@@ -29,7 +29,7 @@ class PartValue:
     job, serial, created_utc
         Of its job.
     value, uncertainty
-        Measured value and U (k = 2); None where there is none.
+        Measured value and U (95 %); None where there is none.
     verdict
         Of the job.
     """

@@ -160,6 +160,8 @@ def _touched(
                 if key not in laters:
                     laters[key] = later_than(stores[record.rig], record, now)
                 touched.append(_Touched(path, laters[key], in_doubt))
+        except InputError as error:
+            unread.append(f"{error.what} {error.remedy}")
         except OcmmError as error:
             unread.append(error.what)
     return touched, unread
@@ -180,7 +182,13 @@ def _doubted(
             stores[record.rig] = CalibrationStore(store_folder(calibrations, record.rig))
         events, used = stores[record.rig].events, job.head.rig_identity
         if not is_known(events, used):
-            return None, {}
+            # Silence would say that it is not in doubt.
+            raise InputError(
+                "recall.unknown",
+                f"{path}: its calibration {used[:12]} is not in the history of rig "
+                f"'{record.rig}' in {calibrations}, so that nobody knows here whether it failed.",
+                "Give the folder of the calibrations that it was measured with.",
+            )
         doubts = points_in_doubt(events, used, first_taken(job))
         why = doubts.open | doubts.failed
         return record, {p.number: why[p.number] for p in job.points() if p.number in why}
@@ -283,6 +291,7 @@ def _as_record(
         created_utc=job.head.created_utc,
         rig=job.rig,
         calibration=job.calibration,
+        simulated=job.simulated,
         in_doubt=tuple(sorted(job.in_doubt)),
         why=tuple(dict.fromkeys(job.in_doubt.values())),
         later=job.later_calibration,

@@ -82,6 +82,8 @@ class JobFindings:
         The file, and the hash of its content.
     head, rig, calibration
         What it says about itself; name of the rig and hash of its calibration.
+    simulated
+        Its points come from a virtual rig.
     points
         That count, in the order in which they were taken.
     begun_utc, ended_utc
@@ -108,6 +110,7 @@ class JobFindings:
     head: JobHead
     rig: str
     calibration: str
+    simulated: bool
     points: tuple[MeasuredPoint, ...]
     begun_utc: str
     ended_utc: str
@@ -172,6 +175,7 @@ def findings_of(
         head=job.head,
         rig=job.rig.name,
         calibration=job.head.rig_identity,
+        simulated=job.view.simulated,
         points=job.points,
         begun_utc=min(stored, default=job.head.created_utc),
         ended_utc=max(stored, default=job.head.created_utc),

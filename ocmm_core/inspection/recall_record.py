@@ -36,7 +36,7 @@ class RecalledValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     Attributes
     ----------
     value, expanded
-        mm or in the unit of the characteristic, and U (k = 2); None where there is none.
+        mm or in the unit of the characteristic, and U (95 %); None where there is none.
     verdict
         Without regard to the doubt that the recall is about.
     """
@@ -72,7 +72,9 @@ class RecalledCharacteristic(
     released: bool
 
 
-class RecalledJob(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class RecalledJob(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """What became of one job.
 
     Attributes
@@ -83,6 +85,9 @@ class RecalledJob(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Of its head.
     rig, calibration
         What it was measured with, and the hash of that record.
+    simulated
+        Its points come from a virtual rig: no real part was measured. Not written where it is
+        not so, because recalls of earlier versions, which lack it, keep their hash by that.
     in_doubt
         Numbers of the points that the history puts in doubt.
     why
@@ -114,6 +119,7 @@ class RecalledJob(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     characteristics: tuple[RecalledCharacteristic, ...]
     released: tuple[int, ...]
     points_sha256: str
+    simulated: bool = False
 
     @property
     def outcome(self) -> Outcome:

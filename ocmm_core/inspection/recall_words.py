@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from ocmm_core.inspection.job_words import SIMULATED
 from ocmm_core.inspection.recall_record import (
     Outcome,
     RecalledCharacteristic,
@@ -25,8 +26,16 @@ _MEANS = {
 def headline(record: RecallRecord) -> str:
     """Return the totals in one line."""
     if not record.jobs:
+        if record.unread:
+            return f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked"
         return f"NO JOB IN DOUBT ({record.looked_at} checked)"
-    return "   ".join(f"{record.count(one)} {one.value}" for one in reversed(Outcome))
+    words = "   ".join(f"{record.count(one)} {one.value}" for one in reversed(Outcome))
+    return f"{SIMULATED}   {words}" if all(job.simulated for job in record.jobs) else words
+
+
+def checked(record: RecallRecord) -> str:
+    """Return how many jobs were looked at, and where."""
+    return f"{_counted(record.looked_at, 'job')} checked in {', '.join(record.folders)}."
 
 
 def totals(record: RecallRecord) -> tuple[str, ...]:
@@ -36,6 +45,13 @@ def totals(record: RecallRecord) -> tuple[str, ...]:
         f"{_counted(record.count_verdicts(one), 'verdict')}. {_MEANS[one]}"
         for one in reversed(Outcome)
     )
+
+
+def not_judged(record: RecallRecord, most: int | None = None) -> tuple[str, ...]:
+    """Return a sentence for each job that was not judged, no more than ``most`` of them."""
+    shown = [f"Not judged: {sentence}" for sentence in record.unread[:most]]
+    left = len(record.unread) - len(shown)
+    return (*shown, f"Not judged: {left} more; all of them are in the PDF.") if left else (*shown,)
 
 
 def decided(record: RecallRecord) -> str:
@@ -51,7 +67,9 @@ def decided(record: RecallRecord) -> str:
 
 def job_line(job: RecalledJob) -> str:
     """Return which job it is and how it came out."""
-    about = f"{Path(job.path).name}, part {job.part} {job.serial}".rstrip()
+    serial = f", serial {job.serial}" if job.serial not in ("", "-") else ""
+    origin = f"{SIMULATED}, " if job.simulated else ""
+    about = f"{origin}{Path(job.path).name}, part {job.part}{serial}"
     return f"{about}: {job.outcome.value}. {job.judgement}"
 
 

@@ -66,7 +66,7 @@ class Budget:
     standard
         Combined standard uncertainty u.
     expanded
-        U with k = 2. More than 2 u where noise makes the value greater than it is.
+        U: 2 u, and more where noise makes the value greater than it is.
     degrees
         Effective degrees of freedom; infinite where nothing rests on few observations.
     """

@@ -175,7 +175,7 @@ def tolerance_ratio(lower: float, upper: float, expanded_uncertainty: float) -> 
 def make_result(
     characteristic: Characteristic, evaluation: Evaluation, spreads: Spreads, rule: Rule
 ) -> CharacteristicResult:
-    """Return the result of a characteristic that was measured, with U (k = 2) and its verdict.
+    """Return the result of a characteristic that was measured, with U (95 %) and its verdict.
 
     Raises
     ------

@@ -6,6 +6,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
 
+U_LABEL = "U (95 %)"
+"""Heading of U wherever it stands; no factor, because few points widen U beyond 2 u."""
+
+U_WORDS = "U (expanded uncertainty): in 95 of 100 cases the true value lies within U of the value"
+
 LOW_TUR, LOWEST_TUR = 4.0, 1.0
 """Tolerance against twice U below which a result is warned of, and below which none conforms."""
 
@@ -34,9 +39,9 @@ class CharacteristicResult:
     measured, deviation
         None where there is no trustworthy value.
     uncertainty
-        Expanded uncertainty U (k = 2); None together with ``measured``. Where something is known
-        from few points only, or the value cannot be negative, it is widened so that value ± U
-        still holds the truth in 95 of 100 cases.
+        Expanded uncertainty U; None together with ``measured``. It is 2 u, and more where
+        something is known from few points only, or the value cannot be negative, so that
+        value ± U still holds the truth in 95 of 100 cases.
     verdict
         The decision.
     note

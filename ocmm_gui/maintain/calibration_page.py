@@ -91,7 +91,7 @@ class CalibrationPage(StandingPage[CalibrationView, CalibrationOverview]):
         layout.addWidget(self.history, 4)
 
     def _show_overview(self, view: CalibrationView, found: CalibrationOverview) -> None:
-        self._show_facts(_facts(self._rig, view, found.verification))
+        self._show_facts(_facts(self._rig, view, found.verifications.get(view.identity)))
         self.focal.show_courses(found.trends.focal)
         for chart, courses in zip(
             self.principal, (found.trends.principal_u, found.trends.principal_v), strict=True

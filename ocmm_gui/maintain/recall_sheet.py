@@ -16,9 +16,11 @@ from ocmm_core.inspection.recall import Places, decide, recall
 from ocmm_core.inspection.recall_record import Outcome, RecallRecord
 from ocmm_core.inspection.recall_words import (
     COLUMNS,
+    checked,
     decided,
     headline,
     job_line,
+    not_judged,
     rests_on,
     row,
     totals,
@@ -57,6 +59,10 @@ _MARKS = {
     Outcome.CHANGES: Mark.BAD,
     Outcome.UNKNOWN: Mark.DOUBT,
 }
+
+
+_MOST_LINES = 3
+"""Of jobs that were not judged: the table below needs the room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +159,8 @@ class RecallSheet(Sheet):
         self._proposed, self._calibrations, self._probes = folder, calibrations, probes
         self._who = who
         self._theme = THEMES[DEFAULT_THEME]
-        self._places: Places | None = None
+        self._asked: Places | None = None
+        self._places: Places | None = None  # those of the record that is shown
         self._record: RecallRecord | None = None
         self.file = PathPanel("jobs", "folder", "Recall")
         self.pages = PathPanel("recall", "file", "Write")
@@ -203,9 +210,10 @@ class RecallSheet(Sheet):
 
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder; the window stays free."""
-        self._places = Places((folder,), self._calibrations(), self._probes())
-        self._work.start(_Recalling(self._places))
+        self._asked = Places((folder,), self._calibrations(), self._probes())
+        self._work.start(_Recalling(self._asked))
         self._advance("Starting", 0.0)
+        self.say(f"Looks through the jobs of {folder}. Job files are not written to. F9 stops.")
         self.table.setFocus()
 
     def stop(self) -> None:
@@ -259,7 +267,14 @@ class RecallSheet(Sheet):
 
     def _shown(self) -> tuple[RecallRecord | None, Places | None]:
         """Return what is shown; tell where there is nothing, or something is calculated."""
-        if self._record is None or self._work.is_running():
+        if self._work.is_running():
+            self.failed.emit(
+                InputError(
+                    "recall.busy", "The recall still works.", "Wait for it, or stop it (F9)."
+                )
+            )
+            return None, None
+        if self._record is None:
             self.failed.emit(
                 InputError(
                     "recall.nothing", "No recall is shown yet.", "Recall a folder first (F7)."
@@ -280,6 +295,7 @@ class RecallSheet(Sheet):
 
     def _fail(self, error: object) -> None:
         self._end()
+        self.say("It could not be done; what was shown stays.")
         self.failed.emit(error)
 
     def _show(self, answer: object) -> None:
@@ -288,9 +304,9 @@ class RecallSheet(Sheet):
             self.pages.hide()
             self.told.emit(f"The recall is in {answer}.")
         elif isinstance(answer, RecallRecord):
-            self._record = answer
+            self._record, self._places = answer, self._asked
             self.file.hide()
-            self.say(f"{answer.looked_at} jobs of {', '.join(answer.folders)} checked.")
+            self.say(checked(answer))
             self._show_words(answer)
             self.table.show_record(answer)
             self.about_job.setText(self.table.line())
@@ -301,8 +317,7 @@ class RecallSheet(Sheet):
             (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)),
             Outcome.HOLDS,
         )
-        mark = _MARKS[worst]
+        mark = Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
         self._headline.show_text(headline(record), mark_colour(self._theme, mark), mark)
-        unread = [f"Not read: {sentence}" for sentence in record.unread]
         said = (*totals(record), decided(record)) if record.jobs else ()
-        self.totals.setText("\n".join((*said, *unread)))
+        self.totals.setText("\n".join((*said, *not_judged(record, _MOST_LINES))))

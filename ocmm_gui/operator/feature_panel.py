@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.inspection.view import FeatureView, JobView
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.result import U_LABEL, CharacteristicResult, Verdict
 from ocmm_gui.operator.coverage_view import CoverageView
 from ocmm_gui.operator.feature_details import CharacteristicList, PointDots
 from ocmm_gui.operator.fit_text import FitText
@@ -41,7 +41,7 @@ from ocmm_gui.words import (
     verdict_line,
 )
 
-_ROWS = ("Measured", "Nominal", "Deviation", "U (k=2)", "Form", "Position")
+_ROWS = ("Measured", "Nominal", "Deviation", U_LABEL, "Form", "Position")
 _LARGE = ("Measured", "Deviation")
 _ROOMY_PX = 480
 """A lower panel has no room for explanations."""
@@ -251,7 +251,7 @@ class FeaturePanel(QFrame):
             "Deviation": DASHES
             if result is None
             else quantity(result, result.deviation, signed=True),
-            "U (k=2)": DASHES if result is None else quantity(result, result.uncertainty),
+            U_LABEL: DASHES if result is None else quantity(result, result.uncertainty),
             "Form": form_words(feature),
             "Position": millimetres(None)
             if fit is None

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.result import U_LABEL
 from ocmm_gui.reports.canvas import INK, SMALL, Canvas, Style, paint_text
 from ocmm_gui.theme import text_font, verdict_colour
 from ocmm_gui.views.contents import job_items
@@ -30,7 +31,7 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
         return
     canvas.heading("Deviations in their tolerances", 4.0 * _ROW)
     canvas.text(
-        "The field is the tolerance about its middle; the whisker is U (k = 2).",
+        f"The field is the tolerance about its middle; the whisker is {U_LABEL}.",
         SMALL,
     )
     for item in shown:

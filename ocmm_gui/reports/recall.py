@@ -16,9 +16,11 @@ from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.inspection.recall_record import Outcome, RecallRecord
 from ocmm_core.inspection.recall_words import (
     COLUMNS,
+    checked,
     decided,
     headline,
     job_line,
+    not_judged,
     rests_on,
     row,
     totals,
@@ -60,12 +62,11 @@ def lay_out(record: RecallRecord) -> Canvas:
     for sentence in (*totals(record), decided(record)) if record.jobs else ():
         canvas.text(sentence)
     canvas.text(
-        f"{record.looked_at} jobs checked in {', '.join(record.folders)}. "
-        f"{record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
+        f"{checked(record)} {record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
         SMALL,
     )
-    for sentence in record.unread:
-        canvas.text(f"Not read: {sentence}", Style(colour=INK.warn))
+    for sentence in not_judged(record):
+        canvas.text(sentence, Style(colour=INK.warn))
     columns = [Column(name, w) for name, w in zip(COLUMNS[1:], _WIDTHS, strict=True)]
     for job in worst_first(record.jobs):
         canvas.skip(24.0)

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from ocmm_core.export.report_data import ReportData, ReportedResult
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.inspection.job_words import INCOMPLETE, NO_REAL_PART, SIMULATED
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.result import U_LABEL, U_WORDS, Verdict
 from ocmm_core.tolerances.verdict import PartWord, VerdictSummary
 from ocmm_gui.reports.canvas import (
     BODY,
@@ -58,7 +58,7 @@ _RESULT_COLUMNS = (
     Column("Limits", 170.0, right=True),
     Column("Measured", 180.0, right=True),
     Column("Deviation", 165.0, right=True),
-    Column("U (k=2)", 155.0, right=True),
+    Column(U_LABEL, 155.0, right=True),
     Column("Verdict", 320.0),
 )
 
@@ -119,7 +119,7 @@ def title(canvas: Canvas, data: ReportData) -> None:
     _fact(
         canvas,
         "Uncertainty",
-        "U is the expanded uncertainty, k = 2 (about 95 %). Lengths in mm, angles in degrees, "
+        f"{U_WORDS}. Lengths in mm, angles in degrees, "
         f"{'part' if data.system == 'Part' else 'world'} frame.",
     )
     for note in (data.view.unproven, *data.notes):

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QPainter, QResizeEvent
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 from ocmm_core.inspection.view import JobView
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.result import U_LABEL, CharacteristicResult, Verdict
 from ocmm_gui.maintain.parts import Table
 from ocmm_gui.theme import (
     DEFAULT_THEME,
@@ -35,7 +35,7 @@ _COLUMNS = (
     ("Measured", "mm, or degrees for angles"),
     ("Deviation", "measured minus nominal"),
     ("Limits", "of the deviation"),
-    ("U (k=2)", "expanded uncertainty"),
+    (U_LABEL, "expanded uncertainty"),
     ("Verdict", "the decision"),
 )
 _NUMBERS = range(2, 7)

@@ -17,6 +17,8 @@ def gate_words(seen: Seen, *, going_on: bool) -> tuple[str, Mark]:
         ended = TEXTS[base.kind].accepted if accepted else "Nothing was changed."
         return f"{ended} Press Esc to leave.", Mark.GOOD
     if base.current == len(base.steps) - 1:
+        if base.error is not None and seen.view.outcome is None:
+            return "There is no result to accept; why, and what to do, stands above.", Mark.DOUBT
         if seen.view.outcome is None:
             return "There is nothing to accept before the result is calculated.", Mark.DOUBT
         return gate.remedy, Mark.ACTIVE

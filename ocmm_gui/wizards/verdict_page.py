@@ -162,6 +162,10 @@ def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
     return tuple(facts)
 
 
+def _count(checks: int, failed: int) -> str:
+    return f"{failed} of {checks} failed" if failed else str(checks)
+
+
 def _error(check: Check) -> str:
     return f"{check.name} {1e3 * check.error_mm:+.1f} µm, limit {1e3 * check.limit_mm:.1f} µm"
 
@@ -236,8 +240,8 @@ class VerdictPage(StepPage):
             artefacts = ", ".join(f"{one.name} ({one.serial})" for one in record.artefacts)
             self.facts.show_facts(
                 (
-                    ("Checks", str(len(record.checks))),
-                    ("Nearest", worst.name),
+                    ("Checks", _count(len(record.checks), len(view.outcome.failed))),
+                    ("Worst", worst.name),
                     ("Error", f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"),
                     ("Limit", f"± {1e3 * worst.limit_mm:.1f} µm"),
                     *session_of(record),

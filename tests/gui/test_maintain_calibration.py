@@ -187,6 +187,27 @@ def test_uncalibrated_is_said_on_every_screen(
     assert "every verdict is NOT PROVEN" in window.maintenance.calibration.sentence()
 
 
+def test_the_facts_are_those_of_the_calibration_that_the_job_has(
+    open_bench: Callable[..., Bench], tmp_path: Path, qtbot: QtBot
+) -> None:
+    store = fill(tmp_path)
+    own = str(store.active_hash)
+    bench = open_bench()
+    bench.open_page()
+    page = bench.window.maintenance.calibration
+    now = datetime.now(UTC)
+    other = record(0.0, points=399)
+    store.accept(other, "R. Lang", "again", now)
+    store.verify(verification(other, 0.0, 0.03), now)
+    qtbot.waitUntil(lambda: page.word() == "UNUSABLE", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: page.history.rowCount() == 8, timeout=PATIENCE_MS)
+    facts = {name: label.text() for name, label in page.facts.items()}
+    # Not the failed verification of the one that took its place.
+    assert facts["Hash"] == own[:12]
+    assert facts["Positions"] == "400, 1 left out"
+    assert facts["Verified"].endswith("+0.0 of ±20.0 µm")
+
+
 def test_a_damaged_record_is_said_and_the_rest_is_shown(
     open_bench: Callable[..., Bench], tmp_path: Path
 ) -> None:

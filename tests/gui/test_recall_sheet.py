@@ -60,6 +60,12 @@ def test_totals_table_and_decision(
     assert sheet.table.words(0)[4] == "CHANGES"
     assert "SHA-256" in sheet.about_job.text()
     assert "Not decided" in sheet.totals.text()
+    # Another folder that is given up leaves the decision about this one to this one.
+    sheet.read(tmp_path / "elsewhere")
+    assert str(tmp_path / "elsewhere") in sheet.about()
+    sheet.keys["decide"].trigger()
+    assert errors[-1].code == "recall.busy"
+    sheet.keys["stop"].trigger()
     sheet.keys["decide"].trigger()
     qtbot.waitUntil(lambda: "Decided by Ada" in sheet.totals.text(), timeout=HANG_MS)
     world.store.refresh()
@@ -69,7 +75,7 @@ def test_totals_table_and_decision(
     sheet.write(pages)
     qtbot.waitUntil(pages.exists, timeout=HANG_MS)
     assert pages.read_bytes().startswith(b"%PDF")
-    assert len(errors) == 1
+    assert [one.code for one in errors] == ["recall.nothing", "recall.busy"]
 
 
 def test_it_is_given_up_at_once(sheet: RecallSheet) -> None:

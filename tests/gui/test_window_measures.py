@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, StatusWord
 from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
+from ocmm_core.tolerances.result import U_LABEL
 from ocmm_gui.words import DASHES, millimetres
 from tests.host import HANG_MS
 
@@ -41,7 +42,7 @@ def test_points_arrive_and_the_panel_shows_the_values_of_the_job(
         "Measured": f"{result.measured:.3f}",
         "Nominal": f"{result.nominal:.3f}",
         "Deviation": millimetres(result.deviation, signed=True),
-        "U (k=2)": millimetres(result.uncertainty),
+        U_LABEL: millimetres(result.uncertainty),
         "Form": f"{last.fit.form:.3f}",
     }
     assert {name: panel.value(name) for name in expected} == expected

@@ -109,7 +109,7 @@ def test_a_passed_verification_makes_the_calibration_valid(bench: WizardBench) -
     assert page.facts.value("Corners") == "8 of 8 reached"
     assert page.facts.value("Repeats").startswith("seat 1 ")
     assert "limit 80.0" in page.facts.value("Form")
-    assert page.facts.value("Nearest") == worst.name
+    assert page.facts.value("Worst") == worst.name
     assert f"{1e3 * worst.error_mm:+.1f}" in page.chart.word()
     spheres = bench.runner.pages["spheres"]
     assert isinstance(spheres, SpheresPage)
@@ -128,6 +128,7 @@ def test_a_failed_verification_says_so_and_keeps_the_calibration_suspect(
     _measured(bench, 0.2)
     page = _verdict(bench)
     assert page.word() == "FAILED"
+    assert page.facts.value("Checks") == "1 of 37 failed"
     assert "If one line alone failed, take it again, once" in page.sentence.text()
     # The line that failed may be taken once more: back to the lines, where it is missing.
     bench.key(Qt.Key.Key_N)

@@ -23,7 +23,7 @@ from ocmm_core.export.registry import preview, preview_text
 from ocmm_core.export.report_data import ReportData
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape, element
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.tolerances.result import U_WORDS, Verdict
 from tests.core.export.sample_report import (
     COLD,
     HEAD,
@@ -116,7 +116,7 @@ JOB = (
     "NOT MEASURED,1\r\n"
     "PROVISIONAL,0\r\n"
     f"Decision rule,{told(sample_report().rule_words, polyworks_profile())}\r\n"
-    "Coverage factor,U is the expanded uncertainty; k = 2\r\n"
+    f"Uncertainty,{U_WORDS}\r\n"
     "Frame,Part\r\n"
     "Complete,no\r\n"
     "Not proven because,\r\n"

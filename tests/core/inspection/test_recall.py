@@ -6,18 +6,20 @@ import hashlib
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
 from ocmm_core.calibration.history import State
-from ocmm_core.calibration.sealed import load, record_hash
+from ocmm_core.calibration.sealed import canonical, load, record_hash
 from ocmm_core.cli.app import app
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.recall import Places, decide, recall
 from ocmm_core.inspection.recall_artefact import artefact_wrong
 from ocmm_core.inspection.recall_record import Outcome, RecalledJob, RecallRecord
+from ocmm_core.inspection.recall_words import headline, job_line, not_judged
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.tolerances.result import Verdict
@@ -104,6 +106,33 @@ def test_hold_change_and_cannot_be_known(world: World, tmp_path: Path) -> None:
     }
     assert verdicts["before"] == [Verdict.CONFORM, Verdict.CONFORM]
     assert verdicts["large"] == [Verdict.NOT_PROVEN, Verdict.CONFORM]
+
+
+def test_a_simulated_job_says_so_and_older_recalls_keep_their_hash() -> None:
+    job = RecalledJob(
+        path="jobs/A-1.ocmm", sha256="0", job_uuid="1", part="P", serial="-", created_utc="",
+        rig="rig", calibration="2", in_doubt=(1,), why=("Pushed.",), later="", judgement="So.",
+        characteristics=(), released=(), points_sha256="3",
+    )  # fmt: skip
+    assert job_line(job) == "A-1.ocmm, part P: CANNOT BE KNOWN. So."
+    # A record of an earlier version, read and written again, must come out byte for byte.
+    assert b"simulated" not in canonical(job)
+    simulated = msgspec.structs.replace(job, simulated=True, serial="7")
+    assert job_line(simulated) == "SIMULATED, A-1.ocmm, part P, serial 7: CANNOT BE KNOWN. So."
+    assert msgspec.json.decode(canonical(simulated), type=RecalledJob) == simulated
+
+
+def test_a_job_without_its_history_is_not_called_good(world: World, tmp_path: Path) -> None:
+    jobs = tmp_path / "jobs"
+    world.measure(jobs / "one.ocmm", TruePart())
+    (jobs / "hostile.ocmm").write_bytes(b"SQLite format 3\0 and nothing more")
+    world.verify(passed=False)
+    places = Places((jobs,), tmp_path / "elsewhere", tmp_path / "probes")
+    record = recall(places, datetime.now(UTC))
+    assert not record.jobs
+    assert headline(record) == "2 NOT JUDGED of 2 checked"
+    assert "so that nobody knows here whether it failed" in not_judged(record)[1]
+    assert not_judged(record, 1)[-1] == "Not judged: 1 more; all of them are in the PDF."
 
 
 def test_spots_that_fit_neither_calibration(world: World, tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def test_budgets_and_tasks_are_those_of_the_results(measured: Path) -> None:
 def test_the_command_prints_rows_rule_and_simulation(measured: Path) -> None:
     told = run(str(measured))
     assert "Sensor pattern" in told
-    assert "U (k=2)" in told
+    assert "U (95 %)" in told
     assert "(iso14253-1/2)" in told
     assert re.search(r"TUR \d", told)
     job = reopen_job(measured)
