@@ -236,3 +236,38 @@ def test_clouds_have_their_best_ball(shape: Shape, d: int) -> None:
             # A straight line or a plane is as near.
             continue
         assert fit.residuals @ fit.residuals <= minima[0][0] * (1.0 + 1e-6)
+
+
+_SPREAD = np.array([[-18, 4], [18, -3], [-9, 11], [7, 11], [-6, -11], [10, -11]], dtype=np.float64)
+"""Six places on all sides of a pocket of 36 by 22 mm."""
+_ONE_END = np.array([[18, 4], [18, -3], [16, 11], [9, 11], [12, -11], [17, -11]], dtype=np.float64)
+
+
+def _pocket(places: Float, seed: int) -> Fit:
+    noise = np.random.default_rng(seed).normal(0.0, 0.025, (len(places), 3))
+    points = np.column_stack([places, np.zeros(len(places))]) + noise
+    return unambiguous(fit_shape(Shape.RECTANGLE, points, radius_hint=18.0, second_hint=11.0))
+
+
+def test_a_pocket_as_planned_is_solved_from_one_point_to_spare() -> None:
+    """Noise of 25 um and one spare residual do not make an outline possible that misses by 2 mm."""
+    solved = 0
+    for seed in range(20):
+        try:
+            fit = _pocket(_SPREAD, seed)
+        except FitError as error:
+            # One residual may be so small by chance that another outline seems possible.
+            assert error.code == "fit.ambiguous"
+            continue
+        solved += 1
+        # Six standard deviations of a side on which a single point lies, and more for its turn.
+        assert 2.0 * fit.radius == pytest.approx(36.0, abs=0.4)
+        assert 2.0 * fit.second == pytest.approx(22.0, abs=0.4)
+    # So small it is in one case of twenty or less; three are beyond chance.
+    assert solved >= 17
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_pocket_touched_around_one_end_has_no_length_whatever_the_plan_says(seed: int) -> None:
+    with pytest.raises(FitError):
+        _pocket(_ONE_END, seed)
