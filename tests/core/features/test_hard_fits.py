@@ -251,20 +251,21 @@ def _pocket(places: Float, seed: int) -> Fit:
 
 def test_a_pocket_as_planned_is_solved_from_one_point_to_spare() -> None:
     """Noise of 25 um and one spare residual do not make an outline possible that misses by 2 mm."""
-    solved = 0
+    solved, refused = 0, set()
     for seed in range(20):
         try:
             fit = _pocket(_SPREAD, seed)
         except FitError as error:
-            # One residual may be so small by chance that another outline seems possible.
-            assert error.code == "fit.ambiguous"
+            refused.add(error.code)
             continue
         solved += 1
         # Six standard deviations of a side on which a single point lies, and more for its turn.
         assert 2.0 * fit.radius == pytest.approx(36.0, abs=0.4)
         assert 2.0 * fit.second == pytest.approx(22.0, abs=0.4)
-    # So small it is in one case of twenty or less; three are beyond chance.
+    # One residual may be so small by chance that another outline seems possible, in one case of
+    # twenty or less; four are beyond chance.
     assert solved >= 17
+    assert refused <= {"fit.ambiguous"}
 
 
 @pytest.mark.parametrize("seed", range(10))
