@@ -13,7 +13,13 @@ from ocmm_core.calibration.procedure import Decision, Kind
 from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure, _chain
 from ocmm_core.calibration.reference_points import ReferencePoints
 from ocmm_core.calibration.sealed import record_hash
-from ocmm_core.calibration.session_events import Decided, SessionLine, sessions, utc_text
+from ocmm_core.calibration.session_events import (
+    Decided,
+    SessionLine,
+    is_ended,
+    sessions,
+    utc_text,
+)
 from ocmm_core.camera.model import project
 from ocmm_core.errors import CalibrationError, StorageError
 from ocmm_core.simulation.calibrating import CalibratingRig, ShowTarget
@@ -262,3 +268,19 @@ def test_wrong_observations_are_refused_with_the_reason_in_the_snapshot(tmp_path
     assert error is not None
     assert error.remedy
     assert procedure.view.outcome is None
+
+
+def test_a_session_is_ended_where_its_last_whole_line_says_so(tmp_path: Path) -> None:
+    bench = Bench.at(tmp_path)
+    procedure = bench.known_points(40)
+    path = procedure.base.session
+    assert not is_ended(path)
+    procedure.keep(bench.now(), "not now")
+    assert is_ended(path)
+    # A line that a crash cut off does not count, and neither does what cannot be read.
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-10])
+    assert not is_ended(path)
+    path.write_bytes(whole + b'{"number"')
+    assert is_ended(path)
+    assert not is_ended(tmp_path / "missing.jsonl")
