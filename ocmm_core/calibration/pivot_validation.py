@@ -98,7 +98,7 @@ def validate_pivot(
                 "pivot.same_place",
                 f"The second sweep was taken {place:.0f} mm from the first, in the same attitudes: "
                 f"it repeats the first one's errors.",
-                "Put the cone elsewhere in the volume, or lean the probe to another side.",
+                "Sweep in another cone elsewhere, or lean the probe to another side.",
                 refuses=True,
                 forcible=True,
             )

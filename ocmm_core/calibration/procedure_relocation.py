@@ -407,7 +407,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             return state.bars if state.shown else state.bar_ends
         if step == WORLD:
             return state.seats
-        if step == SEATS_FIRST and not (state.poses or state.bars or state.bar_ends):
+        others = (state.poses, state.bars, state.bar_ends, state.seats)
+        if step == SEATS_FIRST and not any(others):
             # What was measured after it rests on it; a visit at the end is a result.
             return state.visits
         return state.poses if step == WAVE else []
