@@ -30,6 +30,7 @@ from ocmm_core.cli.truth import true_values
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring.point import Refusal
 from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.simulation.artefacts import Part, load_part
@@ -45,6 +46,8 @@ FRAME_RATE_HZ = 500
 Kind = Literal["distance", "coordinate"]
 Axis = Literal["", "x", "y", "z"]
 _BATCH = 800
+_MOST_ROUNDS = 3
+"""How often is tried again what was refused."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,10 +121,19 @@ def _measure(
     pipeline = TrackingPipeline(rig, body)
     collector = TouchCollector(virtual.frame_period_ns * 1e-9, PointOptions())
     session = InspectionSession(plan, rig, body, job, SessionOptions())
-    for first in range(0, virtual.n_frames, _BATCH):
+    meant = [name for name, count in touches for _ in range(count)]
+    first = taken = rounds = 0
+    while first < virtual.n_frames:
         count = min(_BATCH, virtual.n_frames - first)
         for touch in collector.feed(pipeline.process(virtual.frames(first, count))):
-            session.take_touch(touch)
+            if isinstance(session.take_touch(touch, meant[taken]), Refusal):
+                meant.append(meant[taken])
+            taken += 1
+        first += count
+        # Who sees that a touch was refused touches again.
+        if first >= virtual.n_frames and taken < len(meant) and rounds < _MOST_ROUNDS:
+            rounds += 1
+            virtual.extend([(name, 1) for name in meant[taken:]], first)
     truth = true_values(plan, part)
     return [
         Outcome(
