@@ -2,7 +2,7 @@
 
 U is the change of a value, to first order, when all points move along the way that changes it most,
 as far as the covariance of the points and the degrees of freedom say. Here they are moved that far,
-to both sides, and the elements are fitted again (`features.curvature`). How far the value really
+to both sides, and the elements are fitted again (`features.second_order`). How far the value really
 goes is the second-order term of the fit where it counts, at the ends of the interval (compare the
 profiles of D. M. Bates and D. G. Watts, Nonlinear Regression Analysis, 1988, chapter 6). A term
 that is small makes U a little longer, so that both tails together keep their probability; where it
@@ -19,7 +19,7 @@ import numpy as np
 from scipy.special import chdtri, ndtr, stdtr
 
 from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.curvature import beyond_first_order
+from ocmm_core.features.second_order import beyond_first_order
 from ocmm_core.features.shapes import Criterion, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.interval import TWO_SIDED

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import fdtri
 
-from ocmm_core.features.curvature import beyond_first_order
 from ocmm_core.features.fit import distance_derivatives
+from ocmm_core.features.second_order import beyond_first_order
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.features.actual import ActualFeature, Touches
-from ocmm_core.features.curvature import solver_start
 from ocmm_core.features.fit.axis_kernel import CONE, CYLINDER, TORUS
 from ocmm_core.features.fit.flat_kernel import BALL, DISC
+from ocmm_core.features.second_order import solver_start
 from ocmm_core.features.shapes import (
     DIRECTION,
     GEOMETRY_SIZE,

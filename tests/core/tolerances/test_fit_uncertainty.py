@@ -9,8 +9,8 @@ import pytest
 from scipy.stats import t as student
 
 from benchmarks.fit_coverage import Cell, run
-from ocmm_core.features.curvature import beyond_first_order
 from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.second_order import beyond_first_order
 from ocmm_core.features.shapes import Criterion, Shape
 from ocmm_core.tolerances.fit_uncertainty import fit_uncertainty
 from ocmm_core.tolerances.interval import TWO_SIDED
