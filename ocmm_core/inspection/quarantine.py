@@ -50,7 +50,7 @@ class Ward(Enum):
     FAILED_CALIBRATION = (
         "points of a calibration that failed",
         "points of a calibration that failed, released",
-        "Recall the jobs (ocmm recall), or take them again.",
+        "Recall the jobs (ocmm recall), and take again what that does not release.",
     )
     """Only a recall releases them: nobody knows since when the cameras were wrong."""
 
