@@ -225,7 +225,7 @@ def test_a_calculation_is_given_up_and_done_again(bench: WizardBench) -> None:
     bench.key(Qt.Key.Key_C)
     bench.until(lambda: page.word() == "NO RESULT")
     assert "given up" in page.sentence.text()
-    bench.until(lambda: "nothing to accept" in bench.runner.gate.text())
+    bench.until(lambda: "no result to accept" in bench.runner.gate.text())
     # It does not begin again by itself; leaving while it runs ends it.
     QTest.qWait(200)
     assert bench.seen.calculating_s is None
