@@ -25,7 +25,7 @@ import numpy as np
 
 from ocmm_core.blas import use_one_thread
 from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.options import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.defaults import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.truth import true_values
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.calibration.change_rows import camera_changes
+from ocmm_core.calibration.length_precision import random_lines
 from ocmm_core.calibration.relocation_data import (
     KeptByCameras,
     KeptByPoints,
@@ -22,7 +23,6 @@ from ocmm_core.calibration.relocation_data import (
     RelocationOptions,
     ShownBar,
 )
-from ocmm_core.calibration.relocation_quality import random_lines
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, rotation_xyz, unit
@@ -307,4 +307,3 @@ LIES = (
     Lie("two control points exchanged", swapped_points),
     Lie("one control point moved", moved_point),
 )
-

@@ -23,9 +23,9 @@ use_one_thread()
 import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 
 from benchmarks.lie_scenes import LIES, Scene, barely_nudged, honest  # noqa: E402 - as above
+from ocmm_core.calibration.length_precision import length_sigma  # noqa: E402 - as above
 from ocmm_core.calibration.relocation import relocate  # noqa: E402 - as above
 from ocmm_core.calibration.relocation_data import Observations, RelocationOptions  # noqa: E402
-from ocmm_core.calibration.relocation_quality import length_sigma  # noqa: E402 - as above
 from ocmm_core.camera.rig import Rig  # noqa: E402 - as above
 from ocmm_core.errors import CalibrationError  # noqa: E402 - as above
 from tests.core.calibration.waved_probe import VOLUME, length_errors, rig  # noqa: E402 - as above
@@ -143,9 +143,7 @@ def _row(name: str, outcomes: Sequence[Outcome]) -> None:
     ways = sum(len(one.accepted_by) for one in outcomes)
     wrong = sum(len(one.wrong_by) for one in outcomes)
     held = sum(_contained(one) for one in outcomes)
-    print(
-        f"{name:40} {n:5} {found:6} {right:6} {alone:6} {held:7} {ways:9} {wrong:6}", flush=True
-    )
+    print(f"{name:40} {n:5} {found:6} {right:6} {alone:6} {held:7} {ways:9} {wrong:6}", flush=True)
 
 
 def main() -> int:

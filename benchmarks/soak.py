@@ -37,7 +37,7 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.worker import read_status
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.compose import StationRequest, build_station, segment_of
-from ocmm_core.cli.options import DEMO_PLAN, RECOMMENDED_RIG
+from ocmm_core.cli.defaults import DEMO_PLAN, RECOMMENDED_RIG
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.report import BusPhase, decode_report
 from ocmm_core.inspection.plan import load_plan

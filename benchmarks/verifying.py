@@ -32,7 +32,7 @@ from ocmm_core.calibration.records import (
     rig_from_record,
 )
 from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.options import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.defaults import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.simulation.resting_spots import Holds, RestingSpots
 from ocmm_core.simulation.verifying import FRAMES, nudge, verify_at_once

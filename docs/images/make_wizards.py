@@ -32,7 +32,7 @@ from ocmm_core.calibration.tip_views import TouchView
 from ocmm_core.camera.model import project
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
-from ocmm_core.cli.options import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.defaults import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.tip_scenes import scene_of_tip
 from ocmm_core.documents import resource
 from ocmm_core.simulation.calibrating import CalibratingRig, Scene, Wave
@@ -60,9 +60,7 @@ class Stage:
         self.rig, self.body = load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
         self.watcher: Callable[[FrameBlock], None] | None = None
         probe = ProbeSite(self.body, folder / "probe", hold_s=0.0)
-        site = WizardSite(
-            self.rig, self.body, folder, "technician", self._tap, probe=probe
-        )
+        site = WizardSite(self.rig, self.body, folder, "technician", self._tap, probe=probe)
         self.wizard = Wizard(site)
         self.wizard.resize(*SIZE)
         self.wizard.show()
@@ -247,8 +245,9 @@ def _resume(stage: Stage, kind: Kind) -> None:
     runner = stage.wizard.runner
     assert runner is not None  # noqa: S101 - the session was just left behind
     stage.wait(
-        lambda: runner.driver.now.view.outcome is not None
-        and runner.driver.now.calculating_s is None
+        lambda: (
+            runner.driver.now.view.outcome is not None and runner.driver.now.calculating_s is None
+        )
     )
 
 

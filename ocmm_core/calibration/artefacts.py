@@ -15,7 +15,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.calibration.thermal import HIGHEST_C, LOWEST_C, REFERENCE_C, require_temperature
 from ocmm_core.documents import Document, digest, load_document

@@ -14,13 +14,12 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.calibration.camera_model_fit import CameraFit, fit_camera, indices_of_wrong
+from ocmm_core.calibration.findings import Finding, let_pass
 from ocmm_core.calibration.guards import (
     OUTLIERS_REFUSED,
     RMS_REFUSED,
-    Finding,
     judge_fit,
     judge_lens,
-    let_pass,
     ratio_of,
 )
 from ocmm_core.calibration.lens_terms import LensTerms, judge_lens_terms

@@ -9,7 +9,8 @@ from datetime import datetime, timedelta
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
+from ocmm_core.calibration.length_precision import length_sigma
 from ocmm_core.calibration.outcome import (
     CalibrationOutcome,
     CameraChange,
@@ -25,7 +26,6 @@ from ocmm_core.calibration.records import (
     entry_of,
     rig_from_record,
 )
-from ocmm_core.calibration.relocation_quality import length_sigma
 from ocmm_core.calibration.session_events import utc_text
 from ocmm_core.camera.model import CameraModel, project
 from ocmm_core.camera.rig import Rig, Vector3

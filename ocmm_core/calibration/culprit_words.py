@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.calibration.culprit import LEAST_PX, Cause, Suspect, Verdict
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.geometry import Float
 
 EXPANSION = 12e-6
@@ -184,8 +184,7 @@ def _remedy(named: Sequence[Suspect], names: Names) -> str:
         Cause.RIG: "Choose the rig with these cameras, in the order of its document; if it is the "
         "right one, calibrate the cameras from known points.",
         Cause.LOOSE: f"Fasten this LED, calibrate the probe again, and {again}.",
-        Cause.CONE: "Clamp the cone, clean it, press the ball into it evenly, and "
-        f"{again}.",
+        Cause.CONE: f"Clamp the cone, clean it, press the ball into it evenly, and {again}.",
         Cause.PLACE: "Verify the cameras; if that fails, calibrate them again, and only then the "
         "probe.",
         Cause.WARMING: "Let probe, artefacts and room come to one temperature, and take no probe "

@@ -8,15 +8,14 @@ cameras do not see what the list of points says.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ocmm_core.calibration.camera_model_fit import CameraFit, indices_of_wrong
 from ocmm_core.calibration.dlt import cloud_of
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.lens_terms import LensTerms
 from ocmm_core.camera.model import PARAMETERS
-from ocmm_core.errors import CalibrationError
 
 FLAT_REFUSED, FLAT_WARNED = 0.1, 0.25
 """Depth over width of the points. 15 mm on 400 costs 30 um at 100 mm depth, 200 mm 4.8 um."""
@@ -37,45 +36,6 @@ FOCAL_SIGMA = 1e-4
 OUTLIERS_REFUSED = 0.1
 LENS_EFFECT = 1.0
 """RMS effect of the lens terms that the running model lacks, in sigmas of a spot."""
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Something that speaks against a calibration.
-
-    Attributes
-    ----------
-    code, what, remedy
-        As in `OcmmError`.
-    refuses
-        The calibration may not be used.
-    forcible
-        A person may use it nevertheless.
-    """
-
-    code: str
-    what: str
-    remedy: str
-    refuses: bool
-    forcible: bool = False
-
-
-def let_pass(findings: Sequence[Finding], force: bool) -> tuple[Finding, ...]:
-    """Return the warnings; with ``force`` also what would have been refused without.
-
-    Raises
-    ------
-    CalibrationError
-        A finding refuses; the first one, those that cannot be forced before the others.
-    """
-    hard = [one for one in findings if one.refuses and not (one.forcible and force)]
-    hard.sort(key=lambda one: one.forcible)
-    if hard:
-        remedy = hard[0].remedy
-        if hard[0].forcible:
-            remedy += " Whoever knows why this is right can force it."
-        raise CalibrationError(hard[0].code, hard[0].what, remedy)
-    return tuple(replace(one, refuses=False) for one in findings)
 
 
 def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:

@@ -8,7 +8,8 @@ from typing import TypeAlias
 import numpy as np
 
 from ocmm_core.calibration.camera_model_fit import fit_camera
-from ocmm_core.calibration.guards import OUTLIERS_REFUSED, RMS_REFUSED, Finding, ratio_of
+from ocmm_core.calibration.findings import Finding
+from ocmm_core.calibration.guards import OUTLIERS_REFUSED, RMS_REFUSED, ratio_of
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Pixels, Points3

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.records import CameraRecord, VerificationRecord
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Pixels, Points3

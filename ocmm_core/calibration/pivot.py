@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.guards import let_pass
+from ocmm_core.calibration.findings import let_pass
 from ocmm_core.calibration.pivot_bundle import chi2_of_cameras, misses
 from ocmm_core.calibration.pivot_centre import thesis_pivot
 from ocmm_core.calibration.pivot_covariance import geometry_in, pivot_uncertainty

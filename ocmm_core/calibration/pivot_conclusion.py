@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from ocmm_core.calibration.conclusion import hash_of
-from ocmm_core.calibration.guards import let_pass
+from ocmm_core.calibration.findings import let_pass
 from ocmm_core.calibration.pivot import calibrate_probe
 from ocmm_core.calibration.pivot_data import PivotCalibration, PivotSweep
 from ocmm_core.calibration.pivot_repeat import ConeVisits, cone_findings

@@ -14,7 +14,7 @@ import numpy as np
 from ocmm_core.calibration.bundle_state import BundleData, BundleState, Prior
 from ocmm_core.calibration.culprit import Verdict, examine
 from ocmm_core.calibration.culprit_words import Names, accuse
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_data import PivotSweep
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Int, Points3
@@ -96,6 +96,4 @@ def _prior(rig: Rig, state: BundleState) -> Prior:
         inverse -= by @ np.linalg.pinv(motions.T @ by) @ by.T
         information[np.ix_(free, free)] = 0.5 * (inverse + inverse.T)
     sought = np.concatenate([free, np.arange(columns.of_leds.start, columns.of_seats.stop)])
-    return replace(
-        Prior(state.values(), information, sought, len(free)), body_floats=True
-    )
+    return replace(Prior(state.values(), information, sought, len(free)), body_floats=True)

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_centre import ThesisPivot
 from ocmm_core.geometry import Float, Pixels, Points3
 from ocmm_core.tracking.body import ProbeBody

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_covariance import LEAST_BLOCKS
 from ocmm_core.calibration.pivot_data import Coverage, LeftOut, PivotLimits, PivotSweep
 from ocmm_core.calibration.pivot_robust import FreePoses

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot import LEAST_FRAMES
 from ocmm_core.calibration.pivot_coverage import preview_pivot
 from ocmm_core.calibration.pivot_data import Coverage, PivotLimits, PivotSweep

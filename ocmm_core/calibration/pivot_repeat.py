@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_data import PivotSweep
 from ocmm_core.calibration.pivot_session import ConeVisited
 from ocmm_core.calibration.repeats import Repeat, RestingPosition, judge_repeats, repeat_finding

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_data import PivotCalibration, PivotSweep
 from ocmm_core.calibration.pivot_robust import free_poses
 from ocmm_core.camera.rig import Rig

@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_data import PivotCalibration
 from ocmm_core.calibration.pivot_validation import PivotValidation
 from ocmm_core.calibration.probe_records import ProbeRecord

@@ -14,7 +14,7 @@ import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.collecting import STRANGE, WAVED_FRAMES, ProbeSpots, sigma_of_mean
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_poses import pivot_of_poses
 from ocmm_core.calibration.pivot_progress import Progress, second_range
 from ocmm_core.calibration.pivot_views import SweepPhase
@@ -241,9 +241,7 @@ class SweepWatch:
         pose = solve(uv[None], self._rig, self._body, self.sigma_px)
         if pose.status[0]:
             return None
-        return _Look(
-            self._now_ns, uv, pose.rotation_world_from_probe[0], pose.origin_world[0]
-        )
+        return _Look(self._now_ns, uv, pose.rotation_world_from_probe[0], pose.origin_world[0])
 
     def _judge(self, look: _Look) -> None:
         self._recent.append(look)

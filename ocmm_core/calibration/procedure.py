@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.geometry import Int, Pixels
 
 

@@ -26,8 +26,9 @@ from ocmm_core.calibration.collecting import (
     RestingSpots,
 )
 from ocmm_core.calibration.conclusion import Circumstances, conclude, hash_of
-from ocmm_core.calibration.guards import let_pass
+from ocmm_core.calibration.findings import let_pass
 from ocmm_core.calibration.history import CalibrationStore
+from ocmm_core.calibration.length_precision import length_sigma
 from ocmm_core.calibration.outcome import CalibrationOutcome
 from ocmm_core.calibration.procedure import Decision, Kind, Live, Step
 from ocmm_core.calibration.procedure_views import RelocationView
@@ -36,7 +37,6 @@ from ocmm_core.calibration.reference_points import ReferencePoints
 from ocmm_core.calibration.relocation import relocate
 from ocmm_core.calibration.relocation_data import GeometryMode, LensMode
 from ocmm_core.calibration.relocation_findings import bar_ends, findings_of
-from ocmm_core.calibration.relocation_quality import length_sigma
 from ocmm_core.calibration.relocation_repeats import seat_findings
 from ocmm_core.calibration.relocation_state import (
     BarTaken,

@@ -20,7 +20,7 @@ from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.artefacts import LengthBar, Sphere
 from ocmm_core.calibration.collecting import STILL_FRAMES, Average, ProbeSpots
-from ocmm_core.calibration.guards import let_pass
+from ocmm_core.calibration.findings import let_pass
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.line_planning import CORNER_NAMES, plan_lines
 from ocmm_core.calibration.outcome import VerificationOutcome

@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 from ocmm_core.calibration.bundle import common_covariance
 from ocmm_core.calibration.bundle_robust import RobustMinimum, adjust_robustly
 from ocmm_core.calibration.bundle_state import BundleState
-from ocmm_core.calibration.guards import Finding, let_pass
+from ocmm_core.calibration.findings import Finding, let_pass
 from ocmm_core.calibration.relocation_culprit import accuse_in_relocation, accuse_points, lone_bar
 from ocmm_core.calibration.relocation_data import (
     KeptByPoints,
@@ -160,9 +160,7 @@ def relocate(
 def _adjusted(problem: RelocationProblem) -> RobustMinimum:
     data, start = problem.data, problem.start
     if len(start.seats):
-        soft = replace(
-            data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM
-        )
+        soft = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
         start = adjust_robustly(soft, problem.prior, start).minimum.state
     return adjust_robustly(data, problem.prior, start)
 

@@ -13,7 +13,7 @@ from ocmm_core.calibration.culprit import Cause, Suspect, Verdict, examine, fit
 from ocmm_core.calibration.culprit_history import Block, restored
 from ocmm_core.calibration.culprit_points import explain_points, scale_between
 from ocmm_core.calibration.culprit_words import Names, accuse
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.relocation_data import (
     KeptByPoints,
     Observations,
@@ -117,9 +117,7 @@ def _told_by_points(
     world = options.world
     if set(by_cause) != {Cause.BAR, Cause.SIZE} or not isinstance(world, KeptByPoints):
         return verdict
-    off = {
-        cause: _sigmas_off(verdict, one, observed, world) for cause, one in by_cause.items()
-    }
+    off = {cause: _sigmas_off(verdict, one, observed, world) for cause, one in by_cause.items()}
     for cause, other in ((Cause.BAR, Cause.SIZE), (Cause.SIZE, Cause.BAR)):
         if off[cause] < _AGREES and off[other] > _CONTRADICTS:
             return replace(verdict, named=(by_cause[cause],))

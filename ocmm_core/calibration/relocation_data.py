@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.camera.model import CameraModel
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform

@@ -9,6 +9,7 @@ from scipy.special import chdtrc
 
 from ocmm_core.calibration.bundle_state import BundleState, Prior
 from ocmm_core.calibration.dlt import cloud_of
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.guards import (
     CHI2_DEVIATION,
     FLAT_REFUSED,
@@ -17,7 +18,6 @@ from ocmm_core.calibration.guards import (
     OUTLIERS_REFUSED,
     RMS_FORCED,
     RMS_REFUSED,
-    Finding,
 )
 from ocmm_core.calibration.relocation_data import (
     BarResidual,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.relocation_data import Relocation
 from ocmm_core.calibration.repeats import Repeat, RestingPosition, judge_repeats, repeat_finding
 from ocmm_core.calibration.seats import SEATS, SeatVisited
@@ -66,9 +66,7 @@ def seat_findings(
     return () if moved is None else (moved,)
 
 
-def _repeat(
-    rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited
-) -> Repeat | Finding:
+def _repeat(rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited) -> Repeat | Finding:
     place = f"seat {first.seat + 1}"
     try:
         one, two = (

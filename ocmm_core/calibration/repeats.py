@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import chdtrc, chdtri
 
 from ocmm_core.calibration.articulation import SEAT_SIGMA_MM
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 

@@ -16,7 +16,7 @@ from datetime import datetime
 from typing import Generic, Protocol, TypeVar
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.procedure import Decision, Kind, Live, ProcedureView, Step

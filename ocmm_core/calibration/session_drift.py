@@ -19,7 +19,7 @@ from scipy.linalg import cho_factor, cho_solve, qr
 from scipy.special import chdtri
 
 from ocmm_core.calibration.articulation import SEAT_SIGMA_MM
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.repeats import shown_moment
 from ocmm_core.calibration.touches import Touch, touch_of
 from ocmm_core.camera.model import N_PARAMETERS, projection_jacobians

@@ -21,7 +21,7 @@ from ocmm_core.calibration.articulation import (
     handle_axis,
     place_of_ball,
 )
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.probe_records import TipRecord
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.tip_errors import sigma_of_difference
@@ -144,9 +144,7 @@ def decide_check(
     if ball is None:
         lacking = "The points on the sphere do not determine the ball yet: touch more places."
     else:
-        sigma = sigma_of_difference(
-            ball.errors, sphere, temperature_c, qualification, rig, body
-        )
+        sigma = sigma_of_difference(ball.errors, sphere, temperature_c, qualification, rig, body)
         judged += [_diameter(ball, sigma, qualification), *_form(ball)]
     place = place_of_ball(in_cone, rig, body)
     articulation = articulate(in_cone, rig, body, CHANCE) if len(in_cone) > 1 else None

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.articulation import Articulation
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.records import CameraRecord, Check, VerificationRecord
 from ocmm_core.calibration.tip_fit import BallFit
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.probe_records import TipCheckRecord, TipRecord
 from ocmm_core.calibration.procedure import ProcedureView
 from ocmm_core.geometry import Float, Int, Points3

@@ -20,7 +20,7 @@ from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.blows import BlowSense, note_blow, require_no_doubt_since
 from ocmm_core.calibration.collecting import STILL_FRAMES, Average, ProbeSpots
 from ocmm_core.calibration.conclusion import hash_of
-from ocmm_core.calibration.guards import Finding, let_pass
+from ocmm_core.calibration.findings import Finding, let_pass
 from ocmm_core.calibration.history import CalibrationStore
 from ocmm_core.calibration.probe_records import MadeRecord, probe_from_records
 from ocmm_core.calibration.probe_store import ProbeStore, TipRecords
@@ -222,9 +222,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
         )
         if self._cameras is None:
             return let_pass(known, force=False)
-        used = sphere_warnings(
-            begun.sphere, self._cameras.active(), self._cameras.verifications()
-        )
+        used = sphere_warnings(begun.sphere, self._cameras.active(), self._cameras.verifications())
         return (*let_pass(known, force=False), *used)
 
     @property
@@ -399,9 +397,7 @@ def judge_sphere(
     let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
 
 
-def continued_records(
-    store: ProbeStore, begun: TipBegun | TipCheckBegun, path: Path
-) -> TipRecords:
+def continued_records(store: ProbeStore, begun: TipBegun | TipCheckBegun, path: Path) -> TipRecords:
     """Return the records that a session was begun with.
 
     Raises

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.verification_state import VerificationState
 from ocmm_core.geometry import Float, perpendicular_pair, unit
 

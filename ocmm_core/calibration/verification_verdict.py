@@ -9,7 +9,7 @@ import numpy as np
 
 from ocmm_core.calibration.artefacts import LengthBar, Sphere
 from ocmm_core.calibration.conclusion import hash_of
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.line_planning import CORNER_SHARE
 from ocmm_core.calibration.records import (
     VERIFICATION_SCHEMA,

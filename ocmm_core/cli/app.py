@@ -18,22 +18,20 @@ from ocmm_core.cli.bus import bus_app
 from ocmm_core.cli.calibrate import calibrate_app
 from ocmm_core.cli.calibrate_probe import probe_command
 from ocmm_core.cli.calibrate_tip import check_tip_command, tip_command
-from ocmm_core.cli.climate import (
-    ClimateRequest,
-    CompensatePartOption,
-    CompensateProbeOption,
-    PartExpansionOption,
-    PartTemperatureOption,
-    ProbeDesignOption,
-    ProbeTemperatureOption,
-    TemperatureSigmaOption,
-)
+from ocmm_core.cli.climate import ClimateRequest
 from ocmm_core.cli.compare import compare_command
 from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import (
+    DEFAULT_SEED,
+    DEMO_PART,
+    DEMO_PLAN,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+)
 from ocmm_core.cli.fit import fit_command
 from ocmm_core.cli.headless import (
     exit_code,
-    make_console,
     missing_sentences,
     print_explanations,
     print_table,
@@ -42,25 +40,30 @@ from ocmm_core.cli.headless import (
 )
 from ocmm_core.cli.measure_parts import await_part
 from ocmm_core.cli.options import (
-    DEFAULT_SEED,
-    DEMO_PART,
-    DEMO_PLAN,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
     CalibrationsOption,
     CheckAfterOption,
+    CompensatePartOption,
+    CompensateProbeOption,
     ForceOption,
     IncompleteOption,
     OutOption,
+    PartExpansionOption,
     PartOption,
+    PartTemperatureOption,
     PlanOption,
+    ProbeDesignOption,
     ProbeOption,
     ProbesOption,
+    ProbeTemperatureOption,
     ReferenceOption,
     RigOption,
     SeedOption,
     SourceOption,
     SpeedOption,
+    StreamHostOption,
+    StreamOption,
+    StreamTokenOption,
+    TemperatureSigmaOption,
     TipOption,
     UncalibratedOption,
 )
@@ -71,12 +74,7 @@ from ocmm_core.cli.recall import recall_command
 from ocmm_core.cli.report import report_command
 from ocmm_core.cli.rig import rig_app
 from ocmm_core.cli.source_names import VIRTUAL_BUSES
-from ocmm_core.cli.stream_options import (
-    StreamHostOption,
-    StreamOption,
-    StreamTokenOption,
-    stream_options,
-)
+from ocmm_core.cli.stream_options import stream_options
 from ocmm_core.cli.study import study_app
 from ocmm_core.cli.truth import true_values
 from ocmm_core.cli.uncertainty import uncertainty_command
@@ -214,9 +212,7 @@ def measure(
     order_number: Annotated[
         str, typer.Option("--order-number", help="Number of the order, for the report.")
     ] = "",
-    batch: Annotated[
-        str, typer.Option("--batch", help="Batch that the part belongs to.")
-    ] = "",
+    batch: Annotated[str, typer.Option("--batch", help="Batch that the part belongs to.")] = "",
     parts: Annotated[
         int,
         typer.Option(

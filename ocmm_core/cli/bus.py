@@ -16,8 +16,9 @@ from ocmm_core.cli.bus_options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.bus_session import open_bus, scan
 from ocmm_core.cli.bus_watch import watch_bus
 from ocmm_core.cli.compose import identities
-from ocmm_core.cli.headless import make_console
-from ocmm_core.cli.options import RECOMMENDED_RIG, ForceOption, RigOption
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import RECOMMENDED_RIG
+from ocmm_core.cli.options import ForceOption, RigOption
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.identity import assign
 

@@ -18,8 +18,9 @@ from rich.table import Table
 
 from ocmm_core.cli.bus_options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.bus_session import camera_of, open_bus
-from ocmm_core.cli.headless import make_console
-from ocmm_core.cli.options import RECOMMENDED_RIG, ForceOption, RigOption
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import RECOMMENDED_RIG
+from ocmm_core.cli.options import ForceOption, RigOption
 from ocmm_core.cli.pictures import encoder_for
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.camera_client import (
@@ -277,4 +278,3 @@ def _print_black(console: Console, state: BlackImageState) -> None:
         highlight=False,
         soft_wrap=True,
     )
-

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 

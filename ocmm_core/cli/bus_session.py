@@ -22,8 +22,8 @@ from ocmm_core.cli.compose import (
     make_feed,
     segment_of,
 )
-from ocmm_core.cli.headless import make_console
-from ocmm_core.cli.options import DEMO_PLAN
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import DEMO_PLAN
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
 from ocmm_core.fieldbus.scan import ScannedDevice, decode_scan

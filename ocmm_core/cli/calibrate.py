@@ -77,11 +77,9 @@ from ocmm_core.cli.calibrate_steps import (
     require_end,
     store_in_cameras,
 )
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import DEFAULT_SEED, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.options import (
-    DEFAULT_SEED,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
     ForceOption,
     ProbeOption,
     ProbesOption,
@@ -102,6 +100,7 @@ calibrate_app = typer.Typer(
     "on where it was when it is started again.\n\n"
     "Exit codes: 0 accepted (and passed), 1 kept the old one, waiting, or failed, 2 could not.",
 )
+
 
 class LensChoice(StrEnum):
     """What happens to the lenses in a relocation."""
@@ -165,11 +164,15 @@ def cameras(
     """
     console, site = make_console(), open_site(rig, calibrations)
     listed = load_reference_points(points)
-    procedure = None if new else continued(
-        site,
-        Kind.KNOWN_POINTS,
-        lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
-        console,
+    procedure = (
+        None
+        if new
+        else continued(
+            site,
+            Kind.KNOWN_POINTS,
+            lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
+            console,
+        )
     )
     if procedure is None:
         procedure = KnownPointsProcedure.begin(
@@ -250,11 +253,15 @@ def relocate(
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     known = None if control is None else load_reference_points(control)
-    procedure = None if new else continued(
-        site,
-        Kind.RELOCATION,
-        lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
-        console,
+    procedure = (
+        None
+        if new
+        else continued(
+            site,
+            Kind.RELOCATION,
+            lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
+            console,
+        )
     )
     recorded = () if shots is None else load_shots(shots, site.rig, body.n_leds)
     if procedure is None:
@@ -359,11 +366,15 @@ def verify(
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
-    procedure = None if new else continued(
-        site,
-        Kind.VERIFICATION,
-        lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
-        console,
+    procedure = (
+        None
+        if new
+        else continued(
+            site,
+            Kind.VERIFICATION,
+            lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
+            console,
+        )
     )
     if procedure is None:
         procedure = VerificationProcedure.begin(

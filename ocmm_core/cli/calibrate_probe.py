@@ -42,11 +42,9 @@ from ocmm_core.cli.calibrate_run import (
 )
 from ocmm_core.cli.calibrate_scenes import VirtualSite
 from ocmm_core.cli.calibrate_steps import is_lacking, now
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import DEFAULT_SEED, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.options import (
-    DEFAULT_SEED,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
     ForceOption,
     ProbeOption,
     RigOption,
@@ -170,11 +168,15 @@ def probe_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     site, body, store = place.site, place.body, place.store
-    procedure = None if new else continued(
-        site,
-        Kind.PIVOT,
-        lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
-        console,
+    procedure = (
+        None
+        if new
+        else continued(
+            site,
+            Kind.PIVOT,
+            lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+            console,
+        )
     )
     if procedure is None:
         procedure = PivotProcedure.begin(
@@ -204,9 +206,7 @@ def probe_command(
         raise typer.Exit(1)
 
 
-def virtual_sweeps(
-    scene: SceneChoice, step: str, seed: int, poses: int
-) -> tuple[SweepProbe, ...]:
+def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
     """Return what a session in ``step`` still lacks, as the virtual hand does it."""
     seconds = _SECONDS + _SECONDS_PER_POSE * poses
     first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)

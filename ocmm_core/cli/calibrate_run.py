@@ -33,7 +33,7 @@ from ocmm_core.calibration.session_events import is_ended, sessions
 from ocmm_core.calibration.shot_table import Shot
 from ocmm_core.camera.rig import Rig, load_rig
 from ocmm_core.cli.compose import Feed, StationRequest, identities, make_feed
-from ocmm_core.cli.options import DEMO_PLAN
+from ocmm_core.cli.defaults import DEMO_PLAN
 from ocmm_core.errors import CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan

@@ -26,7 +26,7 @@ from ocmm_core.cli.calibrate_run import (
 )
 from ocmm_core.cli.calibrate_scenes import VirtualSite
 from ocmm_core.cli.calibration_choice import choose_probe
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
 from ocmm_core.cli.write_cameras import write_accepted
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibrating import Scene

@@ -43,11 +43,9 @@ from ocmm_core.cli.calibrate_tip_report import (
     print_qualification,
     print_sphere,
 )
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import DEFAULT_SEED, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.options import (
-    DEFAULT_SEED,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
     ForceOption,
     ProbeOption,
     RigOption,
@@ -219,9 +217,7 @@ class _Source:
     force: bool
 
 
-def _continued(
-    kind: type[T], place: ProbeSite, tip: str, console: Console
-) -> T | None:
+def _continued(kind: type[T], place: ProbeSite, tip: str, console: Console) -> T | None:
     """Return the newest session about a tip that can go on; None where there is none."""
     return continued(
         place.site,

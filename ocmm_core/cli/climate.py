@@ -1,12 +1,9 @@
-"""Temperatures of a job from names and numbers: the options, and what is made of them."""
+"""Temperatures of a job from names and numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.calibration.probe_records import ProbeRecord
@@ -30,40 +27,6 @@ _SIGMA_K = 0.5
 _SIGMA_PPM = 1.0
 """Of an expansion from a handbook (ISO/TR 16015)."""
 _GIVEN = "given by the operator"
-
-ProbeDesignOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--probe-design",
-        help="Design document of the probe: its growth and bending enter U, and it can be "
-        "compensated for its temperature.",
-    ),
-]
-ProbeTemperatureOption = Annotated[
-    float | None, typer.Option("--probe-temperature", help="Of the probe now, °C.")
-]
-PartTemperatureOption = Annotated[
-    float | None, typer.Option("--part-temperature", help="Of the part now, °C.")
-]
-TemperatureSigmaOption = Annotated[
-    float,
-    typer.Option("--temperature-sigma", help="Standard uncertainty of each temperature, K."),
-]
-CompensateProbeOption = Annotated[
-    bool,
-    typer.Option(
-        "--compensate-probe", help="Measure with the probe's geometry at its present temperature."
-    ),
-]
-CompensatePartOption = Annotated[
-    bool, typer.Option("--compensate-part", help="Report coordinates as they are at 20 °C.")
-]
-PartExpansionOption = Annotated[
-    float | None,
-    typer.Option(
-        "--part-expansion", help="Expansion of the part, 1e-6/K; else that of the plan's material."
-    ),
-]
 
 
 @dataclass(frozen=True, slots=True)

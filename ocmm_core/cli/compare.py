@@ -10,7 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
 from ocmm_core.inspection.compare import Trend, all_simulated, compare_jobs
 from ocmm_core.inspection.job_words import NO_REAL_PART, SIMULATED, job_states, part_line
 from ocmm_core.inspection.reopen import reopen_job

@@ -19,7 +19,7 @@ from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.acquisition.worker import AcquisitionStatus, AcquisitionWorker, read_status
 from ocmm_core.camera.rig import Rig
 from ocmm_core.cli.climate import ClimateRequest
-from ocmm_core.cli.options import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.defaults import DEFAULT_SEED, DEMO_PART, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.source_names import PIXEL_BUS, VIRTUAL_BUSES, VIRTUAL_WIRE
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.identity import CameraIdentity
@@ -298,9 +298,7 @@ def _bus_config(
     )
 
 
-def _bus_description(
-    name: str, rig: Rig, bus: BusConfig, *, simulated: bool
-) -> SourceDescription:
+def _bus_description(name: str, rig: Rig, bus: BusConfig, *, simulated: bool) -> SourceDescription:
     return SourceDescription(
         name=name,
         camera_serials=tuple(camera.serial for camera in rig.cameras),

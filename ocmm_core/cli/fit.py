@@ -12,9 +12,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ocmm_core.cli.console import make_console
 from ocmm_core.cli.fit_json import fit_json
 from ocmm_core.cli.fit_rows import Row, rows_of
-from ocmm_core.cli.headless import make_console
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.fit import fit_shape, sizes_in_words
 from ocmm_core.features.outliers import outliers

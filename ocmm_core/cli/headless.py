@@ -16,6 +16,7 @@ from ocmm_core.acquisition.worker import AcquisitionState, AcquisitionStatus, St
 from ocmm_core.calibration.in_use import Word
 from ocmm_core.calibration.probe_in_use import ProbeView
 from ocmm_core.cli.compose import BuiltStation
+from ocmm_core.cli.console import _WIDE
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
 from ocmm_core.inspection.cause import Explanation
 from ocmm_core.inspection.job_words import INCOMPLETE, state_lines
@@ -26,7 +27,6 @@ from ocmm_core.tolerances.result import U_LABEL, U_WORDS, CharacteristicResult, 
 from ocmm_core.tolerances.verdict import PartWord
 
 _POLL_S = 0.05
-_WIDE = 118
 _STYLE = {
     Verdict.CONFORM: "green",
     Verdict.NOT_CONFORM: "bold red",
@@ -94,12 +94,6 @@ def run_job(
         station.close()
         print_counters(console, station.acquisition_status())
     return view
-
-
-def make_console() -> Console:
-    """Return the console; a pipe or file is wide enough for the whole table."""
-    console = Console()
-    return console if console.is_terminal else Console(width=_WIDE)
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Options that several commands share, and the documents they stand for by default."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -6,14 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from ocmm_core.documents import resource
-
-DEFAULT_SEED = 3
-DEMO_PLAN = resource("plans", "demo.toml")
-RECOMMENDED_RIG = resource("rigs", "recommended.toml")
-STANDARD_PROBE = resource("probes", "standard.toml")
-DEMO_PART = resource("parts", "demo.toml")
 
 SOURCE_HELP = (
     "Where frames come from: 'simulated' (virtual rig in this process), 'ethercat:virtual' "
@@ -97,5 +89,72 @@ IncompleteOption = Annotated[
         "--incomplete",
         help="Write the report also of a job that was not measured completely; its pages and files "
         "say INCOMPLETE.",
+    ),
+]
+
+ProbeDesignOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--probe-design",
+        help="Design document of the probe: its growth and bending enter U, and it can be "
+        "compensated for its temperature.",
+    ),
+]
+
+ProbeTemperatureOption = Annotated[
+    float | None, typer.Option("--probe-temperature", help="Of the probe now, °C.")
+]
+
+PartTemperatureOption = Annotated[
+    float | None, typer.Option("--part-temperature", help="Of the part now, °C.")
+]
+
+TemperatureSigmaOption = Annotated[
+    float,
+    typer.Option("--temperature-sigma", help="Standard uncertainty of each temperature, K."),
+]
+
+CompensateProbeOption = Annotated[
+    bool,
+    typer.Option(
+        "--compensate-probe", help="Measure with the probe's geometry at its present temperature."
+    ),
+]
+
+CompensatePartOption = Annotated[
+    bool, typer.Option("--compensate-part", help="Report coordinates as they are at 20 °C.")
+]
+
+PartExpansionOption = Annotated[
+    float | None,
+    typer.Option(
+        "--part-expansion", help="Expansion of the part, 1e-6/K; else that of the plan's material."
+    ),
+]
+
+StreamOption = Annotated[
+    int | None,
+    typer.Option(
+        "--stream",
+        min=0,
+        max=65535,
+        metavar="PORT",
+        help="Give points, the button and poses to other programs, as lines of JSON on this TCP "
+        "port (0: a free one). Off without it.",
+    ),
+]
+
+StreamHostOption = Annotated[
+    str,
+    typer.Option(
+        "--stream-host", help="Address of the stream. Beyond this computer it needs a token."
+    ),
+]
+
+StreamTokenOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--stream-token",
+        help="File whose first line is the token that clients of the stream must send.",
     ),
 ]

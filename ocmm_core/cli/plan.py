@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 import typer
 
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
 from ocmm_core.errors import InputError
 from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
@@ -90,9 +90,7 @@ def warnings_of(plan: Plan, folder: Path) -> list[str]:
     ]
     sizeless = [f.name for f in plan.features if not len(places_of(f, f.points).points)]
     if sizeless:
-        found.append(
-            f"No length or width: {', '.join(sizeless)}; no targets are shown for these."
-        )
+        found.append(f"No length or width: {', '.join(sizeless)}; no targets are shown for these.")
     if plan.alignment is None:
         found.append("No alignment: no targets are shown, and features are probed in order only.")
     return found

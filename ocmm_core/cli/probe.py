@@ -14,12 +14,14 @@ from rich.table import Table
 from ocmm_core.calibration.layout import Postures
 from ocmm_core.calibration.probe_design import load_design, shipped_design
 from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.headless import make_console
-from ocmm_core.cli.options import RECOMMENDED_RIG, STANDARD_PROBE, ProbeOption, RigOption
-from ocmm_core.cli.svg_maps import bending, map_range, tip_map
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.cli.options import ProbeOption, RigOption
+from ocmm_core.cli.svg_maps import bending, tip_map
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.measuring.probe_budget import BudgetTerm
+from ocmm_core.measuring.probe_maps import map_range
 from ocmm_core.measuring.probe_report import Examination, ProbeReport, examine
 from ocmm_core.measuring.probe_words import label_verdict, label_words, mechanics_words
 from ocmm_core.tracking.body import load_probe

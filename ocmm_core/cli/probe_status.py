@@ -17,8 +17,9 @@ from ocmm_core.calibration.probe_overview import TipState, probe_overview
 from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.cli.calibrate_report import evidence_words
-from ocmm_core.cli.headless import make_console
-from ocmm_core.cli.options import STANDARD_PROBE, ProbeOption
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import STANDARD_PROBE
+from ocmm_core.cli.options import ProbeOption
 from ocmm_core.tracking.body import load_probe
 
 FolderOption = Annotated[

@@ -17,7 +17,7 @@ from rich.table import Table
 
 from ocmm_core.calibration.in_use import default_folder
 from ocmm_core.calibration.sealed import seal
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.recall import Places, decide, recall

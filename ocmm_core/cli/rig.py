@@ -9,18 +9,14 @@ from rich.console import Console
 
 from ocmm_core.camera.rig import load_rig
 from ocmm_core.cli.compose import StationRequest, segment_of
-from ocmm_core.cli.options import (
+from ocmm_core.cli.defaults import (
     DEFAULT_SEED,
     DEMO_PART,
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
-    PartOption,
-    PlanOption,
-    ProbeOption,
-    RigOption,
-    SeedOption,
 )
+from ocmm_core.cli.options import PartOption, PlanOption, ProbeOption, RigOption, SeedOption
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.named_rig import RigStatus, rig_down, rig_status, rig_up
 

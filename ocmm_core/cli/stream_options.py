@@ -1,40 +1,12 @@
-"""Options of the live stream, for the command line and the window."""
+"""Options of the live stream from names and numbers."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.station.stream_options import StreamOptions, check_stream
-
-StreamOption = Annotated[
-    int | None,
-    typer.Option(
-        "--stream",
-        min=0,
-        max=65535,
-        metavar="PORT",
-        help="Give points, the button and poses to other programs, as lines of JSON on this TCP "
-        "port (0: a free one). Off without it.",
-    ),
-]
-StreamHostOption = Annotated[
-    str,
-    typer.Option(
-        "--stream-host", help="Address of the stream. Beyond this computer it needs a token."
-    ),
-]
-StreamTokenOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--stream-token",
-        help="File whose first line is the token that clients of the stream must send.",
-    ),
-]
 
 
 def stream_options(port: int | None, host: str, token_file: Path | None) -> StreamOptions | None:

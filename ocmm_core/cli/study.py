@@ -12,7 +12,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.headless import make_console
+from ocmm_core.cli.console import make_console
 from ocmm_core.cli.options import RigOption
 from ocmm_core.cli.svg import histogram, points_in_space
 from ocmm_core.documents import resource, write_atomic

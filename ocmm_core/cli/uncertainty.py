@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ocmm_core.cli.headless import make_console, print_states
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.headless import print_states
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.uncertainty import JobUncertainty, job_uncertainty

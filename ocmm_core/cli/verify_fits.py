@@ -9,8 +9,8 @@ import typer
 from rich import box
 from rich.table import Table
 
+from ocmm_core.cli.console import make_console
 from ocmm_core.cli.fit import CriterionWord
-from ocmm_core.cli.headless import make_console
 from ocmm_core.features.shapes import Criterion
 from ocmm_core.features.verify import (
     APEX_LIMIT,

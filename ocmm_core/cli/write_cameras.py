@@ -14,8 +14,9 @@ from ocmm_core.calibration.records import CameraRecord
 from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.cli.bus_options import BusOption
 from ocmm_core.cli.bus_session import open_bus
-from ocmm_core.cli.headless import make_console
-from ocmm_core.cli.options import RECOMMENDED_RIG, CalibrationsOption, ForceOption, RigOption
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.defaults import RECOMMENDED_RIG
+from ocmm_core.cli.options import CalibrationsOption, ForceOption, RigOption
 from ocmm_core.errors import OcmmError
 
 

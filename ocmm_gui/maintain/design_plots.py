@@ -7,8 +7,8 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.calibration.layout import TipMap
-from ocmm_core.cli.svg_maps import colour_at
 from ocmm_core.geometry import Float
+from ocmm_core.measuring.probe_maps import colour_at
 from ocmm_core.measuring.probe_report import Mechanics
 from ocmm_gui.theme import fitted, text_font
 from ocmm_gui.wizards.plot import Plot

@@ -23,9 +23,9 @@ from ocmm_core.calibration.probe_design import load_design, shipped_design
 from ocmm_core.calibration.probe_in_use import ProbeInUse
 from ocmm_core.calibration.probe_records import probe_from_records
 from ocmm_core.camera.rig import Rig
-from ocmm_core.cli.svg_maps import map_range
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.measuring.probe_budget import BudgetTerm
+from ocmm_core.measuring.probe_maps import map_range
 from ocmm_core.measuring.probe_report import Examination, ProbeReport, examine
 from ocmm_core.measuring.probe_words import label_verdict, label_words, mechanics_words
 from ocmm_core.tracking.body import ProbeBody, load_probe

@@ -8,7 +8,7 @@ from datetime import datetime
 import numpy as np
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.pivot_views import PivotChange, PivotOutcome, led_paths
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float

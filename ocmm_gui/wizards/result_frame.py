@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark, mark_colour

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.outcome import CalibrationOutcome, CameraChange, Comparison
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS
 from ocmm_core.camera.rig import Rig

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.probe_records import TipCheckRecord, TipRecord
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.tip_views import TipCheckOutcome, TipOutcome

@@ -17,7 +17,7 @@ import pytest
 
 from ocmm_core.acquisition.worker import AcquisitionState
 from ocmm_core.cli.compose import StationRequest, build_station
-from ocmm_core.cli.options import DEMO_PLAN
+from ocmm_core.cli.defaults import DEMO_PLAN
 from ocmm_core.station.station import MeasuringStation
 from tests.host import HANG_S, private_network
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.cli.compose import StationRequest, build_station
-from ocmm_core.cli.headless import make_console, run_job
+from ocmm_core.cli.console import make_console
+from ocmm_core.cli.headless import run_job
 from ocmm_core.documents import resource
 from ocmm_core.inspection.view import JobView
 from tests.host import private_network

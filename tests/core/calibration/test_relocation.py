@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ocmm_core.calibration.length_precision import length_sigma
 from ocmm_core.calibration.relocation import relocate
 from ocmm_core.calibration.relocation_data import (
     GeometryMode,
@@ -18,7 +19,6 @@ from ocmm_core.calibration.relocation_data import (
     RelocationOptions,
     SetByPoints,
 )
-from ocmm_core.calibration.relocation_quality import length_sigma
 from ocmm_core.camera.model import N_PARAMETERS
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector

@@ -8,10 +8,11 @@ import pytest
 from ocmm_core.calibration.camera_model_fit import fit_camera
 from ocmm_core.calibration.camera_network import RigCalibration, calibrate_rig
 from ocmm_core.calibration.evaluation import error_map, split
-from ocmm_core.calibration.guards import Finding, judge_fit, let_pass
+from ocmm_core.calibration.findings import Finding, let_pass
+from ocmm_core.calibration.guards import judge_fit
+from ocmm_core.calibration.length_precision import length_sigma
 from ocmm_core.calibration.lens import LensCamera, see
 from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.calibration.relocation_quality import length_sigma
 from ocmm_core.camera.model import N_PARAMETERS, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float

@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.calibration.articulation import articulate, place_of_ball
 from ocmm_core.calibration.chance import range_limit, square_limit
-from ocmm_core.calibration.guards import Finding
+from ocmm_core.calibration.findings import Finding
 from ocmm_core.calibration.probe_records import TipRecord
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.sphere_layout import (
@@ -170,9 +170,7 @@ def test_what_a_check_shares_with_its_qualification_cancels() -> None:
     record = record_of(ball, WORLD)
 
     def compared(other: TipRecord) -> float:
-        return sigma_of_difference(
-            ball.errors, WORLD.sphere, 20.0, other, WORLD.rig, WORLD.body
-        )
+        return sigma_of_difference(ball.errors, WORLD.sphere, 20.0, other, WORLD.rig, WORLD.body)
 
     # The same touches once more: only their spots differ, and the warmth of the sphere.
     assert compared(record) == pytest.approx(np.sqrt(2.0) * ball.errors.noise, rel=0.02)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.bundle_state import BundleState
+from ocmm_core.calibration.length_precision import random_lines
 from ocmm_core.calibration.relocation_data import (
     KeptByCameras,
     LengthBar,
@@ -20,7 +21,6 @@ from ocmm_core.calibration.relocation_data import (
     TouchedBar,
 )
 from ocmm_core.calibration.relocation_frame import motion_to_world
-from ocmm_core.calibration.relocation_quality import random_lines
 from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS, CameraModel, on_sensor, project
 from ocmm_core.camera.rig import CalibrationDesign, Rig, known_points_covariance, load_rig
 from ocmm_core.documents import resource
@@ -52,9 +52,7 @@ def see(cameras: tuple[CameraModel, ...], points: Float, rng: np.random.Generato
     """Return noisy spots (n, C, k, 2), px, of points (n, k, 3), mm; NaN off the sensor."""
     uv = np.stack([project(camera, points) for camera in cameras], axis=1)
     seen = np.stack([on_sensor(c, uv[:, i]) for i, c in enumerate(cameras)], axis=1)
-    noisy: Pixels = np.where(
-        seen[..., None], uv + SIGMA_PX * rng.standard_normal(uv.shape), np.nan
-    )
+    noisy: Pixels = np.where(seen[..., None], uv + SIGMA_PX * rng.standard_normal(uv.shape), np.nan)
     return noisy
 
 

@@ -12,8 +12,8 @@ import pytest
 
 from ocmm_core.acquisition.worker import AcquisitionState
 from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.cli.console import make_console
 from ocmm_core.cli.endurance import run_for
-from ocmm_core.cli.headless import make_console
 from ocmm_core.documents import resource
 from ocmm_core.inspection.view import StatusWord
 from ocmm_core.measuring.point import MeasuredPoint, Refusal

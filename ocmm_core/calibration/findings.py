@@ -1,0 +1,47 @@
+"""What speaks against a calibration, with its remedy, and what may pass nevertheless."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ocmm_core.errors import CalibrationError
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that speaks against a calibration.
+
+    Attributes
+    ----------
+    code, what, remedy
+        As in `OcmmError`.
+    refuses
+        The calibration may not be used.
+    forcible
+        A person may use it nevertheless.
+    """
+
+    code: str
+    what: str
+    remedy: str
+    refuses: bool
+    forcible: bool = False
+
+
+def let_pass(findings: Sequence[Finding], force: bool) -> tuple[Finding, ...]:
+    """Return the warnings; with ``force`` also what would have been refused without.
+
+    Raises
+    ------
+    CalibrationError
+        A finding refuses; the first one, those that cannot be forced before the others.
+    """
+    hard = [one for one in findings if one.refuses and not (one.forcible and force)]
+    hard.sort(key=lambda one: one.forcible)
+    if hard:
+        remedy = hard[0].remedy
+        if hard[0].forcible:
+            remedy += " Whoever knows why this is right can force it."
+        raise CalibrationError(hard[0].code, hard[0].what, remedy)
+    return tuple(replace(one, refuses=False) for one in findings)
