@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-import ocmm_core.calibration.bundle_kernel as bundle_kernel
-import ocmm_core.calibration.kernel as camera_kernel
-import ocmm_core.tracking.small_algebra as algebra
+from ocmm_core.calibration import bundle_kernel as bundle_kernel
+from ocmm_core.calibration import kernel as camera_kernel
 from ocmm_core.calibration.bundle_kernel import N_CAMERA, eliminate
 from ocmm_core.calibration.kernel import empty_rows, spot_rows
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking import small_algebra as algebra
 from ocmm_core.tracking.small_algebra import turn
 
 

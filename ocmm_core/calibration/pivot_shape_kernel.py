@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-import ocmm_core.tracking.small_algebra as algebra
 from ocmm_core.camera.compiled import compiled
 from ocmm_core.geometry import Float
+from ocmm_core.tracking import small_algebra as algebra
 from ocmm_core.tracking.small_algebra import best_turn
 
 

@@ -29,8 +29,7 @@ from ocmm_core.cli.source_names import VIRTUAL_BUSES as VIRTUAL_BUSES
 from ocmm_core.documents import digest
 from ocmm_core.errors import StorageError
 from ocmm_core.inspection.batch import require_new_serial
-from ocmm_core.inspection.header import EVENT as HEADER
-from ocmm_core.inspection.header import check_header, header_text
+from ocmm_core.inspection.header import HEADER_EVENT, check_header, header_text
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.part_before import place_of_part_before
 from ocmm_core.inspection.plan import Plan, load_plan
@@ -182,7 +181,7 @@ def _new_job(
     head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
     job = JobFile.create(job_path, head)
     if request.order or request.batch:
-        job.append_event(HEADER, header_text(header))
+        job.append_event(HEADER_EVENT, header_text(header))
     return job
 
 

@@ -7,11 +7,9 @@ proves nothing holds for good.
 from __future__ import annotations
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.limits import EVENT as LIMITS
-from ocmm_core.inspection.limits import FOR_COMPARISON, limits_text, methods_used
+from ocmm_core.inspection.limits import FOR_COMPARISON, LIMITS_EVENT, limits_text, methods_used
 from ocmm_core.inspection.options import SessionOptions
-from ocmm_core.measuring.temperature import EVENT as TEMPERATURE
-from ocmm_core.measuring.temperature import Climate, climate_of_text, record_text
+from ocmm_core.measuring.temperature import CLIMATE_EVENT, Climate, climate_of_text, record_text
 from ocmm_core.storage.job_file import JobFile
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
@@ -75,14 +73,14 @@ class Conditions:
     def note_climate(self) -> None:
         """Store with which temperatures and switches, where they are not those of before."""
         text = record_text(self._options.climate.record())
-        if self._last.get(TEMPERATURE) != text:
-            self._store(TEMPERATURE, text)
+        if self._last.get(CLIMATE_EVENT) != text:
+            self._store(CLIMATE_EVENT, text)
 
     def note_limits(self) -> None:
         """Store by which limits, where they are not those of before."""
         text = limits_text(self._options)
-        if self._last.get(LIMITS) != text:
-            self._store(LIMITS, text)
+        if self._last.get(LIMITS_EVENT) != text:
+            self._store(LIMITS_EVENT, text)
 
     def _store(self, kind: str, text: str) -> None:
         self._job.append_event(kind, text)
@@ -90,7 +88,7 @@ class Conditions:
 
     def _require_same_climate(self) -> None:
         """Raise MeasuringError where points of this job were taken with other temperatures."""
-        stored = self._last.get(TEMPERATURE)
+        stored = self._last.get(CLIMATE_EVENT)
         before = climate_of_text(stored) if stored is not None else Climate()
         if before.record() != self._options.climate.record():
             raise MeasuringError(

@@ -11,7 +11,7 @@ from ocmm_core.inspection.plan import NAME_PATTERN
 from ocmm_core.inspection.view import JobHeader
 from ocmm_core.storage.rows import JobEvent, JobHead
 
-EVENT = "header"
+HEADER_EVENT = "header"
 """Kind of the event that holds what the head of a job file has no place for."""
 
 NOT_GIVEN = "-"
@@ -53,6 +53,6 @@ def header_text(header: JobHeader) -> str:
 
 def header_of(head: JobHead, events: Sequence[JobEvent]) -> JobHeader:
     """Return the header of a job file."""
-    texts = [event.text for event in events if event.kind == EVENT]
+    texts = [event.text for event in events if event.kind == HEADER_EVENT]
     beside = msgspec.json.decode(texts[-1], type=_Written) if texts else _Written()
     return JobHeader(head.operator, head.part, head.serial, beside.order, beside.batch)

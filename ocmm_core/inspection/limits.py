@@ -18,7 +18,7 @@ from ocmm_core.measuring.stable_point import PointOptions
 from ocmm_core.storage.rows import JobEvent
 from ocmm_core.tracking.pose import Method
 
-EVENT = "limits"
+LIMITS_EVENT = "limits"
 """Kind of the event of the job file."""
 
 FOR_COMPARISON = (
@@ -56,7 +56,7 @@ def with_stored_limits(options: SessionOptions, events: Sequence[JobEvent]) -> S
     InputError
         The record cannot be read.
     """
-    texts = [event.text for event in events if event.kind == EVENT]
+    texts = [event.text for event in events if event.kind == LIMITS_EVENT]
     if not texts:
         return options
     written = _read(texts[-1])
@@ -70,7 +70,7 @@ def methods_used(events: Sequence[JobEvent]) -> tuple[Method, ...]:
 
     Points of one job may differ in it: it is gone on with as somebody likes.
     """
-    found = [_read(event.text).method for event in events if event.kind == EVENT]
+    found = [_read(event.text).method for event in events if event.kind == LIMITS_EVENT]
     return tuple(dict.fromkeys(found)) or (SessionOptions().method,)
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ocmm_core.errors import FitError
-from ocmm_core.features import outliers as of_points
 from ocmm_core.features.actual import ActualFeature
 from ocmm_core.features.fit import fit_shape, unambiguous
+from ocmm_core.features.outliers import outliers as outlier_rows
 from ocmm_core.features.shapes import Criterion
 
 SMALLEST_MM = 0.02
@@ -26,5 +26,5 @@ def outliers(feature: ActualFeature) -> tuple[int, ...]:
             fit = unambiguous(fit_shape(fit.shape, tips, direction_hint=fit.direction))
         except FitError:
             return ()
-    rows = of_points.outliers(fit, tips, smallest=SMALLEST_MM)
+    rows = outlier_rows(fit, tips, smallest=SMALLEST_MM)
     return tuple(feature.numbers[row] for row in rows)

@@ -1,8 +1,8 @@
 """How far a job has come: which features are done or skipped, and which one is next.
 
 The points alone do not say it: an inspector finishes a feature with fewer points, skips one, or
-opens one again. Every such decision is kept in the job file as an event `EVENT`, so that the job
-goes on where it was when it is opened again.
+opens one again. Every such decision is kept in the job file as an event `STANDING_EVENT`, so that
+the job goes on where it was when it is opened again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ocmm_core.measuring.compensation import METHODS
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.storage.rows import JobEvent
 
-EVENT = "standing"
+STANDING_EVENT = "standing"
 PAUSED, RESUMED = "paused", "resumed"
 """Kinds of events of the job file."""
 
@@ -129,7 +129,7 @@ def progress_of(
     names = tuple(feature.name for feature in plan.features)
     start, written = Progress(names), False
     for event in reversed(events):
-        if event.kind == EVENT:
+        if event.kind == STANDING_EVENT:
             start = progress_from(msgspec.json.decode(event.text, type=WrittenProgress), names)
             written = True
             break

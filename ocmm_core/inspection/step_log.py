@@ -15,7 +15,7 @@ from ocmm_core.inspection.deed_events import Way, deed_event, deeds_from
 from ocmm_core.inspection.deeds import Deed
 from ocmm_core.inspection.job_points import FLIPPED, Change, JobPoints
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.progress import EVENT, Progress, progress_of
+from ocmm_core.inspection.progress import STANDING_EVENT, Progress, progress_of
 from ocmm_core.measuring.point import MeasuredPoint
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.sensitivity import TipSensitivity
@@ -161,7 +161,7 @@ class StepLog:
         ]
 
     def _standing_events(self, after: Progress) -> list[tuple[str, str]]:
-        return [(EVENT, after.text)] if after != self.progress else []
+        return [(STANDING_EVENT, after.text)] if after != self.progress else []
 
     def _reverse(self, deed: Deed, word: str, way: Way) -> Deed:
         """Take a step back, and return the one that this was."""

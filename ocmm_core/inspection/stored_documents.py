@@ -21,8 +21,7 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.limits import with_stored_limits
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.measuring.temperature import EVENT as TEMPERATURE
-from ocmm_core.measuring.temperature import Climate, climate_of_text
+from ocmm_core.measuring.temperature import CLIMATE_EVENT, Climate, climate_of_text
 from ocmm_core.storage.rows import JobEvent, JobHead, JobReference
 from ocmm_core.tracking.body import ProbeBody, load_probe
 from ocmm_core.tracking.reference_body import ReferenceBody, load_reference
@@ -91,7 +90,7 @@ class StoredDocuments:
             The reference body of the job.
         """
         body = self.probe()
-        recorded = [event.text for event in events if event.kind == TEMPERATURE]
+        recorded = [event.text for event in events if event.kind == CLIMATE_EVENT]
         climate = climate_of_text(recorded[-1]) if recorded else Climate()
         contact = None
         if climate.probe_design:

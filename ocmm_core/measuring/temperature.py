@@ -22,7 +22,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.measuring.point import MeasuredPoint
 
 SCHEMA = "ocmm.temperature/1"
-EVENT = "temperature"
+CLIMATE_EVENT = "temperature"
 """Kind of the event in the job file; its text is a `TemperatureRecord`."""
 
 _PPM = 1e6

@@ -10,7 +10,7 @@ from pathlib import Path
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
 from ocmm_core.inspection.batch import SUFFIX, require_new_serial
-from ocmm_core.inspection.header import EVENT, check_header, header_text
+from ocmm_core.inspection.header import HEADER_EVENT, check_header, header_text
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.view import JobHeader
 from ocmm_core.storage.audit import now_utc
@@ -53,7 +53,7 @@ def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFi
     )
     job = JobFile.create(free_path(folder, plan), head)
     try:
-        job.append_event(EVENT, header_text(header))
+        job.append_event(HEADER_EVENT, header_text(header))
     except BaseException:
         job.close()
         job.path.unlink(missing_ok=True)

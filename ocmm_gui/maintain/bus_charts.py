@@ -131,7 +131,7 @@ class Curve:
     values: tuple[float | None, ...]
 
 
-class TrendChart(Chart):
+class RecentChart(Chart):
     """Values over the last minutes.
 
     Parameters

@@ -26,7 +26,7 @@ from ocmm_core.station.bus_watch import (
     BusSample,
     BusView,
 )
-from ocmm_gui.maintain.bus_charts import Curve, HistogramChart, TrendChart
+from ocmm_gui.maintain.bus_charts import Curve, HistogramChart, RecentChart
 from ocmm_gui.maintain.bus_tables import CameraTable, EventTable
 from ocmm_gui.maintain.cycle_accounts import CycleAccounts
 from ocmm_gui.maintain.parts import panel, sentence_label, stacked, value_label
@@ -75,9 +75,9 @@ class BusPage(QStackedWidget):
         self.lateness = HistogramChart("Cycle starts late, µs")
         self.round_trip = HistogramChart("Round trip, µs")
         self.clocks = (
-            TrendChart("Cycle to bus clock, µs", 5.0, TREND_S, "+.1f"),
-            TrendChart("Drift, ppm", 0.5, TREND_S, "+.2f"),
-            TrendChart("Clocks, ns", 50.0, TREND_S, "+.0f"),
+            RecentChart("Cycle to bus clock, µs", 5.0, TREND_S, "+.1f"),
+            RecentChart("Drift, ppm", 0.5, TREND_S, "+.2f"),
+            RecentChart("Clocks, ns", 50.0, TREND_S, "+.0f"),
         )
         self.facts = {name: value_label(name, tip) for name, tip in _FACTS}
         self.events = EventTable()

@@ -13,7 +13,7 @@ from ocmm_core.cli.climate import ClimateRequest, climate_in_use
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.measuring.temperature import EVENT, climate_of_text
+from ocmm_core.measuring.temperature import CLIMATE_EVENT, climate_of_text
 from ocmm_core.storage.job_file import JobFile
 from ocmm_core.tracking.body import load_probe
 from tests.core.calibration.made_probe_records import make_probe_record
@@ -75,7 +75,7 @@ def test_both_compensations_are_in_the_job_and_in_the_report(
     assert "Probe: 24.0 +- 0.5 C; calibrated at 20.0 C; compensated." in said
     assert "results reported at 20 C with 11.5 +- 1.0 ppm/K" in said
     with JobFile.open(tmp_path / "out/QUICK-001.ocmm", read_only=True) as job:
-        (text,) = [event.text for event in job.events() if event.kind == EVENT]
+        (text,) = [event.text for event in job.events() if event.kind == CLIMATE_EVENT]
         assert job.verify() == []
     climate = climate_of_text(text)
     assert climate.probe.compensated

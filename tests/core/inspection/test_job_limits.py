@@ -6,7 +6,7 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.limits import EVENT, FOR_COMPARISON
+from ocmm_core.inspection.limits import FOR_COMPARISON, LIMITS_EVENT
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.session import InspectionSession
@@ -34,7 +34,7 @@ def test_a_job_is_computed_anew_with_its_own_limits(bench: Bench) -> None:
         for touch in bench.touches:
             session.take_touch(touch)
         view = session.view
-        assert [event.kind for event in job.events()].count(EVENT) == 1
+        assert [event.kind for event in job.events()].count(LIMITS_EVENT) == 1
     again = reopen_job(job.path)
     assert (again.options.max_form, again.options.point) == (STRICT.max_form, STRICT.point)
     # No feature is as good as a tenth of a micrometre: by these limits none has a result.
@@ -55,13 +55,13 @@ def test_other_limits_of_a_job_that_is_gone_on_with_are_stored_too(bench: Bench)
     with JobFile.open(job.path) as job:
         same, other = (session_of(bench, job, o) for o in (STRICT, SessionOptions()))
         same.note_limits()
-        assert [event.kind for event in job.events()] == [EVENT]
+        assert [event.kind for event in job.events()] == [LIMITS_EVENT]
         other.note_limits()
     assert reopen_job(job.path).options == SessionOptions()
 
 
 def test_limits_that_cannot_be_read_are_refused(bench: Bench, job: JobFile) -> None:
-    job.append_event(EVENT, '{"max_form": "wide"}')
+    job.append_event(LIMITS_EVENT, '{"max_form": "wide"}')
     with pytest.raises(InputError, match="limits"):
         reopen_job(job.path)
 

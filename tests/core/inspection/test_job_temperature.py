@@ -16,7 +16,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.temperature import EVENT, Climate, PartWarmth, climate_of_text
+from ocmm_core.measuring.temperature import CLIMATE_EVENT, Climate, PartWarmth, climate_of_text
 from ocmm_core.measuring.trigger import TouchCollector
 from ocmm_core.simulation.artefacts import load_part
 from ocmm_core.simulation.rig import VirtualRig
@@ -62,7 +62,9 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
             assert after.uncertainty == pytest.approx(np.hypot(before.uncertainty, scale), rel=1e-3)
         assert "reported at 20 °C" in warm.view.temperature
         assert (
-            climate_of_text([event.text for event in other.events() if event.kind == EVENT][-1])
+            climate_of_text(
+                [event.text for event in other.events() if event.kind == CLIMATE_EVENT][-1]
+            )
             == climate
         )
         for point, tip in zip(other.points(), stored, strict=True):
@@ -77,7 +79,7 @@ def test_a_job_is_computed_again_from_its_file(bench: Bench, job: JobFile) -> No
     first.note_climate()
     for touch in bench.touches:
         first.take_touch(touch)
-    notes = [event.text for event in job.events() if event.kind == EVENT]
+    notes = [event.text for event in job.events() if event.kind == CLIMATE_EVENT]
     assert len(notes) == 1
     again = session_of(bench, job, climate_of_text(notes[0]))
     assert [item.measured for item in again.view.characteristics] == [

@@ -18,8 +18,7 @@ from ocmm_core.features.nominal import NominalFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.batch import next_serial, parts_of_batch
-from ocmm_core.inspection.header import EVENT as HEADER
-from ocmm_core.inspection.header import check_header, header_text
+from ocmm_core.inspection.header import HEADER_EVENT, check_header, header_text
 from ocmm_core.inspection.options import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.plan_file import save_plan
@@ -249,7 +248,7 @@ def test_a_part_that_is_being_measured_is_in_the_list_of_its_batch(
 ) -> None:
     (tmp_path / "no-job.ocmm").write_bytes(b"something else")
     with bench.job_at(tmp_path / "a.ocmm") as job:
-        job.append_event(HEADER, header_text(JobHeader("me", "P", "1", "O-7", "B")))
+        job.append_event(HEADER_EVENT, header_text(JobHeader("me", "P", "1", "O-7", "B")))
         bench.session(job).take_touch(bench.touches[0])
         (part,) = parts_of_batch(tmp_path, "B")
         assert (part.serial, part.points, part.operator) == ("1", 1, "me")
