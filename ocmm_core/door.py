@@ -1,0 +1,49 @@
+"""The door of a room: what its face names is loaded from the files inside when it is asked for.
+
+Every package is a room. Others import from the package alone (`from ocmm_core.camera import Rig`);
+its files begin with an underscore, and nobody else names them (tests/doors.py looks). A face that
+loaded all its files at once would make a command pay for rooms that it never enters, so the names
+are looked up by this function, the way PEP 562 allows it. What a type checker and the import
+graph see stands beside it under ``if TYPE_CHECKING``; a test holds the two together.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+
+
+def door(room: str, **homes: str) -> Callable[[str], object]:
+    """Return the ``__getattr__`` of a room.
+
+    Parameters
+    ----------
+    room
+        ``__name__`` of the package.
+    homes
+        Each file inside the room with the names that it gives out, parted by blanks. A name that is
+        that of the file without its underscore is the module itself, where it has no such name.
+
+    Returns
+    -------
+    __getattr__
+        Loads a name, and remembers it so that it is asked for once only. It raises
+        AttributeError for a name that the room does not give out.
+    """
+    found_in = {name: home for home, names in homes.items() for name in names.split()}
+
+    def enter(name: str) -> object:
+        home = found_in.get(name)
+        if home is None:
+            raise AttributeError(f"module {room!r} has no attribute {name!r}")
+        module = import_module(f"{room}.{home}")
+        value: object = module if _is_the_file(module, home, name) else getattr(module, name)
+        setattr(sys.modules[room], name, value)
+        return value
+
+    return enter
+
+
+def _is_the_file(module: object, home: str, name: str) -> bool:
+    return home == f"_{name}" and not hasattr(module, name)
