@@ -1,0 +1,115 @@
+"""Who may enter a room: the contract that import-linter checks, for the product and its tests.
+
+A package is a room and its ``__init__`` the door. A file whose name begins with an underscore is
+inside: the files of the same package import it, and nobody else. The tests of a room may look
+inside it - those in ``tests/core/NAME`` into ``ocmm_core.NAME`` and its rooms, those in
+``tests/gui`` into ``ocmm_gui`` - and all others go through the door like the product.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from grimp import ImportGraph
+from importlinter import Contract, ContractCheck, output
+
+_REPOSITORY = Path(__file__).resolve().parents[1]
+_OURS = ("ocmm_core", "ocmm_gui")
+_OUTSIDE = ("tests", "benchmarks", "docs", "installer")
+
+
+@dataclass(frozen=True, slots=True)
+class Entrance:
+    """An import that enters a room past its door."""
+
+    importer: str
+    line: int
+    imported: str
+
+    def __str__(self) -> str:
+        """Return where it stands and what it should be."""
+        room = room_of(self.imported)
+        return f"{self.importer}:{self.line} imports {self.imported}: enter by {room}"
+
+
+def room_of(module: str) -> str:
+    """Return the room whose door a module stands behind; empty where it is no inner file."""
+    parts = module.split(".")
+    inner = next((i for i, part in enumerate(parts) if _is_inner(part)), None)
+    return ".".join(parts[:inner]) if inner is not None else ""
+
+
+def _is_inner(part: str) -> bool:
+    return part.startswith("_") and not part.startswith("__")
+
+
+def may_look_into(test: Path) -> str:
+    """Return the package whose rooms a test may enter; ``test`` is relative to the repository."""
+    parts = test.parts
+    if parts[:2] == ("tests", "gui"):
+        return "ocmm_gui"
+    if parts[:2] == ("tests", "core") and len(parts) > 3:
+        return f"ocmm_core.{parts[2]}"
+    return ""
+
+
+def entrances_from_outside(repository: Path) -> Iterator[Entrance]:
+    """Yield what tests, benchmarks and scripts import past a door."""
+    for folder in _OUTSIDE:
+        for path in sorted((repository / folder).rglob("*.py")):
+            relative = path.relative_to(repository)
+            own = may_look_into(relative)
+            for line, module in _imported(path):
+                room = room_of(module)
+                if room and not (own and (room + ".").startswith(own + ".")):
+                    yield Entrance(relative.as_posix(), line, module)
+
+
+def _imported(path: Path) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            # `from room import _file` names the file last, `from room._file import x` before.
+            names = names if not room_of(node.module) else [node.module]
+        elif isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        else:
+            continue
+        for name in names:
+            # A private name inside a module of a single file is not a room.
+            if name.startswith(_OURS) and not (room_of(name) in _OURS):
+                yield node.lineno, name
+
+
+def entrances_inside(graph: ImportGraph) -> Iterator[Entrance]:
+    """Yield what the product itself imports past a door."""
+    packages = {module for module in graph.modules if graph.find_children(module)}
+    for module in sorted(graph.modules):
+        room = room_of(module)
+        if not room:
+            continue
+        for importer in sorted(graph.find_modules_that_directly_import(module)):
+            own = importer if importer in packages else importer.rpartition(".")[0]
+            if own != room:
+                details = graph.get_import_details(importer=importer, imported=module)
+                line = details[0]["line_number"] if details else 0
+                yield Entrance(importer, line, module)
+
+
+class DoorsContract(Contract):
+    """Nobody enters a room but by its door."""
+
+    type_name = "doors"
+
+    def check(self, graph: ImportGraph, verbose: bool) -> ContractCheck:
+        """Look at every import of the product, its tests, benchmarks and scripts."""
+        found = [*entrances_inside(graph), *entrances_from_outside(_REPOSITORY)]
+        return ContractCheck(kept=not found, metadata={"found": found})
+
+    def render_broken_contract(self, check: ContractCheck) -> None:
+        """Print every entrance, one a line."""
+        for entrance in check.metadata["found"]:
+            output.print_error(str(entrance))
