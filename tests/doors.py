@@ -80,14 +80,15 @@ def _imported(path: Path) -> Iterator[tuple[int, str]]:
             continue
         for name in names:
             # A private name inside a module of a single file is not a room.
-            if name.startswith(_OURS) and not (room_of(name) in _OURS):
+            if name.startswith(_OURS) and room_of(name) not in _OURS:
                 yield node.lineno, name
 
 
 def entrances_inside(graph: ImportGraph) -> Iterator[Entrance]:
     """Yield what the product itself imports past a door."""
-    packages = {module for module in graph.modules if graph.find_children(module)}
-    for module in sorted(graph.modules):
+    ours = sorted(module for module in graph.modules if module.startswith(_OURS))
+    packages = {module for module in ours if graph.find_children(module)}
+    for module in ours:
         room = room_of(module)
         if not room:
             continue
