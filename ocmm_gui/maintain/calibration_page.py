@@ -14,7 +14,7 @@ from ocmm_gui.maintain.calibration_table import HistoryTable, local_time
 from ocmm_gui.maintain.history_charts import HistoryChart
 from ocmm_gui.maintain.parts import stacked
 from ocmm_gui.maintain.standing import StandingPage, in_a_row
-from ocmm_gui.wizards.verdict_page import session_of
+from ocmm_gui.verification_words import session_of
 
 DESIGN = "The cameras are virtual: they are taken to be as the rig document says."
 _IN_ORDER = "Calibrated, verified, and in date. Points may be taken."

@@ -19,10 +19,10 @@ from ocmm_core.geometry import Float, Points3
 from ocmm_gui.maintain.parts import NumberTable
 from ocmm_gui.operator.marks import Mark
 from ocmm_gui.theme import digit_font, text_font
+from ocmm_gui.wizards.error_chart import ErrorChart
 from ocmm_gui.wizards.plot import Plot
 from ocmm_gui.wizards.result_frame import ResultFrame, Said
 from ocmm_gui.wizards.touch_pages import TipScatter
-from ocmm_gui.wizards.verdict_page import ErrorChart
 
 _SCALE_PX = 58.0
 _CHECKED = (

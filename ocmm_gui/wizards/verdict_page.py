@@ -2,164 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import datetime
 from typing import Protocol
 
-import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.outcome import VerificationOutcome
 from ocmm_core.calibration.procedure_views import VerificationView
-from ocmm_core.calibration.records import Check, VerificationRecord
+from ocmm_core.calibration.records import Check
 from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
+from ocmm_gui.verification_words import session_of
+from ocmm_gui.wizards.error_chart import ErrorChart, group_of
 from ocmm_gui.wizards.facts import Facts
 from ocmm_gui.wizards.pages import StepPage
-from ocmm_gui.wizards.plot import Plot
 from ocmm_gui.wizards.shown import Seen
 
 _SIDE_PX = 380
-_SCALE_PX = 58.0
 _BACK_TO_LINES = 3
-
-
-class ErrorChart(Plot):
-    """Errors with their uncertainty between the limits, check by check.
-
-    Parameters
-    ----------
-    whole_names
-        Names of checks are wrapped instead of being cut.
-    """
-
-    def __init__(self, *, whole_names: bool = False) -> None:
-        super().__init__("Errors, µm")
-        self._whole_names = whole_names
-        self._foot = 62.0 if whole_names else 24.0
-        self._checks: tuple[Check, ...] = ()
-        self._largest = 0
-
-    def show_checks(self, checks: Sequence[Check], largest: int) -> None:
-        """Show all checks; the one that is nearest to its limit is named."""
-        self._checks, self._largest = tuple(checks), largest
-        worst = checks[largest]
-        self._say(
-            f"largest: {1e3 * worst.error_mm:+.1f} µm ± {1e3 * worst.expanded_mm:.1f}, "
-            f"limit {1e3 * worst.limit_mm:.1f} ({worst.name})"
-        )
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint limits as a band, and every error as a dot with its uncertainty."""
-        painter = self._painter()
-        box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -self._foot)
-        theme, checks = self._theme, self._checks
-        if not checks:
-            return
-        reach = 1.1 * max(
-            max(abs(one.error_mm) + one.expanded_mm, one.limit_mm) for one in checks
-        )
-        pitch = box.width() / len(checks)
-
-        def y(value: float) -> float:
-            return box.center().y() - 0.5 * box.height() * value / reach
-
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
-        painter.drawRect(box)
-        for index, one in enumerate(checks):
-            band = QRectF(
-                box.left() + index * pitch, y(one.limit_mm), pitch,
-                y(-one.limit_mm) - y(one.limit_mm),
-            )  # fmt: skip
-            painter.fillRect(band, QColor(theme.zone_good))
-            painter.setPen(QPen(QColor(theme.text), 1.5))
-            painter.drawLine(band.topLeft(), band.topRight())
-            painter.drawLine(band.bottomLeft(), band.bottomRight())
-        painter.setPen(QPen(QColor(theme.text), 1.0, Qt.PenStyle.DotLine))
-        painter.drawLine(QPointF(box.left(), y(0.0)), QPointF(box.right(), y(0.0)))
-        for index, one in enumerate(checks):
-            x = box.left() + (index + 0.5) * pitch
-            colour = QColor(theme.text)
-            if abs(one.error_mm) + one.expanded_mm > one.limit_mm:
-                colour = QColor(theme.bad if abs(one.error_mm) > one.limit_mm else theme.warn)
-            if index == self._largest:
-                painter.setPen(QPen(QColor(theme.accent), 3.0))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawEllipse(QPointF(x, y(one.error_mm)), 9.0, 9.0)
-            painter.setPen(QPen(colour, 2.0))
-            painter.drawLine(
-                QPointF(x, y(one.error_mm - one.expanded_mm)),
-                QPointF(x, y(one.error_mm + one.expanded_mm)),
-            )
-            painter.setBrush(colour)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.drawEllipse(QPointF(x, y(one.error_mm)), 4.0, 4.0)
-        painter.setFont(digit_font(13, bold=False))
-        painter.setPen(QColor(theme.muted))
-        limit = max(one.limit_mm for one in checks)
-        for value in (limit, 0.0, -limit):
-            place = QRectF(0.0, y(value) - 10.0, _SCALE_PX - 6.0, 20.0)
-            right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(place, right, f"{1e3 * value:+.0f}" if value else "0")
-        self._paint_groups(painter, box, pitch)
-
-    def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
-        """Paint where one line or sphere ends and what it is called, as far as there is room."""
-        painter.setFont(text_font(13))
-        begin = 0
-        names = [_group(one.name) for one in self._checks]
-        for index in range(1, len(names) + 1):
-            if index < len(names) and names[index] == names[begin]:
-                continue
-            painter.setPen(QPen(QColor(self._theme.border), 1.0))
-            x = box.left() + index * pitch
-            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom() + 6.0))
-            place = QRectF(
-                box.left() + begin * pitch, box.bottom() + 2.0, (index - begin) * pitch,
-                self._foot - 4.0,
-            )  # fmt: skip
-            painter.setPen(QColor(self._theme.muted))
-            if self._whole_names:
-                wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.TextFlag.TextWordWrap
-                painter.drawText(place.adjusted(3.0, 0.0, -3.0, 0.0), wrapped, names[begin])
-                begin = index
-                continue
-            # The end of a name says more than its beginning: "space diagonal 2".
-            text = names[begin]
-            while painter.fontMetrics().horizontalAdvance(text) > place.width() and text:
-                text = text.partition(" ")[2]
-            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
-            begin = index
-
-
-def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
-    """Return facts about corners and repeated seats; none for records of earlier versions."""
-    facts: list[tuple[str, str]] = []
-    if record.corners:
-        missing = [one for one in record.corners if not one.reached]
-        said = f"{len(record.corners) - len(missing)} of {len(record.corners)} reached"
-        for one in missing:
-            said += f"; {one.name}: {one.reason or 'no reason'}"
-        facts.append(("Corners", said))
-    if record.repeats:
-        shifts = (
-            f"{one.place} {1e3 * float(np.linalg.norm(one.shift_mm)):.0f} µm"
-            f"{'' if one.square <= one.limit else ' ▲'}"
-            for one in record.repeats
-        )
-        facts.append(("Repeats", ", ".join(shifts)))
-    forms = [one for one in record.checks if one.name.endswith(", form")]
-    if forms:
-        worst = max(forms, key=lambda one: one.error_mm)
-        facts.append(
-            ("Form", f"{1e3 * worst.error_mm:.1f} µm, limit {1e3 * worst.limit_mm:.1f} µm")
-        )
-    return tuple(facts)
 
 
 def _count(checks: int, failed: int) -> str:
@@ -303,11 +167,11 @@ def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[d
     """
     names = [line.name for line in view.lines]
     checks = () if view.outcome is None else view.outcome.record.checks
-    lengths = [one for one in checks if _group(one.name) in names]
+    lengths = [one for one in checks if group_of(one.name) in names]
     line = 0
     if lengths:
         worst = max(lengths, key=lambda one: abs(one.error_mm) / one.limit_mm)
-        line = names.index(_group(worst.name))
+        line = names.index(group_of(worst.name))
 
     def command(now: datetime) -> None:
         procedure.repeat_line(line, now)
@@ -315,8 +179,3 @@ def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[d
             procedure.back(now)
 
     return command
-
-
-def _group(name: str) -> str:
-    """Return the line or the sphere that a check belongs to: what stands before the comma."""
-    return name.partition(",")[0]
