@@ -10,6 +10,8 @@ import hashlib
 import math
 import os
 import tomllib
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -146,7 +148,19 @@ def write_atomic(path: Path, content: bytes) -> None:
 
 def resource(*parts: str) -> Path:
     """Return the path of a file shipped in the ``resources`` folder."""
-    return Path(__file__).resolve().parent.parent.joinpath("resources", *parts)
+    return _resources().joinpath(*parts)
+
+
+@cache
+def _resources() -> Path:
+    """Return the ``resources`` folder: in the package of a wheel, beside the package of a checkout.
+
+    A wheel holds it as ``ocmm_core/resources`` (setup.py). The name at the top of site-packages
+    would be anybody's, so the folder beside is read only where the package holds none.
+    """
+    package = Path(str(files("ocmm_core"))).resolve()
+    shipped = package / "resources"
+    return shipped if shipped.is_dir() else package.parent / "resources"
 
 
 def _refuse_non_finite(path: Path, value: Any, field: str) -> None:
