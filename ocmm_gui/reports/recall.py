@@ -6,9 +6,6 @@ import argparse
 import sys
 from pathlib import Path
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, Qt
-from PySide6.QtGui import QPageLayout, QPageSize, QPainter, QPdfWriter
-
 from ocmm_core.calibration.sealed import load, record_hash, seal
 from ocmm_core.errors import InternalError
 from ocmm_core.export.files import write_together
@@ -28,24 +25,19 @@ from ocmm_core.inspection.recall_words import (
 )
 from ocmm_gui.reports.canvas import (
     BODY,
-    BOTTOM,
     HEADING,
     INK,
-    LEFT,
     SMALL,
     STRONG,
     TITLE,
-    WIDTH,
     Canvas,
     Column,
     Field,
     Style,
-    paint_text,
 )
 from ocmm_gui.reports.drawing import drawing
+from ocmm_gui.reports.pdf_writer import paint_with_foot, written_pdf
 
-_RESOLUTION = 1200
-_UNITS_PER_INCH = 254.0
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
 _COLOURS = {
     Outcome.HOLDS: INK.good,
@@ -89,39 +81,22 @@ def lay_out(record: RecallRecord) -> Canvas:
 
 
 def pdf_bytes(record: RecallRecord) -> bytes:
-    """Return the recall as a PDF file with the sealed record inside."""
+    """Return the recall as a PDF file with the sealed record inside.
+
+    Raises
+    ------
+    StorageError
+        What was read back from it is not what was put in.
+    """
     canvas = lay_out(record)
-    content = QByteArray()
-    buffer = QBuffer(content)
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    writer = QPdfWriter(buffer)
-    writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
-    writer.setPageMargins(QMarginsF(0.0, 0.0, 0.0, 0.0), QPageLayout.Unit.Millimeter)
-    writer.setResolution(_RESOLUTION)
-    writer.setTitle(f"Recall {record.made_utc[:10]}")
-    writer.setCreator(f"OCMM {record.software}")
-    writer.addFileAttachment("recall.json", QByteArray(seal(record)), "application/json")
-    painter = QPainter(writer)
-    painter.scale(_RESOLUTION / _UNITS_PER_INCH, _RESOLUTION / _UNITS_PER_INCH)
-    for index in range(len(canvas.pages)):
-        if index:
-            writer.newPage()
-        paint_page(painter, canvas, index, record)
-    painter.end()
-    buffer.close()
-    return bytes(content.data())
-
-
-def paint_page(painter: QPainter, canvas: Canvas, index: int, record: RecallRecord) -> None:
-    """Paint a page with its foot: the hash of the record, and which page it is."""
-    for draw in canvas.pages[index]:
-        draw(painter)
-    foot = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
-    paint_text(painter, foot, f"Recall SHA-256 {record_hash(record)}", SMALL)
-    paint_text(
-        painter, foot, f"{index + 1} / {len(canvas.pages)}", SMALL,
-        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
-    )  # fmt: skip
+    foot = f"Recall SHA-256 {record_hash(record)}"
+    return written_pdf(
+        canvas,
+        lambda painter, index: paint_with_foot(painter, canvas, index, foot),
+        {"recall.json": seal(record)},
+        title=f"Recall {record.made_utc[:10]}",
+        software=record.software,
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:

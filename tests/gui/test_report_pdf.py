@@ -23,7 +23,7 @@ from ocmm_core.inspection.view import FeatureState
 from ocmm_core.tolerances.characteristic import ZONES
 from ocmm_core.tolerances.result import Verdict
 from ocmm_core.tolerances.verdict import PartWord
-from ocmm_gui.reports import pdf
+from ocmm_gui.reports import pdf, pdf_writer
 from ocmm_gui.reports.canvas import PAGE, Canvas
 from ocmm_gui.reports.symbols import has_symbol, paint_symbol
 from tests.gui.pdf_texts import pages, texts
@@ -194,7 +194,7 @@ def test_the_file_is_whole_and_holds_the_numbers_for_programs(
     made = path.read_bytes()
     assert path.name == f"{data.stem}_report.pdf"
     assert made.startswith(b"%PDF-")
-    inside = [stream for stream in pdf.streams(made) if b"ocmm.report/" in stream]
+    inside = [stream for stream in pdf_writer.streams(made) if b"ocmm.report/" in stream]
     assert json.loads(inside[0])["job"]["uuid"] == data.head.job_uuid
 
 
@@ -218,7 +218,7 @@ def test_the_command_line_writes_it_by_the_program_that_draws(
 def test_a_file_without_what_was_put_in_is_not_kept(
     data: ReportData, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pdf, "streams", lambda made: [])
+    monkeypatch.setattr(pdf_writer, "streams", lambda made: [])
     with pytest.raises(StorageError) as caught:
         pdf.write_pdf(data, tmp_path)
     assert caught.value.code == "export.pdf"

@@ -1,0 +1,102 @@
+"""A recall on paper: the sealed record is inside, and the file is read back before it counts."""
+
+from __future__ import annotations
+
+import zlib
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.calibration.sealed import record_hash, seal
+from ocmm_core.errors import StorageError
+from ocmm_core.inspection.recall_record import (
+    SCHEMA,
+    Outcome,
+    RecalledCharacteristic,
+    RecalledJob,
+    RecalledValue,
+    RecallRecord,
+)
+from ocmm_gui.reports import pdf_writer, recall
+from ocmm_gui.reports.canvas import Canvas
+from tests.gui.pdf_texts import drawn, texts
+
+RECORD = RecallRecord(
+    schema=SCHEMA,
+    made_utc="2026-05-04T10:00:00+00:00",
+    made_by="Ada",
+    software="1.0",
+    folders=("/jobs",),
+    looked_at=3,
+    jobs=(
+        RecalledJob(
+            path="/jobs/large.ocmm", sha256="a" * 64, job_uuid="u", part="PART", serial="7",
+            created_utc="2026-05-01T10:00:00+00:00", rig="RIG", calibration="b" * 64,
+            in_doubt=(1, 2), why=("The verification failed.",), later="c" * 64,
+            judgement="The spots fit the later calibration alone.",
+            characteristics=tuple(
+                RecalledCharacteristic(
+                    name=f"Bore {number}",
+                    before=RecalledValue(value=20.0, expanded=0.01, verdict="CONFORM"),
+                    after=RecalledValue(value=20.11, expanded=0.01, verdict="NOT CONFORM"),
+                    outcome=Outcome.CHANGES, reason="Another verdict.", released=False,
+                )
+                for number in range(1, 61)
+            ),
+            released=(), points_sha256="",
+        ),
+    ),
+    unread=("old.ocmm is damaged.",),
+)  # fmt: skip
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_record_is_inside_and_every_page_names_it() -> None:
+    canvas = recall.lay_out(RECORD)
+    assert len(canvas.pages) > 1
+    said = texts(canvas)
+    assert "Not judged: old.ocmm is damaged." in said
+    assert "Bore 60" in said
+    made = recall.pdf_bytes(RECORD)
+    assert made.startswith(b"%PDF-")
+    assert seal(RECORD) in pdf_writer.streams(made)
+    foot = f"Recall SHA-256 {record_hash(RECORD)}"
+    for index in range(len(canvas.pages)):
+        paint = partial(pdf_writer.paint_with_foot, canvas=canvas, index=index, foot=foot)
+        page = drawn(paint)
+        assert foot in page
+        assert f"{index + 1} / {len(canvas.pages)}" in page
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_file_without_the_record_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sealed, pages = tmp_path / "recall.json", tmp_path / "recall.pdf"
+    sealed.write_bytes(seal(RECORD))
+    monkeypatch.setattr(pdf_writer, "streams", lambda made: [])
+    with pytest.raises(StorageError) as caught:
+        recall.pdf_bytes(RECORD)
+    assert caught.value.code == "export.pdf"
+    assert recall.main([str(sealed), str(pages)]) == 2
+    assert "without recall.json" in capsys.readouterr().err
+    assert not pages.exists()
+    monkeypatch.undo()
+    assert recall.main([str(sealed), str(pages)]) == 0
+    assert pages.exists()
+
+
+@pytest.mark.usefixtures("qapp")
+def test_what_is_packed_may_end_like_a_line() -> None:
+    canvas = Canvas()
+    canvas.text("A page")
+    # The checksum of what is packed stands at its end, and may be the sign of a line's end.
+    found = (b'{"n": "' + number * b"y" + b'"}' for number in range(256))
+    content = next(one for one in found if zlib.adler32(one) & 0xFF == ord("\r"))
+    made = pdf_writer.written_pdf(
+        canvas, lambda painter, index: pdf_writer.paint_with_foot(painter, canvas, index, "Foot"),
+        {"n.json": content}, title="A page", software="1.0",
+    )  # fmt: skip
+    assert b"\r\nendstream" in made
+    assert content in pdf_writer.streams(made)
