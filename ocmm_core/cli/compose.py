@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
 
+import numpy as np
+
 from ocmm_core.acquisition.recorder import FrameRecorder
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.calibration.in_use import CalibrationInUse
@@ -36,6 +38,7 @@ from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.progress import open_plan
 from ocmm_core.inspection.stored_plan import stored_plan
 from ocmm_core.inspection.view import JobHeader
+from ocmm_core.simulation.operator import Missing
 from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.station.jobs import free_path, give_back
 from ocmm_core.station.station import MeasuringStation, StationOptions
@@ -151,7 +154,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     if feed.simulated is not None and feed.virtual is not None:
         # What the plan of a later job has besides, nobody can touch on this part.
         there = {entry.name for entry in feed.virtual.part.artefacts}
-        feed.simulated.ask = lambda: [item for item in station.missing() if item[0] in there]
+        feed.simulated.ask = lambda: _missing(station, there)
     return BuiltStation(station, job.path, feed.description, feed.virtual, feed.live)
 
 
@@ -229,6 +232,17 @@ def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
         return None
 
     return feature_at
+
+
+def _missing(station: MeasuringStation, there: set[str]) -> Missing:
+    """Return what is still to be touched of the surfaces that are there."""
+    touches = [item for item in station.missing() if item[0] in there]
+    job = station.job()
+    taken = {
+        name: np.array([p.tip_world for p in job.feature(name).points]).reshape(-1, 3)
+        for name, _ in touches
+    }
+    return Missing(touches, taken)
 
 
 def _job_path(folder: Path, plan: Plan) -> Path:

@@ -9,7 +9,7 @@ function of time.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +29,7 @@ from ocmm_core.simulation.surfaces import (
     TorusEntry,
     free_width,
 )
-from ocmm_core.simulation.touches import Contacts, sample
+from ocmm_core.simulation.touches import Contacts, farthest, sample
 
 Touches = Sequence[tuple[str, int]]
 """Names of features and how often each is touched, in order."""
@@ -47,6 +47,22 @@ _HOME_ABOVE_MM = 40.0
 _TREMOR_RAD, _TREMOR_MM = 2e-3, 0.10
 _TREMOR_WAVES = 4
 _STREAM = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """What an operator sees on the screen at the end of the script.
+
+    Attributes
+    ----------
+    touches
+        Features and how many points each still needs.
+    taken
+        Ball centres (n, 3), mm, world, of the points that each of them has; none where left out.
+    """
+
+    touches: Touches
+    taken: Mapping[str, Float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +156,7 @@ class Operator:
         self._safe_z = float(max(pose.apply(top)[2] for top in tops)) + _CLEARANCE_MM + tip_radius
         middle = pose.apply(np.array([entry.point for entry in part.artefacts])).mean(axis=0)
         self._home = np.array([middle[0], middle[1], self._safe_z + _HOME_ABOVE_MM])
+        self._places: dict[str, Contacts] = {}
         rest = _segment(0.0, REST_S, kernels.REST, self._home, self._home)
         self._timeline = self._extended(_Timeline(rest[None], (), 0), touches, 0.0)
 
@@ -161,6 +178,17 @@ class Operator:
         with self._lock:
             self._timeline = self._extended(self._timeline, touches, not_before_s)
 
+    def complete(self, missing: Missing, not_before_s: float) -> None:
+        """Append the touches that gave no point, at the places where they were made.
+
+        Other places would not do: some that happen to lie on one side of a slot do not determine
+        it, although their number is right.
+        """
+        with self._lock:
+            self._timeline = self._extended(
+                self._timeline, missing.touches, not_before_s, missing.taken
+            )
+
     def motion(self, times_s: Float) -> Motion:
         """Return the probe at the given times (n,), s, ascending; a pure function of time."""
         n = len(times_s)
@@ -169,7 +197,13 @@ class Operator:
         kernels.move(times_s, self._timeline.segments, self._tremor, rotation, tip, button, contact)
         return Motion(rotation, tip, button, contact)
 
-    def _extended(self, old: _Timeline, touches: Touches, not_before_s: float) -> _Timeline:
+    def _extended(
+        self,
+        old: _Timeline,
+        touches: Touches,
+        not_before_s: float,
+        taken: Mapping[str, Float] | None = None,
+    ) -> _Timeline:
         writer = _Writer(self._home, max(old.end_s, not_before_s))
         for index, (name, count) in enumerate(touches):
             if count < 1:
@@ -180,11 +214,14 @@ class Operator:
                 )
             rng = np.random.default_rng([self._seed, _STREAM, old.rounds, index])
             artefact = self._part.artefact(name)
-            if old.rounds:
+            if taken is not None:
+                contacts = self._open(artefact, count, taken.get(name, np.empty((0, 3))), rng)
+            elif old.rounds:
                 contacts = sample(artefact, max(count, 12), rng)
                 contacts = contacts.take(sorted(rng.permutation(max(count, 12))[:count]))
             else:
                 contacts = sample(artefact, count, rng)
+            self._places.setdefault(name, contacts)
             self._write_feature(writer, artefact, contacts, rng)
         writer.travel(self._home, np.zeros(3), self._safe_z, 0.0)
         writer.rest(REST_S)
@@ -193,6 +230,16 @@ class Operator:
             old.touches + tuple(writer.touches),
             old.rounds + 1,
         )
+
+    def _open(
+        self, artefact: Artefact, count: int, taken: Float, rng: np.random.Generator
+    ) -> Contacts:
+        """Return ``count`` of the first places of a surface: those without a point (n, 3)."""
+        places = self._places.get(artefact.name)
+        if places is None or len(places.points) < count:
+            places = sample(artefact, count + len(taken), rng)
+        inverse = self._part.T_world_from_part.inverse()
+        return farthest(places, self._tip_radius, inverse.apply(taken), count)
 
     def _write_feature(
         self, writer: _Writer, artefact: Artefact, contacts: Contacts, rng: np.random.Generator

@@ -22,7 +22,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.simulation import kernels
 from ocmm_core.simulation.artefacts import Part, TrueFeature, load_part
-from ocmm_core.simulation.operator import Motion, Operator, Touches
+from ocmm_core.simulation.operator import Missing, Motion, Operator, Touches
 from ocmm_core.simulation.world import (
     WorldOptions,
     bumped,
@@ -223,6 +223,10 @@ class VirtualRig:
         Any thread may call this while another one reads frames.
         """
         self._operator.extend(touches, after_frame * self.frame_period_ns * 1e-9)
+
+    def complete(self, missing: Missing, after_frame: int) -> None:
+        """Append the touches that gave no point, as `extend` does, where they were made."""
+        self._operator.complete(missing, after_frame * self.frame_period_ns * 1e-9)
 
     def motion(self, first: int, count: int) -> Motion:
         """Return where the probe truly is in ``count`` frames from ``first`` on."""

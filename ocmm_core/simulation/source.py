@@ -9,7 +9,7 @@ from collections.abc import Callable
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.source import SourceDescription
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.operator import Touches
+from ocmm_core.simulation.operator import Missing, Touches
 from ocmm_core.simulation.rig import VirtualRig
 
 BLOCK_NS = 10_000_000
@@ -41,8 +41,8 @@ class SimulatedSource:
     ----------
     ask
         Asked at the end of the script what is still missing, as the operator would look at the
-        screen; what it returns is touched next. The reader must then be no more than half a second
-        behind. None asks nobody.
+        screen; what it returns is touched next, at the places where it was touched before. The
+        reader must then be no more than half a second behind. None asks nobody.
     """
 
     def __init__(self, rig: VirtualRig, speed: float = 0.0, *, hover: bool = False) -> None:
@@ -52,7 +52,7 @@ class SimulatedSource:
                 f"The speed of the virtual rig is {speed:g}.",
                 f"Give {SLOWEST:g} to 1000 times real time, or 0 for as fast as possible.",
             )
-        self.ask: Callable[[], Touches] | None = None
+        self.ask: Callable[[], Missing] | None = None
         self._asked = 0
         self._rig = rig
         self._speed = speed
@@ -111,11 +111,12 @@ class SimulatedSource:
     def _ask_for_more(self, first: int) -> bool:
         if self.ask is None or (self._asked >= _MOST_ROUNDS and not self._hover):
             return False
-        touches = [(name, count) for name, count in self.ask() if count > 0]
+        missing = self.ask()
+        touches = [(name, count) for name, count in missing.touches if count > 0]
         if not touches:
             return False
         self._asked += 1
-        self._rig.extend(touches, first + self._block)
+        self._rig.complete(Missing(touches, missing.taken), first + self._block)
         return True
 
     def _pace(self, count: int) -> None:

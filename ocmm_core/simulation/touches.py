@@ -85,6 +85,23 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
     return _together(np.tile(point, (count, 1)), np.tile(axis, (count, 1)), 0)
 
 
+def farthest(contacts: Contacts, radius: float, tips: Float, count: int) -> Contacts:
+    """Return the ``count`` touches whose ball lies farthest from all of ``tips`` (n, 3), in order.
+
+    Parameters
+    ----------
+    radius
+        Of the ball, mm.
+    tips
+        Ball centres, part frame, mm. Their own place is the nearest, even where the part was
+        pushed a little in between.
+    """
+    balls = contacts.points + radius * contacts.normals
+    gaps = np.linalg.norm(balls[:, None] - tips[None], axis=2).min(axis=1, initial=np.inf)
+    order = np.argsort(-gaps, kind="stable")
+    return contacts.take(sorted(order[:count].tolist()))
+
+
 def _together(points: Float, normals: Float, place: int | None = None) -> Contacts:
     """Return contacts that share one place, or have a place each."""
     count = len(points)

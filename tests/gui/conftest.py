@@ -46,6 +46,7 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         plan: str = "quick.toml",
         probe: str = "standard.toml",
         reference: str = "",
+        start: bool = True,
     ) -> Bench:
         # A tenth of the frame rate: the same job for a tenth of the work.
         built = build_station(
@@ -68,7 +69,9 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         with qtbot.waitActive(window):
             window.show()
             window.activateWindow()
-        bridge.start()
+        # Only before the start is it certain what the window shows: nothing was measured yet.
+        if start:
+            bridge.start()
         opened.append(Bench(built, bridge, notices, window))
         return opened[-1]
 

@@ -24,10 +24,16 @@ def test_the_reference_body_is_named_counted_and_lost_in_words(
 ) -> None:
     world = WorldOptions(nudges=(NUDGE,), occlusions=(HIDDEN,))
     bench = open_window(
-        speed=4.0, stay=True, world=world, probe="standard4.toml", reference="plate.toml"
+        speed=4.0,
+        stay=True,
+        world=world,
+        probe="standard4.toml",
+        reference="plate.toml",
+        start=False,
     )
     desk, trust = bench.window.desk, bench.window.trust
-    assert not bench.window.desk.strip.counter("Reference").startswith("4/4")
+    assert not desk.strip.counter("Reference").startswith("4/4")
+    bench.bridge.start()
     qtbot.waitUntil(lambda: trust.isVisible(), timeout=PATIENCE_MS)
     assert trust.text() == (
         "Part and cameras have moved against each other by 1.0 mm and 0.06° since the job began: "

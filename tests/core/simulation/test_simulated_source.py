@@ -14,6 +14,7 @@ from ocmm_core.acquisition.ring import FrameRing
 from ocmm_core.acquisition.source import FrameSource
 from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason, read_status
 from ocmm_core.errors import InputError
+from ocmm_core.simulation.operator import Missing
 from ocmm_core.simulation.rig import VirtualRig
 from ocmm_core.simulation.source import SimulatedSource
 from tests.host import HANG_S
@@ -103,6 +104,24 @@ def test_touches_that_are_added_while_hovering_begin_after_now(make_rig: MakeRig
     np.testing.assert_array_equal(
         rig.motion(now, 6).tip_world, np.broadcast_to(rig.motion(0, 1).tip_world, (6, 3))
     )
+
+
+def test_what_is_missing_at_the_end_is_touched_where_it_was_touched(make_rig: MakeRig) -> None:
+    rig = make_rig([("SPHERE", 5)], frame_rate_hz=500)
+    source = SimulatedSource(rig)
+    first = np.array([touch.tip_world for touch in rig.truth.touches])
+    answers = [
+        Missing([("SPHERE", 2), ("BED", 0)], {"SPHERE": first[[0, 2, 4]]}),
+        Missing([("SPHERE", 1)], {"SPHERE": first[[0, 1, 2, 4]]}),
+        Missing([], {}),
+    ]
+    source.ask = lambda: answers.pop(0)
+    source.open()
+    while not source.read().finished:
+        pass
+    again = np.array([touch.tip_world for touch in rig.truth.touches[5:]])
+    assert not answers
+    np.testing.assert_allclose(again, first[[1, 3, 3]], atol=1e-9)
 
 
 def test_touches_can_be_added_while_another_thread_reads(make_rig: MakeRig) -> None:

@@ -1,0 +1,47 @@
+"""The operator of the virtual rig touches again what gave no point, where it was touched before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ocmm_core.documents import resource
+from ocmm_core.simulation.artefacts import load_part
+from ocmm_core.simulation.operator import Missing, Operator
+
+PART = load_part(resource("parts", "gauge.toml"))
+RADIUS = 3.0
+COUNT = 6
+NONE = np.empty((0, 3))
+
+
+@pytest.mark.parametrize("lost", [(0,), (1, 2), (0, 2, 5), (0, 1, 2, 3, 4, 5)])
+@pytest.mark.parametrize("shift", [0.0, 0.5])
+def test_a_touch_that_gave_no_point_is_made_again_at_its_place(
+    lost: tuple[int, ...], shift: float
+) -> None:
+    operator = Operator(PART, RADIUS, [("SLOT", COUNT), ("BORE_A", 4)], seed=1)
+    first = np.array([touch.tip_world for touch in operator.touches[:COUNT]])
+    # The part may be pushed a little before what is missing is asked for.
+    taken = np.delete(first, lost, axis=0) + shift
+    operator.complete(Missing([("SLOT", len(lost))], {"SLOT": taken}), 0.0)
+    again = operator.touches[COUNT + 4 :]
+    assert [touch.feature for touch in again] == ["SLOT"] * len(lost)
+    np.testing.assert_allclose([touch.tip_world for touch in again], first[list(lost)], atol=1e-9)
+
+
+def test_what_is_lost_twice_is_made_a_third_time() -> None:
+    operator = Operator(PART, RADIUS, [("SLOT", COUNT)], seed=1)
+    first = np.array([touch.tip_world for touch in operator.touches])
+    operator.complete(Missing([("SLOT", 2)], {"SLOT": first[2:]}), 0.0)
+    operator.complete(Missing([("SLOT", 1)], {"SLOT": first[1:]}), 0.0)
+    np.testing.assert_allclose(operator.touches[-1].tip_world, first[0], atol=1e-9)
+
+
+def test_a_feature_that_needs_more_than_was_touched_is_spread_anew() -> None:
+    operator = Operator(PART, RADIUS, [("SLOT", 2)], seed=1)
+    operator.complete(Missing([("SLOT", COUNT), ("BORE_B", 4)], {"SLOT": NONE}), 0.0)
+    tips = np.array([touch.tip_world for touch in operator.touches[2 : 2 + COUNT]])
+    gaps = np.linalg.norm(tips[:, None] - tips[None], axis=2) + 1e3 * np.eye(COUNT)
+    assert len(operator.touches) == 2 + COUNT + 4
+    assert gaps.min() > 1.0
