@@ -13,12 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.camera.model import project, projection_jacobians
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import Rig, load_rig, project, projection_jacobians
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pose import solve
+from ocmm_core.tracking import ProbeBody, load_probe, solve
 
 SIGMA_PX = 0.0105
 HALF_VOLUME = np.array([200.0, 100.0, 200.0])

@@ -18,9 +18,14 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.alignment.best_fit import fit_points, fit_points_locked
-from ocmm_core.alignment.datums import frame_of
-from ocmm_core.alignment.rules import BestFit, BoundAlignment, LockedMotion
+from ocmm_core.alignment import (
+    BestFit,
+    BoundAlignment,
+    LockedMotion,
+    fit_points,
+    fit_points_locked,
+    frame_of,
+)
 from ocmm_core.blas import use_one_thread
 from ocmm_core.features.shapes import Shape, element
 from ocmm_core.geometry import Float, Points3, RigidTransform, rotation_from_vector
@@ -53,12 +58,8 @@ def main() -> int:
     times = {
         "free": _best_ms(lambda: fit_points(measured, wanted, weights)),
         "align_vectors": _best_ms(lambda: _scipy_free(measured, wanted, weights)),
-        "locked": _best_ms(
-            lambda: fit_points_locked(measured, wanted, weights, start, LOCKED)
-        ),
-        "least_squares": _best_ms(
-            lambda: _scipy_locked(measured, wanted, weights, start), runs=3
-        ),
+        "locked": _best_ms(lambda: fit_points_locked(measured, wanted, weights, start, LOCKED)),
+        "least_squares": _best_ms(lambda: _scipy_locked(measured, wanted, weights, start), runs=3),
         "plan": _best_ms(_of_plan(measured, wanted)),
     }
     print(f"best fit of {COUNT} points, shortest of {RUNS} runs")

@@ -25,23 +25,33 @@ use_one_thread()
 
 import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 
-from ocmm_core.calibration.baseline import Baseline, learn_baseline  # noqa: E402 - as above
-from ocmm_core.calibration.change_rows import camera_changes  # noqa: E402 - as above
-from ocmm_core.calibration.change_verdict import Cause  # noqa: E402 - as above
-from ocmm_core.calibration.looks import LookCollector  # noqa: E402 - as above
-from ocmm_core.calibration.monitor import CalibrationMonitor  # noqa: E402 - as above
-from ocmm_core.camera.model import N_PARAMETERS, project  # noqa: E402 - as above
-from ocmm_core.camera.rig import Rig, load_rig  # noqa: E402 - as above
+from ocmm_core.calibration.monitor import (  # noqa: E402 - as above
+    Baseline,
+    CalibrationMonitor,
+    Cause,
+    LookCollector,
+    camera_changes,
+    learn_baseline,
+)
+from ocmm_core.camera import N_PARAMETERS, Rig, load_rig, project  # noqa: E402 - as above  # noqa: E402 - as above
 from ocmm_core.documents import resource  # noqa: E402 - as above
 from ocmm_core.geometry import Float, rotation_from_vector  # noqa: E402 - as above
-from ocmm_core.simulation.artefacts import Part, load_part  # noqa: E402 - as above
-from ocmm_core.simulation.calibrating import CalibratingRig, Wave  # noqa: E402 - as above
-from ocmm_core.simulation.rig import VirtualRig  # noqa: E402 - as above
-from ocmm_core.simulation.world import ScriptedBump, WorldOptions  # noqa: E402 - as above
-from ocmm_core.tracking.body import ProbeBody, load_probe  # noqa: E402 - as above
-from ocmm_core.tracking.pipeline import TrackingPipeline  # noqa: E402 - as above
-from ocmm_core.tracking.result import FrameStatus, TrackBlock  # noqa: E402 - as above
-from ocmm_core.tracking.sensitivity import tip_sensitivity  # noqa: E402 - as above
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, Wave  # noqa: E402 - as above
+from ocmm_core.simulation.scene import (  # noqa: E402 - as above  # noqa: E402 - as above
+    Part,
+    ScriptedBump,
+    VirtualRig,
+    WorldOptions,
+    load_part,
+)
+from ocmm_core.tracking import (  # noqa: E402 - as above  # noqa: E402 - as above
+    FrameStatus,
+    ProbeBody,
+    TrackBlock,
+    TrackingPipeline,
+    load_probe,
+    tip_sensitivity,
+)
 
 RATE_HZ, EXPOSURES = 400, 20
 TIP_ERROR_MM = 0.030

@@ -22,11 +22,13 @@ import numpy as np  # noqa: E402 - the number of BLAS threads is set before nump
 import pycolmap  # noqa: E402 - as above
 from pycolmap import pyceres  # noqa: E402 - as above
 
-from ocmm_core.calibration.bundle import adjust  # noqa: E402 - as above
-from ocmm_core.calibration.bundle_state import BundleState  # noqa: E402 - as above
-from ocmm_core.calibration.relocation_data import RelocationOptions  # noqa: E402 - as above
-from ocmm_core.calibration.relocation_problem import RelocationProblem, build  # noqa: E402 - above
-from ocmm_core.camera.model import CameraModel  # noqa: E402 - as above
+from ocmm_core.calibration.bundle import BundleState, adjust  # noqa: E402 - as above
+from ocmm_core.calibration.relocation import (  # noqa: E402 - above
+    RelocationOptions,
+    RelocationProblem,
+    build,
+)
+from ocmm_core.camera import CameraModel  # noqa: E402 - as above
 from ocmm_core.geometry import RigidTransform  # noqa: E402 - as above
 from tests.core.calibration.waved_probe import (  # noqa: E402 - as above
     SIGMA_PX,
@@ -153,9 +155,7 @@ def _reconstruction(given: RelocationProblem) -> pycolmap.Reconstruction:
         whole.add_frame(frame)
         for index in range(count):
             seen = np.flatnonzero(given.data.weights[n, index] > 0.0)
-            points = [
-                pycolmap.Point2D(given.data.uv[n, index, led], int(led) + 1) for led in seen
-            ]
+            points = [pycolmap.Point2D(given.data.uv[n, index, led], int(led) + 1) for led in seen]
             image = pycolmap.Image(
                 name=f"{n}-{index}", points2D=pycolmap.Point2DList(points),
                 camera_id=index + 1, image_id=n * count + index + 1,

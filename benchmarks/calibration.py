@@ -27,8 +27,8 @@ import cv2  # noqa: E402 - the number of BLAS threads is set before numpy is loa
 import numpy as np  # noqa: E402 - as above
 
 from benchmarks import relocation  # noqa: E402 - as above
-from ocmm_core.calibration.camera_model_fit import fit_camera  # noqa: E402 - as above
-from ocmm_core.camera.model import CameraModel, project  # noqa: E402 - as above
+from ocmm_core.calibration.cameras import fit_camera  # noqa: E402 - as above
+from ocmm_core.camera import CameraModel, project  # noqa: E402 - as above
 from ocmm_core.geometry import Pixels, Points3  # noqa: E402 - as above
 from tests.core.calibration.difficult_lenses import (  # noqa: E402 - as above
     anywhere,

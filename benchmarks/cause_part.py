@@ -9,17 +9,15 @@ from functools import cache
 import msgspec
 import numpy as np
 
-from ocmm_core.alignment.rules import DatumReferenceFrame
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.alignment import DatumReferenceFrame
+from ocmm_core.camera import Rig, load_rig, project
 from ocmm_core.documents import resource
-from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.zones import Characteristic
+from ocmm_core.tracking import ProbeBody, TipSensitivity, load_probe, tip_sensitivity
 
 NOISE_MM = 0.003
 """Standard deviation of an averaged point, each axis, as its own window shows it."""
@@ -93,9 +91,7 @@ def round_feature(
         "direction": (0.0, 0.0, 1.0), "diameter": diameter, "side": side,
         "projection": "TOP" if shape == "Circle" else "",
     }  # fmt: skip
-    return Probed(
-        msgspec.convert(nominal, NominalFeature), np.array(point) + surface, sign * out
-    )
+    return Probed(msgspec.convert(nominal, NominalFeature), np.array(point) + surface, sign * out)
 
 
 def turns_of(count: int) -> Float:
@@ -210,9 +206,7 @@ def station() -> Station:
     return Station(rig, body, points, found)
 
 
-def touched(
-    features: Sequence[Probed], body: ProbeBody, rig: Rig
-) -> tuple[MeasuredPoint, ...]:
+def touched(features: Sequence[Probed], body: ProbeBody, rig: Rig) -> tuple[MeasuredPoint, ...]:
     """Return the touches of features, the probe upright."""
     found: list[MeasuredPoint] = []
     for feature in features:

@@ -27,20 +27,24 @@ from benchmarks.cause_part import (
     station,
     touched,
 )
-from ocmm_core.alignment.rules import DatumAlignment, SavedFrame
-from ocmm_core.features.actual import ActualFeature
+from ocmm_core.alignment import DatumAlignment, SavedFrame
+from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
-from ocmm_core.inspection.cause import Cause, Explanation
-from ocmm_core.inspection.coverage import coverage_of
-from ocmm_core.inspection.evaluated import EvaluatedJob, evaluated_job
-from ocmm_core.inspection.explain import EXPLAINED, explanations_of
-from ocmm_core.inspection.guidance import whereabouts
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation, explanations_of
+from ocmm_core.inspection.evaluation import (
+    EvaluatedJob,
+    FeatureState,
+    FeatureView,
+    JobView,
+    SessionOptions,
+    coverage_of,
+    evaluated_job,
+    whereabouts,
+)
 from ocmm_core.inspection.plan import Material, Plan
-from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
-from ocmm_core.measuring.uncertainty import joint_covariance
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tracking.sensitivity import tip_sensitivity
+from ocmm_core.measuring import joint_covariance
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tracking import tip_sensitivity
 
 PLACES_MM, FORM_MM = 0.004, 0.0015
 """What a good part is off by: sizes and places of features, and its surfaces, 1 sigma."""
@@ -289,9 +293,7 @@ def alignment(scene: Scene, rng: np.random.Generator) -> None:
         turn = rotation_from_vector(rng.uniform(-1e-3, 1e-3, 3))
         moved = RigidTransform(turn, unit(rng.normal(size=3)) * rng.uniform(0.1, 0.5))
         T = moved.compose(T_WORLD_FROM_PART.inverse())
-        known = tuple(
-            tuple(float(v) for v in row) for row in np.diag([1e-10] * 3 + [1e-5] * 3)
-        )
+        known = tuple(tuple(float(v) for v in row) for row in np.diag([1e-10] * 3 + [1e-5] * 3))
         rule = SavedFrame(
             name="FIXTURE", digest="0" * 64, translation=tuple(T.translation.tolist()),
             rotation=tuple(tuple(row) for row in T.rotation.tolist()), covariance=known,  # type: ignore[arg-type]  # three rows of three

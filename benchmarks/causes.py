@@ -19,8 +19,7 @@ import numpy as np
 
 from benchmarks.cause_scenes import SPOILED, asked, is_right, make_job
 from ocmm_core.blas import use_one_thread
-from ocmm_core.inspection.cause import Cause
-from ocmm_core.inspection.explain import explanations_of
+from ocmm_core.inspection.causes import Cause, explanations_of
 
 FIRST_SEED = 20
 LEAST_RIGHT = 0.9

@@ -19,13 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from ocmm_core.camera import windows
-from ocmm_core.camera.centroid import N_READING
-from ocmm_core.camera.finder import NO_BLACK, FinderState, measure_window
-from ocmm_core.camera.spots import SpotOptions, SpotStatus
+from ocmm_core.camera import (
+    N_READING,
+    NO_BLACK,
+    FinderState,
+    SpotOptions,
+    SpotStatus,
+    measure_window,
+    windows,
+)
 from ocmm_core.geometry import Float
-from ocmm_core.simulation import exposure
-from ocmm_core.simulation.sensor import Sensor, SensorOptions, normal_table
+from ocmm_core.simulation.scene import Sensor, SensorOptions, exposure, normal_table
 
 SIZE = 512
 WINDOW = 16
@@ -302,9 +306,7 @@ def main() -> int:
             f"  {'ok' if row.holds else 'BROKEN'}"
         )
     rms = {row.case: row.rms_px for row in rows}
-    gains = [
-        rms[case] / rms[replace(case, black=True)] for case in CASES if not case.black
-    ]
+    gains = [rms[case] / rms[replace(case, black=True)] for case in CASES if not case.black]
     speed = windows_per_second(1.0, normal)
     print(
         f"Limits: ratio <= {RATIO_LIMIT} ({WIDE_RATIO_LIMIT} for other spots); bias <= "

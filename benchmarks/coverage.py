@@ -24,22 +24,16 @@ import msgspec
 import numpy as np
 
 from ocmm_core.blas import use_one_thread
-from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.defaults import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
-from ocmm_core.cli.truth import true_values
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.camera import Rig, load_rig
+from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE, true_values
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring.point import Refusal
-from ocmm_core.measuring.stable_point import PointOptions
-from ocmm_core.measuring.trigger import TouchCollector
-from ocmm_core.simulation.artefacts import Part, load_part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
-from ocmm_core.tolerances.characteristic import FORMS, Characteristic
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pipeline import TrackingPipeline
+from ocmm_core.measuring import PointOptions, Refusal, TouchCollector
+from ocmm_core.simulation.scene import Part, VirtualRig, load_part
+from ocmm_core.storage import JobFile, make_head
+from ocmm_core.tolerances.zones import FORMS, Characteristic
+from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe
 
 FRAME_RATE_HZ = 500
 

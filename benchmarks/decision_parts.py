@@ -8,12 +8,11 @@ from functools import cache
 
 import numpy as np
 
-from ocmm_core.alignment.rules import AnyAlignment, BoundAlignment, DatumAlignment
-from ocmm_core.features.nominal import NominalFeature, nominal_geometry
-from ocmm_core.features.shapes import Shape
+from ocmm_core.alignment import AnyAlignment, BoundAlignment, DatumAlignment
+from ocmm_core.features.shapes import NominalFeature, Shape, nominal_geometry
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.characteristic import Association, Characteristic, Kind
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.zones import Association, Characteristic, Kind
 
 TIP = 1.5
 WHITE_MM, PLACE_MM, SCALE, RADIUS_MM = 0.004, 0.006, 1e-5, 0.001
@@ -86,9 +85,7 @@ class _Builder:
         normals = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(15)])
         heights = np.repeat([-0.5, 0.0, 0.5], 5)[:, None] * height * np.array(_Z)
         surface = np.array(at) + 0.5 * diameter * normals + heights
-        self._add(
-            name, Shape.CYLINDER, at, _Z, diameter, "outer", surface, normals, length=height
-        )
+        self._add(name, Shape.CYLINDER, at, _Z, diameter, "outer", surface, normals, length=height)
 
     def ball(self, name: str, at: Sequence[float], diameter: float, off: float = 0.0) -> None:
         """Add a ball of twelve points that lies ``off`` along x from where it should."""

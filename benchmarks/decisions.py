@@ -37,16 +37,20 @@ import numpy as np
 from benchmarks.decision_parts import GROUPS, Group, group_of
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import OcmmError
-from ocmm_core.features.actual import ActualFeature, actual_features
+from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import RULES, decide
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.interval import Spread, expanded
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.sampling import form_samples, sample_of
-from ocmm_core.tolerances.spread import of_own_form, spreads_of
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.decisions import RULES, Verdict, decide
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.uncertainty import (
+    Spread,
+    expanded,
+    form_samples,
+    of_own_form,
+    sample_of,
+    spreads_of,
+)
+from ocmm_core.tolerances.zones import Characteristic
 
 FORM_MM = 0.003
 LEAST_COVERED, MOST_COVERED = 0.94, 0.97

@@ -16,8 +16,8 @@ import msgspec
 
 from benchmarks.second_master import FoundCamera, Mapped
 from ocmm_core.documents import resource, write_atomic
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.simulation.fault_rig import HOST, FaultRig
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.bus import HOST, FaultRig
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 _PROGRAM = Path(__file__).with_name("second_master.py")

@@ -27,8 +27,8 @@ import numpy as np
 
 from benchmarks.evidence_edits import EDITS, Rng
 from benchmarks.evidence_site import EVENTS, Store, View, cameras_in, probe_in
-from ocmm_core.calibration.chain_seal import NAME as SEAL
-from ocmm_core.calibration.in_use import Word
+from ocmm_core.calibration.records import NAME as SEAL
+from ocmm_core.calibration.records import Word
 from ocmm_core.errors import OcmmError
 
 TRIALS = 10_000

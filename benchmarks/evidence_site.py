@@ -9,12 +9,18 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.calibration.chain_seal import NAME as SEAL
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import CalibrationView, judge, open_calibration
-from ocmm_core.calibration.probe_in_use import ProbeView, judge_probe, open_probe
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.calibration.records import NAME as SEAL
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CalibrationView,
+    ProbeStore,
+    ProbeView,
+    judge,
+    judge_probe,
+    open_calibration,
+    open_probe,
+    record_hash,
+)
 from ocmm_core.documents import resource
 from tests.core.calibration.made_probe_records import (
     PROBE,

@@ -21,29 +21,42 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.ethercat import EthercatSource
-from ocmm_core.acquisition.realtime import BUS_PRIORITY, take_priority
-from ocmm_core.acquisition.remote_objects import RemoteObjects
-from ocmm_core.acquisition.ring import FrameRing, Word
-from ocmm_core.acquisition.worker import (
+from ocmm_core.acquisition.bus_process import (
+    BUS_PRIORITY,
+    EthercatSource,
+    RemoteObjects,
+    take_priority,
+)
+from ocmm_core.acquisition.frames import (
     AcquisitionState,
     AcquisitionStatus,
     AcquisitionWorker,
+    FrameRing,
     StopReason,
+    Word,
     read_status,
 )
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.alarms import Alarm
-from ocmm_core.fieldbus.bus import BusSettings
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.fieldbus.profile_objects import CALIBRATION
-from ocmm_core.fieldbus.report import BusPhase
-from ocmm_core.simulation.fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
-from ocmm_core.simulation.faults import CORRUPT_WITH_SUM, Deed
-from ocmm_core.simulation.frame_watch import FrameWatch, Watched
-from ocmm_core.simulation.line_rules import FrameKind, LineRule, Trick, Way
-from ocmm_core.simulation.registers import AL_SYNC, INIT, PREOP, SAFEOP
+from ocmm_core.fieldbus.cycle import BusSettings
+from ocmm_core.fieldbus.device import CALIBRATION, CameraIdentity
+from ocmm_core.fieldbus.report import Alarm, BusPhase
+from ocmm_core.simulation.bus import (
+    CAMERAS,
+    CORRUPT_WITH_SUM,
+    FAR,
+    HOST,
+    NEAR,
+    Deed,
+    FaultRig,
+    FrameKind,
+    FrameWatch,
+    LineRule,
+    Trick,
+    Watched,
+    Way,
+)
+from ocmm_core.simulation.slave import AL_SYNC, INIT, PREOP, SAFEOP
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 SPARE = CameraIdentity("spare", 1003, 3)
@@ -239,9 +252,7 @@ def _toggled(name: str, do: Deed, alarms: tuple[Alarm, ...], camera: int = 1) ->
     return Scenario(name, deed(do, camera, 1), deed(do, camera, 0), alarms)
 
 
-def _at_once(
-    name: str, step: Step, alarms: tuple[Alarm, ...], *, stops: bool = False
-) -> Scenario:
+def _at_once(name: str, step: Step, alarms: tuple[Alarm, ...], *, stops: bool = False) -> Scenario:
     return Scenario(name, step, _nothing, alarms, stops=stops, lasts_s=0.0)
 
 
@@ -495,9 +506,12 @@ def play_all(names: list[str], out: Path) -> None:
     chosen = [scenario for scenario in SCENARIOS if not names or scenario.name in names]
     outcomes: list[Outcome] = []
     while chosen:
-        with tempfile.TemporaryDirectory() as folder, FaultRig(
-            Path(folder), (LEFT, RIGHT), (LEFT, RIGHT, SPARE), unplugged=(2,), seed=len(chosen)
-        ) as rig:
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            FaultRig(
+                Path(folder), (LEFT, RIGHT), (LEFT, RIGHT, SPARE), unplugged=(2,), seed=len(chosen)
+            ) as rig,
+        ):
             rig.start_bus()
             player = Player(rig)
             while chosen:

@@ -18,7 +18,7 @@ import msgspec
 
 from benchmarks.fault_scenarios import SCENARIOS, Outcome, Starts
 from ocmm_core.errors import OcmmError
-from ocmm_core.simulation.virtual_bus import namespace_command
+from ocmm_core.simulation.bus import namespace_command
 
 STARTS = 1000
 FLAG_LIMIT_CYCLES = 3.0

@@ -30,7 +30,7 @@ import numpy as np
 
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -44,7 +44,7 @@ from ocmm_core.features.shapes import (
     element,
 )
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.tolerances.fit_uncertainty import FitUncertainty, Stated, fit_uncertainty
+from ocmm_core.tolerances.uncertainty import FitUncertainty, Stated, fit_uncertainty
 
 NOISE_MM = 0.003
 SIZE, SECOND_SIZE, HALF_APEX, HEIGHT = 20.0, 8.0, 0.3, 40.0

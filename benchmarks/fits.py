@@ -38,7 +38,7 @@ from scipy.optimize import least_squares
 from skimage.measure import CircleModel, EllipseModel, LineModelND
 
 from ocmm_core.blas import use_one_thread
-from ocmm_core.features.fit import fit_shape
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3, rotation_from_vector
 
@@ -229,9 +229,7 @@ def _ransac(
     return np.asarray(found[0]), float(found[1] if len(found) == 3 else found[2])
 
 
-def _by_scipy(
-    shape: Shape, points: Points3, truth: Float
-) -> Callable[[], tuple[Float, float]]:
+def _by_scipy(shape: Shape, points: Points3, truth: Float) -> Callable[[], tuple[Float, float]]:
     rotation, place = truth[:3], truth[3]
     local = (points - place) @ rotation
     sizes = {Shape.TORUS: [RADIUS, SECOND], Shape.CONE: [RADIUS, HALF_ANGLE]}

@@ -21,8 +21,8 @@ from scipy.optimize import least_squares
 
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import fit_shape
-from ocmm_core.features.fit.rivals import COVERAGE, undecided
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.search import COVERAGE, undecided
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Float, Points3
 

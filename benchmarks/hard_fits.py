@@ -28,8 +28,8 @@ from benchmarks.hard_reference import Reference, cost_of, reference_of
 from benchmarks.hard_samples import SHAPES, HardSet, hard_set
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import fit_shape
-from ocmm_core.features.fit.rivals import undecided
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.search import undecided
 from ocmm_core.features.shapes import MINIMUM_POINTS, Fit, Shape
 
 SEED, STARTS = 20_261, 16

@@ -64,9 +64,7 @@ class Reference:
     open_cost: float
 
 
-def reference_of(
-    hard: HardSet, starts: int, around: Sequence[float] = AROUND
-) -> Reference:
+def reference_of(hard: HardSet, starts: int, around: Sequence[float] = AROUND) -> Reference:
     """Return the minima of a set, from the truth, two starts at each distance, and random ones."""
     rng = np.random.default_rng(len(hard.points))
     flat = hard.shape in (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT)

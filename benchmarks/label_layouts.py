@@ -42,8 +42,7 @@ def _orbit(rng: np.random.Generator, order: int, count: int) -> Float:
     """Return ``count`` LEDs and where turns by a whole part of a circle take them."""
     leds = np.column_stack(
         [
-            rng.uniform(15.0, 70.0, (count, 1))
-            * unit(rng.standard_normal((count, 2))),
+            rng.uniform(15.0, 70.0, (count, 1)) * unit(rng.standard_normal((count, 2))),
             rng.uniform(-60.0, 60.0, count),
         ]
     )

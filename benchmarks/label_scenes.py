@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera.model import N_PARAMETERS, CameraModel, on_sensor, project
-from ocmm_core.camera.rig import MAX_SLOTS, Rig
+from ocmm_core.camera import MAX_SLOTS, N_PARAMETERS, CameraModel, Rig, on_sensor, project
 from ocmm_core.geometry import Float, Int, RigidTransform, unit
-from ocmm_core.tracking.body import LedBody
+from ocmm_core.tracking import LedBody
 
 HIDDEN_SPOTS = (0.0, 0.1, 0.25, 0.45)
 """Chance of one spot to be hidden in one camera; every frame has one of these."""
@@ -165,9 +164,9 @@ def _ghosts(
         high = np.sum((camera.centre_world - middle) * normal, axis=1) - plane
         image = camera.centre_world - 2.0 * high[:, None] * normal
         sight = unit(image[:, None] - chosen)
-        lit = (np.sum(sight * heading, axis=2) > np.cos(body.emission_half_angle)) & (
-            high > 0.0
-        )[:, None]
+        lit = (np.sum(sight * heading, axis=2) > np.cos(body.emission_half_angle)) & (high > 0.0)[
+            :, None
+        ]
         # Never all of them: a symmetric flat probe cannot be told from its whole mirror image.
         lit[:, body.n_leds - 1 :] = False
         shown[:, c] = lit | (kind[:, :, 0] != 2)

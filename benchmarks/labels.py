@@ -33,17 +33,23 @@ from benchmarks.label_scenes import (
     rig_with,
     together,
 )
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking.body import LedBody, ProbeBody, check_labels, load_probe
-from ocmm_core.tracking.body_tracker import spot_sigma_px
-from ocmm_core.tracking.identify import IdentifyOptions, identify_many
-from ocmm_core.tracking.identify_kernel import FOUND
-from ocmm_core.tracking.pose import solve, solve_leds
-from ocmm_core.tracking.reference_body import load_reference
+from ocmm_core.tracking import (
+    IdentifyOptions,
+    LedBody,
+    ProbeBody,
+    check_labels,
+    identify_many,
+    load_probe,
+    load_reference,
+    solve,
+    solve_leds,
+    spot_sigma_px,
+)
+from ocmm_core.tracking.kernels import FOUND
 
 CHUNK = 10_000
 RIGS = (("thesis", 2), ("recommended", 2), ("recommended", 3), ("recommended", 4))
@@ -105,9 +111,7 @@ def search(
     good = pose.status == 0
     truth = scenes.rotations[found] @ point + scenes.origins[found]
     error = (pose.tip_world - truth)[good]
-    square = np.einsum(
-        "ni,nij,nj->n", error, np.linalg.inv(pose.tip_covariance[good]), error
-    )
+    square = np.einsum("ni,nij,nj->n", error, np.linalg.inv(pose.tip_covariance[good]), error)
     named = slots[good]
     false = (named >= 0) & (named != scenes.slots[found][good])
     located = np.count_nonzero(np.count_nonzero(scenes.slots >= 0, axis=1) >= 2, axis=1)
@@ -193,6 +197,7 @@ def main() -> int:
     holds = True
     print(f"{'':38}{'frames':>9}{'4 LEDs':>9}{'tip':>9}{'misnamed':>9}{'wrong':>6}{'frames/s':>10}")
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
+
         def run(title: str, work: Callable[[int, int], Counts], frames: int) -> Counts:
             sizes = [CHUNK] * (frames // CHUNK)
             total = sum(pool.map(work, sizes, range(len(sizes))), Counts())

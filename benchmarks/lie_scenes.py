@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.change_rows import camera_changes
-from ocmm_core.calibration.length_precision import random_lines
-from ocmm_core.calibration.relocation_data import (
+from ocmm_core.calibration.guided import random_lines
+from ocmm_core.calibration.monitor import camera_changes
+from ocmm_core.calibration.relocation import (
     KeptByCameras,
     KeptByPoints,
     LengthBar,
@@ -23,10 +23,9 @@ from ocmm_core.calibration.relocation_data import (
     RelocationOptions,
     ShownBar,
 )
-from ocmm_core.camera.model import CameraModel
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float, rotation_xyz, unit
-from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.tracking import ProbeBody
 from tests.core.calibration.waved_probe import (
     BAR,
     SIGMA_PX,

@@ -19,17 +19,20 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import least_squares
 
-from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment import DatumAlignment
 from ocmm_core.blas import use_one_thread
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.characteristic import Characteristic, Kind
-from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloReport, factor_of
-from ocmm_core.tolerances.monte_carlo_process import simulate_elsewhere
-from ocmm_core.tolerances.monte_carlo_trials import Task
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.monte_carlo import (
+    MonteCarloOptions,
+    MonteCarloReport,
+    Task,
+    factor_of,
+    simulate_elsewhere,
+)
+from ocmm_core.tolerances.zones import Characteristic, Kind
 
 LIMIT_S = 10.0
 TIP = 3.0
@@ -83,9 +86,7 @@ def job(seed: int) -> Task:
     covariance[:-1, :-1] = np.kron(np.full((n, n), COMMON_MM**2), np.eye(3))
     covariance[:-1, :-1] += WHITE_MM**2 * np.eye(3 * n)
     covariance[-1, -1] = 0.001**2
-    return Task(
-        characteristics(), _RULE, tuple(points), actual, covariance, np.zeros((n, 3, 3))
-    )
+    return Task(characteristics(), _RULE, tuple(points), actual, covariance, np.zeros((n, 3, 3)))
 
 
 def _features() -> list[NominalFeature]:

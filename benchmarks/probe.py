@@ -15,19 +15,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ocmm_core.calibration.pivot import calibrate_probe
-from ocmm_core.calibration.pivot_bundle import adjust_pivot
-from ocmm_core.calibration.pivot_centre import (
+from ocmm_core.calibration.pivot import (
+    PivotOptions,
+    PivotSweep,
+    adjust_pivot,
+    calibrate_probe,
     common_centre,
     group_average,
     moments_of,
+    start_pivot,
     thesis_pivot,
 )
-from ocmm_core.calibration.pivot_data import PivotOptions, PivotSweep
-from ocmm_core.calibration.pivot_start import start_pivot
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.probe_study import ProbeStudy, run_study
+from ocmm_core.simulation.scene import ProbeStudy, run_study
 from tests.core.calibration.swept_probe import (
     CONE_WORLD,
     SIGMA_PX,
@@ -123,9 +124,7 @@ def speed(repeats: int) -> bool:
     steps = ours.iterations + 1
 
     def plain() -> object:
-        return plain_adjust(
-            rig(), frames.uv, state.centre, state.arms, state.rotations, steps
-        )
+        return plain_adjust(rig(), frames.uv, state.centre, state.arms, state.rotations, steps)
 
     def whole() -> object:
         return calibrate_probe(rig(), probe(), frames)

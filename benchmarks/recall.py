@@ -39,14 +39,15 @@ from benchmarks.recall_scenes import (  # noqa: E402 - as above
     base_points,
 )
 from ocmm_core.geometry import Float  # noqa: E402 - as above
-from ocmm_core.inspection.recall import Places, recall  # noqa: E402 - as above
-from ocmm_core.inspection.recall_record import (  # noqa: E402 - as above
+from ocmm_core.inspection.archive import (  # noqa: E402 - as above  # noqa: E402 - as above
     Outcome,
+    Places,
     RecalledCharacteristic,
     RecalledJob,
+    recall,
 )
-from ocmm_core.measuring.point import MeasuredPoint  # noqa: E402 - as above
-from ocmm_core.tolerances.result import Verdict  # noqa: E402 - as above
+from ocmm_core.measuring import MeasuredPoint  # noqa: E402 - as above
+from ocmm_core.tolerances.decisions import Verdict  # noqa: E402 - as above
 
 LEAST_RELEASED, LONGEST_S = 0.95, 600.0
 _GOOD_SHARE = 0.75
@@ -205,11 +206,7 @@ def _told(counts: Counts) -> bool:
         f"processor time {each:.3f} s a job of 14 points: 1,000 jobs take {two_cores_s / 60:.1f} "
         f"min of two cores (limit {LONGEST_S / 60:.0f} min); clock {counts.seconds:.0f} s here"
     )
-    return (
-        not counts.wrong_conform
-        and share >= LEAST_RELEASED
-        and two_cores_s <= LONGEST_S
-    )
+    return not counts.wrong_conform and share >= LEAST_RELEASED and two_cores_s <= LONGEST_S
 
 
 if __name__ == "__main__":

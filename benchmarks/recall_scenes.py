@@ -19,37 +19,30 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core import __version__
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import store_folder
 from ocmm_core.calibration.records import (
     SCHEMA,
     VERIFICATION_SCHEMA,
+    CalibrationStore,
     CameraRecord,
     Check,
     ResidualMap,
     VerificationRecord,
+    canonical,
     entry_of,
+    record_hash,
     rig_from_record,
+    store_folder,
 )
-from ocmm_core.calibration.sealed import canonical, record_hash
-from ocmm_core.camera.model import N_PARAMETERS, CameraModel, project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.trigger import TouchCollector
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.spot_pattern import SpotPattern, draw_pattern
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobHead, make_head
-from ocmm_core.tracking.body import load_probe
-from ocmm_core.tracking.body_tracker import spot_sigma_px
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.pose import solve
+from ocmm_core.measuring import MeasuredPoint, TouchCollector
+from ocmm_core.simulation.scene import SpotPattern, VirtualRig, draw_pattern, load_part
+from ocmm_core.storage import JobFile, JobHead, make_head
+from ocmm_core.tracking import TrackingPipeline, load_probe, solve, spot_sigma_px
 
 PLAN = resource("plans", "quick.toml")
 RIG = resource("rigs", "recommended.toml")

@@ -26,22 +26,35 @@ use_one_thread()
 import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 
 from ocmm_core.acquisition.frames import from_records, to_records  # noqa: E402 - as above
-from ocmm_core.camera.rig import Rig, load_rig  # noqa: E402 - as above
+from ocmm_core.camera import Rig, load_rig  # noqa: E402 - as above
 from ocmm_core.documents import resource  # noqa: E402 - as above
 from ocmm_core.geometry import Float, rotation_from_vector  # noqa: E402 - as above
-from ocmm_core.measuring.uncertainty import systematic_covariance  # noqa: E402 - as above
-from ocmm_core.simulation.artefacts import Part, load_part  # noqa: E402 - as above
-from ocmm_core.simulation.operator import Motion  # noqa: E402 - as above
-from ocmm_core.simulation.rig import VirtualRig  # noqa: E402 - as above
-from ocmm_core.simulation.world import ScriptedNudge, WorldOptions, nudged  # noqa: E402 - as above
-from ocmm_core.tracking.body import ProbeBody, load_probe  # noqa: E402 - as above
-from ocmm_core.tracking.identify import ordered_spots  # noqa: E402 - as above
-from ocmm_core.tracking.pipeline import TrackingPipeline  # noqa: E402 - as above
-from ocmm_core.tracking.reference import relative_sensitivity, simultaneous  # noqa: E402 - as above
-from ocmm_core.tracking.reference_body import ReferenceBody, load_reference  # noqa: E402 - as above
-from ocmm_core.tracking.reference_home import home_of  # noqa: E402 - as above
-from ocmm_core.tracking.result import FrameStatus, in_rig, join  # noqa: E402 - as above
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity  # noqa: E402 - as above
+from ocmm_core.measuring import systematic_covariance  # noqa: E402 - as above
+from ocmm_core.simulation.scene import (  # noqa: E402 - as above  # noqa: E402 - as above
+    Motion,
+    Part,
+    ScriptedNudge,
+    VirtualRig,
+    WorldOptions,
+    load_part,
+    nudged,
+)
+from ocmm_core.tracking import (  # noqa: E402 - as above  # noqa: E402 - as above  # noqa: E402 - as above  # noqa: E402 - as above  # noqa: E402 - as above
+    FrameStatus,
+    ProbeBody,
+    ReferenceBody,
+    TipSensitivity,
+    TrackingPipeline,
+    home_of,
+    in_rig,
+    join,
+    load_probe,
+    load_reference,
+    ordered_spots,
+    relative_sensitivity,
+    simultaneous,
+    tip_sensitivity,
+)
 
 FRAMES = 2000
 """A quarter of a second at 8 kHz."""

@@ -23,13 +23,13 @@ use_one_thread()
 
 import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 
-from ocmm_core.calibration.camera_network import calibrate_rig  # noqa: E402 - as above
-from ocmm_core.calibration.length_precision import length_sigma  # noqa: E402 - as above
-from ocmm_core.calibration.relocation import relocate  # noqa: E402 - as above
-from ocmm_core.calibration.relocation_data import (  # noqa: E402 - as above
+from ocmm_core.calibration.cameras import calibrate_rig  # noqa: E402 - as above
+from ocmm_core.calibration.guided import length_sigma  # noqa: E402 - as above
+from ocmm_core.calibration.relocation import (  # noqa: E402 - as above
     GeometryMode,
     LensMode,
     RelocationOptions,
+    relocate,
 )
 from ocmm_core.errors import CalibrationError  # noqa: E402 - as above
 from tests.core.calibration import known_points  # noqa: E402 - as above

@@ -111,9 +111,7 @@ def with_kickcat(interface: str) -> list[FoundCamera]:
     for slave, state in zip(bus.slaves(), reached, strict=True):
 
         def read(index: int, sub: int, room: int, slave: object = slave) -> bytes:
-            return bytes(
-                bus.read_sdo(slave, index, sub, kickcat.Access.PARTIAL, room, patience)
-            )
+            return bytes(bus.read_sdo(slave, index, sub, kickcat.Access.PARTIAL, room, patience))
 
         sizes = (slave.input_size, slave.output_size)
         found.append(describe(read, lambda _index, _sub: "", sizes, state))

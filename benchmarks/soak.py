@@ -33,23 +33,31 @@ import msgspec
 from PySide6.QtCore import QTimer
 
 from benchmarks.soak_books import Cable, Outcome, Usage, counters, judge, words
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.worker import read_status
-from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.compose import StationRequest, build_station, segment_of
-from ocmm_core.cli.defaults import DEMO_PLAN, RECOMMENDED_RIG
+from ocmm_core.acquisition.frames import FrameRing, read_status
+from ocmm_core.camera import load_rig
+from ocmm_core.composition import (
+    DEMO_PLAN,
+    RECOMMENDED_RIG,
+    StationRequest,
+    build_station,
+    segment_of,
+)
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.report import BusPhase, decode_report
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.camera_process import READY
-from ocmm_core.simulation.line_rules import LineRule, Trick, Way
-from ocmm_core.simulation.network import make_link
-from ocmm_core.simulation.proxy import ProxyConfig
-from ocmm_core.simulation.virtual_bus import namespace_command
+from ocmm_core.simulation.bus import (
+    READY,
+    LineRule,
+    ProxyConfig,
+    Trick,
+    Way,
+    make_link,
+    namespace_command,
+)
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.window import MainWindow
 
 SECONDS = 600.0
 OTHERS = 0.2
@@ -93,7 +101,10 @@ def bus_pid() -> int:
     """Return the number of the bus process, a child of this one."""
     for entry in Path("/proc/self/task").iterdir():
         for child in (entry / "children").read_text(encoding="ascii").split():
-            if b"ocmm_core.acquisition.start" in Path("/proc", child, "cmdline").read_bytes():
+            if (
+                b"ocmm_core.acquisition.bus_process._start"
+                in Path("/proc", child, "cmdline").read_bytes()
+            ):
                 return int(child)
     raise RuntimeError("there is no bus process")
 
@@ -118,8 +129,8 @@ def play(folder: Path, seconds: float, rules: tuple[LineRule, ...], *, freeze: b
     )
     segment = segment_of(request, load_plan(DEMO_PLAN), load_rig(RECOMMENDED_RIG))
     segment = msgspec.structs.replace(segment, interface=_CAMERAS)
-    cable_process = start("ocmm_core.simulation.proxy", msgspec.json.encode(proxy) + b"\n")
-    cameras_process = start("ocmm_core.simulation.camera_process", segment.to_json())
+    cable_process = start("ocmm_core.simulation.bus._proxy", msgspec.json.encode(proxy) + b"\n")
+    cameras_process = start("ocmm_core.simulation.bus._camera_process", segment.to_json())
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ask:
         ask.bind(str(folder / "asker"))
         ask.settimeout(5.0)

@@ -10,9 +10,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.worker import AcquisitionStatus
+from ocmm_core.acquisition.frames import AcquisitionStatus
 from ocmm_core.fieldbus.report import BusReport, Histogram
-from ocmm_core.simulation.line_rules import LineLog, LineOrder, LineRule
+from ocmm_core.simulation.bus import LineLog, LineOrder, LineRule
 
 LOST_WITHOUT_PRIORITY = 0.001
 LOST_WITH_DROPS = 0.001

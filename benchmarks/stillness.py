@@ -27,20 +27,12 @@ from multiprocessing import get_context
 import numpy as np
 
 from ocmm_core.blas import use_one_thread
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.measuring.point import Refusal, RefusalCode
-from ocmm_core.measuring.stable_point import PointOptions, average
-from ocmm_core.measuring.uncertainty import systematic_covariance
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.hand import steady_hand
-from ocmm_core.simulation.operator import Motion
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.tracking.body import load_probe
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.result import FrameStatus
-from ocmm_core.tracking.sensitivity import tip_sensitivity
+from ocmm_core.measuring import PointOptions, Refusal, RefusalCode, average, systematic_covariance
+from ocmm_core.simulation.scene import Motion, VirtualRig, load_part, steady_hand
+from ocmm_core.tracking import FrameStatus, TrackingPipeline, load_probe, tip_sensitivity
 
 RIGS = (("recommended", "standard"), ("thesis", "thesis"))
 """Rig and probe."""

@@ -16,10 +16,16 @@ import time
 
 import numpy as np
 
-from ocmm_core.calibration.articulation import articulate
-from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about, sphere_layout
-from ocmm_core.calibration.tip_qualification import TipLimits, conforms, qualification_checks
-from ocmm_core.calibration.tip_views import CheckVerdict
+from ocmm_core.calibration.guided import articulate
+from ocmm_core.calibration.tip import (
+    QUALIFICATION_RINGS,
+    CheckVerdict,
+    TipLimits,
+    conforms,
+    frame_about,
+    qualification_checks,
+    sphere_layout,
+)
 from ocmm_core.calibration.verification import fit_sphere
 from tests.core.calibration.touched_tip import POLE, Fault, TipWorld, check_plans, record_of
 
@@ -40,9 +46,7 @@ def checks(rig: str, runs: int, seed: int) -> bool:
     world = TipWorld.of(rig)
     plans = check_plans(world, PLANS, seed)
     points = [len(plan.sphere.touches) for plan in plans]
-    sigma = [
-        1e3 * world.sigma(plan.sphere, world.qualified(plan.qualification)) for plan in plans
-    ]
+    sigma = [1e3 * world.sigma(plan.sphere, world.qualified(plan.qualification)) for plan in plans]
     print(
         f"{rig} rig, {runs} checks each; points on the sphere: qualification "
         f"{min(len(p.qualification.touches) for p in plans)} to "

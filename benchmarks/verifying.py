@@ -21,22 +21,29 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.calibration.artefacts import LengthBar, load_bar, load_sphere
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.records import (
     SCHEMA,
+    CalibrationStore,
     CameraRecord,
+    LengthBar,
     VerificationRecord,
     entry_of,
+    load_bar,
+    load_sphere,
     rig_from_record,
 )
-from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.defaults import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import Rig, load_rig
+from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
-from ocmm_core.simulation.resting_spots import Holds, RestingSpots
-from ocmm_core.simulation.verifying import FRAMES, nudge, verify_at_once
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.simulation.calibration_scenes import (
+    FRAMES,
+    Holds,
+    RestingSpots,
+    nudge,
+    verify_at_once,
+)
+from ocmm_core.tracking import load_probe
 
 BEGIN = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)
 RESTS = 2 + 42 + 25 + 2

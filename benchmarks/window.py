@@ -23,13 +23,13 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.station.station import MeasuringStation
+from ocmm_core.station import MeasuringStation
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.window import MainWindow
 
 SECONDS = 20.0
 WARM_UP_S = 5.0

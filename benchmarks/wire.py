@@ -18,14 +18,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.ethercat import EthercatSource
-from ocmm_core.acquisition.realtime import BUS_PRIORITY, take_priority
+from ocmm_core.acquisition.bus_process import BUS_PRIORITY, EthercatSource, take_priority
 from ocmm_core.errors import OcmmError
-from ocmm_core.fieldbus.bus import BusSettings
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.simulation.camera_process import SegmentConfig
-from ocmm_core.simulation.network import make_link
-from ocmm_core.simulation.virtual_bus import namespace_command
+from ocmm_core.fieldbus.cycle import BusSettings
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.bus import SegmentConfig, make_link, namespace_command
 
 SECONDS = 10.0
 GOOD_LIMIT = 0.97
@@ -43,7 +40,7 @@ def measure(seconds: float) -> dict[str, float]:
         interface=_FAR, cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')
     )
     cameras = subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.simulation.camera_process"],
+        [sys.executable, "-m", "ocmm_core.simulation.bus._camera_process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
     )

@@ -18,11 +18,9 @@ from scipy.optimize import linprog
 
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import certificate, fit_shape, fit_zone
-from ocmm_core.features.fit.zone_elements import ZONES, task_of
-from ocmm_core.features.fit.zone_solver import best_zone
-from ocmm_core.features.fit.zone_surfaces import distances
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.features.zones import ZONES, best_zone, certificate, distances, fit_zone, task_of
 from ocmm_core.geometry import Points3
 from tests.core.features.exact_zones import in_fifty_digits
 from tests.core.features.shape_samples import OUTLINES, ideal_points, somewhere

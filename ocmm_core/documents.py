@@ -87,7 +87,7 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         raise InputError(
             "document.unit",
             f"{path}: field 'unit' is {data.get('unit')!r}, but lengths must be in 'mm'.",
-            "Convert the lengths to millimetres and set unit = \"mm\".",
+            'Convert the lengths to millimetres and set unit = "mm".',
         )
     _refuse_non_finite(path, data, "")
     try:

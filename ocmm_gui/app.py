@@ -19,11 +19,11 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_gui.climate_arguments import add_climate, climate_request
-from ocmm_gui.theme import DEFAULT_THEME, THEMES, apply_theme, text_font
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, apply_theme, text_font
 
 if TYPE_CHECKING:
-    from ocmm_core.cli.compose import StationRequest
-    from ocmm_gui.main_window import MainWindow
+    from ocmm_core.composition import StationRequest
+    from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _SAFE = "Every point that was taken is in its job file."
@@ -116,11 +116,10 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
     # Numerical libraries take a second to load: something is on the screen before that.
     splash = _splash(app, parsed.source, options)
     try:
-        from ocmm_core.cli.compose import build_station
+        from ocmm_core.composition import build_station
         from ocmm_gui.bridge import StationBridge
-        from ocmm_gui.main_window import MainWindow
-        from ocmm_gui.notify import ErrorHooks, NoticeCentre
-        from ocmm_gui.sound import SoundPlayer
+        from ocmm_gui.kit import ErrorHooks, NoticeCentre, SoundPlayer
+        from ocmm_gui.window import MainWindow
 
         _end_on_signals(app)
         built = build_station(_request(parsed))
@@ -163,8 +162,7 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
 
 
 def _request(parsed: argparse.Namespace) -> StationRequest:
-    from ocmm_core.cli.compose import StationRequest
-    from ocmm_core.cli.stream_options import stream_options
+    from ocmm_core.composition import StationRequest, stream_options
 
     return StationRequest(
         plan=parsed.plan,

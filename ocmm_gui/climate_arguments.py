@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ocmm_core.cli.climate import ClimateRequest
+    from ocmm_core.composition import ClimateRequest
 
 
 def add_climate(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +28,7 @@ def add_climate(parser: argparse.ArgumentParser) -> None:
 def climate_request(parsed: argparse.Namespace) -> ClimateRequest:
     """Return what was asked for."""
     # Numerical libraries take a second to load: something is on the screen before that.
-    from ocmm_core.cli.climate import ClimateRequest
+    from ocmm_core.composition import ClimateRequest
 
     return ClimateRequest(
         probe_design=parsed.probe_design,

@@ -10,16 +10,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape, element
-from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import Rule, make_result, not_measured, not_proven, provisional
-from ocmm_core.tolerances.evaluation import Evaluation
-from ocmm_core.tolerances.interval import Normal
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
-from ocmm_core.tolerances.spread import Spreads
-from ocmm_core.tolerances.verdict import WORST_FIRST
+from ocmm_core.features.shapes import NominalFeature, Shape, element
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
+from ocmm_core.tolerances.decisions import (
+    WORST_FIRST,
+    CharacteristicResult,
+    Rule,
+    Verdict,
+    make_result,
+    not_measured,
+    not_proven,
+    provisional,
+)
+from ocmm_core.tolerances.uncertainty import Normal, Spreads
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
 from tests.core.export.sample_report import feature, point, sample_view
 
 RULES: tuple[Rule, ...] = ("iso14253-1", "ilac-g8", "simple")

@@ -25,18 +25,16 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import msgspec
 from PySide6.QtWidgets import QApplication  # the platform must be chosen before
 
-from ocmm_core.cli.compose import StationRequest, build_station, script_of
+from ocmm_core.composition import StationRequest, build_station, script_of
 from ocmm_core.documents import resource
+from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView, StatusWord
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.view import FeatureState, JobView, LiveView, StatusWord
-from ocmm_core.simulation.faults import CameraDeed, Deed
-from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
-from ocmm_gui.actions import Mode
+from ocmm_core.simulation.bus import CameraDeed, Deed
+from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.words import active_feature
+from ocmm_gui.kit import Mode, NoticeCentre, active_feature
+from ocmm_gui.window import MainWindow
 
 SIZE = (1920, 1080)
 SMALL = (1280, 720)

@@ -14,15 +14,12 @@ from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from ocmm_core.cli.climate import ClimateRequest
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import ClimateRequest, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_gui.actions import Mode
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.theme import THEMES
+from ocmm_gui.kit import THEMES, Mode, NoticeCentre
+from ocmm_gui.window import MainWindow
 
 SIZE = (1280, 720)
 PATIENCE_S = 60.0

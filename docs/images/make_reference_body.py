@@ -15,14 +15,14 @@ from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.inspection.view import StatusWord
-from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
+from ocmm_core.inspection.evaluation import StatusWord
+from ocmm_core.simulation.scene import ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.window import MainWindow
 
 SIZE = (1600, 900)
 PATIENCE_S = 60.0

@@ -21,29 +21,31 @@ from PySide6.QtTest import QTest  # the platform must be chosen before
 from PySide6.QtWidgets import QApplication
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.artefacts import load_bar, load_sphere
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
-from ocmm_core.calibration.records import rig_from_record
-from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.calibration.tip_views import TouchView
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
-from ocmm_core.cli.defaults import RECOMMENDED_RIG, STANDARD_PROBE
-from ocmm_core.cli.tip_scenes import scene_of_tip
+from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints, SpotTable
+from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.records import CalibrationStore, load_bar, load_sphere, rig_from_record
+from ocmm_core.calibration.tip import TouchView
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import Rig, load_rig, project
+from ocmm_core.composition import (
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    VirtualSite,
+    scene_of_tip,
+    scenes_of_verification,
+)
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibrating import CalibratingRig, Scene, Wave
-from ocmm_core.simulation.pivot_scenes import SweepProbe
-from ocmm_core.simulation.tip_scenes import TipFault
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.simulation.calibration_scenes import (
+    CalibratingRig,
+    Scene,
+    SweepProbe,
+    TipFault,
+    Wave,
+)
+from ocmm_core.tracking import load_probe
 from ocmm_gui.app import make_application
-from ocmm_gui.theme import THEMES, apply_theme
-from ocmm_gui.wizards.runner import Runner
-from ocmm_gui.wizards.site import SESSIONS, ProbeSite, WizardSite
-from ocmm_gui.wizards.wizard import Wizard
+from ocmm_gui.kit import THEMES, apply_theme
+from ocmm_gui.wizards import SESSIONS, ProbeSite, Runner, Wizard, WizardSite
 
 SIZE = (1280, 720)
 SEED = 5

@@ -1,1 +1,110 @@
 """The part frame from measured features."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.alignment._best_fit import fit_points, fit_points_locked
+    from ocmm_core.alignment._checks import alignment_fault
+    from ocmm_core.alignment._datum_frame import MOST_DATUMS, datum_frame
+    from ocmm_core.alignment._datums import frame_of, nominal_frame, settled
+    from ocmm_core.alignment._frame_document import (
+        content_hash,
+        frame_document,
+        is_covariance,
+        load_frame,
+        relocation,
+        save_frame,
+        saved_frame,
+    )
+    from ocmm_core.alignment._frame_doubt import doubt_of, saved_frame_in, unknown_frame
+    from ocmm_core.alignment._frame_slopes import frame_slopes
+    from ocmm_core.alignment._precedence import (
+        held_again,
+        in_precedence,
+        may_be_taken_again,
+        part_frame,
+        taken_again_by,
+    )
+    from ocmm_core.alignment._report import AlignmentReport, preview_alignment, report_lines
+    from ocmm_core.alignment._residuals import Residual
+    from ocmm_core.alignment._rules import (
+        OLDEST,
+        Alignment,
+        AnyAlignment,
+        BestFit,
+        BoundAlignment,
+        DatumAlignment,
+        DatumReferenceFrame,
+        LockedMotion,
+        Relocation,
+        SavedFrame,
+        frame_name,
+        simulated_frame,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _best_fit="fit_points fit_points_locked",
+        _checks="alignment_fault",
+        _datum_frame="MOST_DATUMS datum_frame",
+        _datums="frame_of nominal_frame settled",
+        _frame_document=(
+            "content_hash frame_document is_covariance load_frame relocation save_frame saved_frame"
+        ),
+        _frame_doubt="doubt_of saved_frame_in unknown_frame",
+        _frame_slopes="frame_slopes",
+        _precedence="held_again in_precedence may_be_taken_again part_frame taken_again_by",
+        _report="AlignmentReport preview_alignment report_lines",
+        _residuals="Residual",
+        _rules=(
+            "Alignment AnyAlignment BestFit BoundAlignment DatumAlignment DatumReferenceFrame "
+            "LockedMotion OLDEST Relocation SavedFrame frame_name simulated_frame"
+        ),
+    )
+
+__all__ = [
+    "MOST_DATUMS",
+    "OLDEST",
+    "Alignment",
+    "AlignmentReport",
+    "AnyAlignment",
+    "BestFit",
+    "BoundAlignment",
+    "DatumAlignment",
+    "DatumReferenceFrame",
+    "LockedMotion",
+    "Relocation",
+    "Residual",
+    "SavedFrame",
+    "alignment_fault",
+    "content_hash",
+    "datum_frame",
+    "doubt_of",
+    "fit_points",
+    "fit_points_locked",
+    "frame_document",
+    "frame_name",
+    "frame_of",
+    "frame_slopes",
+    "held_again",
+    "in_precedence",
+    "is_covariance",
+    "load_frame",
+    "may_be_taken_again",
+    "nominal_frame",
+    "part_frame",
+    "preview_alignment",
+    "relocation",
+    "report_lines",
+    "save_frame",
+    "saved_frame",
+    "saved_frame_in",
+    "settled",
+    "simulated_frame",
+    "taken_again_by",
+    "unknown_frame",
+]

@@ -1,1 +1,92 @@
 """The camera model and the rig: world to pixel and back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.camera import _centroid as centroid
+    from ocmm_core.camera import _search as search
+    from ocmm_core.camera import _windows as windows
+    from ocmm_core.camera._centroid import N_READING
+    from ocmm_core.camera._compiled import compiled
+    from ocmm_core.camera._finder import NO_BLACK, FinderState, SpotFinder, measure_window
+    from ocmm_core.camera._model import (
+        N_PARAMETERS,
+        PARAMETERS,
+        CameraModel,
+        distort,
+        distortion_jacobian,
+        ideal_from_pixels,
+        on_sensor,
+        project,
+        projection_jacobians,
+    )
+    from ocmm_core.camera._rig import (
+        MAX_CAMERAS,
+        MAX_SLOTS,
+        CalibrationDesign,
+        CameraEntry,
+        Rig,
+        SpotNoise,
+        Vector3,
+        camera_of,
+        known_points_covariance,
+        load_rig,
+    )
+    from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotStatus, Window
+else:
+    __getattr__ = door(
+        __name__,
+        _centroid="N_READING centroid",
+        _compiled="compiled",
+        _finder="FinderState NO_BLACK SpotFinder measure_window",
+        _model=(
+            "CameraModel N_PARAMETERS PARAMETERS distort distortion_jacobian ideal_from_pixels "
+            "on_sensor project projection_jacobians"
+        ),
+        _rig=(
+            "CalibrationDesign CameraEntry MAX_CAMERAS MAX_SLOTS Rig SpotNoise Vector3 camera_of "
+            "known_points_covariance load_rig"
+        ),
+        _search="search",
+        _spots="SpotBlock SpotOptions SpotStatus Window",
+        _windows="windows",
+    )
+
+__all__ = [
+    "MAX_CAMERAS",
+    "MAX_SLOTS",
+    "NO_BLACK",
+    "N_PARAMETERS",
+    "N_READING",
+    "PARAMETERS",
+    "CalibrationDesign",
+    "CameraEntry",
+    "CameraModel",
+    "FinderState",
+    "Rig",
+    "SpotBlock",
+    "SpotFinder",
+    "SpotNoise",
+    "SpotOptions",
+    "SpotStatus",
+    "Vector3",
+    "Window",
+    "camera_of",
+    "centroid",
+    "compiled",
+    "distort",
+    "distortion_jacobian",
+    "ideal_from_pixels",
+    "known_points_covariance",
+    "load_rig",
+    "measure_window",
+    "on_sensor",
+    "project",
+    "projection_jacobians",
+    "search",
+    "windows",
+]

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from ocmm_core.cli import main
+from ocmm_core.cli._entry import main
 
 main()

@@ -1,1 +1,32 @@
 """Results as files for other programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.export import _registry as registry
+    from ocmm_core.export._completeness import missing_of, missing_words, require_complete
+    from ocmm_core.export._files import write_together
+    from ocmm_core.export._registry import EXPORTERS, preview, preview_text, write_report
+else:
+    __getattr__ = door(
+        __name__,
+        _completeness="missing_of missing_words require_complete",
+        _files="write_together",
+        _registry="EXPORTERS preview preview_text registry write_report",
+    )
+
+__all__ = [
+    "EXPORTERS",
+    "missing_of",
+    "missing_words",
+    "preview",
+    "preview_text",
+    "registry",
+    "require_complete",
+    "write_report",
+    "write_together",
+]

@@ -1,18 +1,32 @@
 """Shapes, their fits, and features as nominal and as measured.
 
-What is named in `__all__` is the face for other programs (docs/python.md). It is loaded when it is
-asked for: rooms that only need the words of a shape do not load the compiled fits.
+What is named in `__all__` is the face for other programs (docs/python.md). The rooms behind it are
+for the product: `shapes` (words), `search` (what every fit shares), `elements` (least squares, one
+module a shape), `zones` (minimum zones and bounding elements), `measured` (features from points).
 """
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from ocmm_core.door import door
+
 if TYPE_CHECKING:
-    from ocmm_core.features.fit import Certificate, certificate, fit_shape
-    from ocmm_core.features.points_file import PointsFile, read_points_file
-    from ocmm_core.features.shapes import GEOMETRY_NAMES, Criterion, Fit, Shape
+    from ocmm_core.features.measured import Certificate, certificate, fit_shape
+    from ocmm_core.features.shapes import (
+        GEOMETRY_NAMES,
+        Criterion,
+        Fit,
+        PointsFile,
+        Shape,
+        read_points_file,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        measured="Certificate certificate fit_shape",
+        shapes="Criterion Fit GEOMETRY_NAMES PointsFile Shape read_points_file",
+    )
 
 __all__ = [
     "GEOMETRY_NAMES",
@@ -25,23 +39,3 @@ __all__ = [
     "fit_shape",
     "read_points_file",
 ]
-
-_HOMES = {
-    "GEOMETRY_NAMES": "shapes",
-    "Certificate": "fit",
-    "Criterion": "shapes",
-    "Fit": "shapes",
-    "PointsFile": "points_file",
-    "Shape": "shapes",
-    "certificate": "fit",
-    "fit_shape": "fit",
-    "read_points_file": "points_file",
-}
-
-
-def __getattr__(name: str) -> object:
-    """Return what `__all__` names, from the module that holds it."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found: object = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    return found

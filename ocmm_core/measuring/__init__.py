@@ -1,1 +1,117 @@
 """Tips to measured points, or the reason why there is none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.measuring._compensation import METHODS, Side, side_of
+    from ocmm_core.measuring._contributions import (
+        CAMERAS,
+        FRAME,
+        IMAGE_NOISE,
+        TIP_RADIUS,
+        Contribution,
+        FrameDoubt,
+        ProbeState,
+        contributions,
+        rigid_movement,
+    )
+    from ocmm_core.measuring._missing_tip import explain, explain_reference
+    from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
+    from ocmm_core.measuring._probe_budget import BudgetTerm
+    from ocmm_core.measuring._probe_maps import colour_at, map_range
+    from ocmm_core.measuring._probe_report import Examination, Mechanics, ProbeReport, examine
+    from ocmm_core.measuring._probe_words import label_verdict, label_words, mechanics_words
+    from ocmm_core.measuring._stable_point import PointOptions, StablePoint, average
+    from ocmm_core.measuring._temperature import (
+        CLIMATE_EVENT,
+        Climate,
+        PartWarmth,
+        check_part,
+        climate_of_text,
+        record_text,
+        reported_points,
+    )
+    from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
+    from ocmm_core.measuring._uncertainty import (
+        COVERAGE_FACTOR,
+        joint_covariance,
+        point_uncertainty,
+        sum_of,
+        systematic_covariance,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _compensation="METHODS Side side_of",
+        _contributions=(
+            "CAMERAS Contribution FRAME FrameDoubt IMAGE_NOISE ProbeState TIP_RADIUS "
+            "contributions rigid_movement"
+        ),
+        _missing_tip="explain explain_reference",
+        _point="MeasuredPoint Refusal RefusalCode",
+        _probe_budget="BudgetTerm",
+        _probe_maps="colour_at map_range",
+        _probe_report="Examination Mechanics ProbeReport examine",
+        _probe_words="label_verdict label_words mechanics_words",
+        _stable_point="PointOptions StablePoint average",
+        _temperature=(
+            "CLIMATE_EVENT Climate PartWarmth check_part climate_of_text record_text "
+            "reported_points"
+        ),
+        _trigger="Touch TouchCollector approach_direction",
+        _uncertainty=(
+            "COVERAGE_FACTOR joint_covariance point_uncertainty sum_of systematic_covariance"
+        ),
+    )
+
+__all__ = [
+    "CAMERAS",
+    "CLIMATE_EVENT",
+    "COVERAGE_FACTOR",
+    "FRAME",
+    "IMAGE_NOISE",
+    "METHODS",
+    "TIP_RADIUS",
+    "BudgetTerm",
+    "Climate",
+    "Contribution",
+    "Examination",
+    "FrameDoubt",
+    "MeasuredPoint",
+    "Mechanics",
+    "PartWarmth",
+    "PointOptions",
+    "ProbeReport",
+    "ProbeState",
+    "Refusal",
+    "RefusalCode",
+    "Side",
+    "StablePoint",
+    "Touch",
+    "TouchCollector",
+    "approach_direction",
+    "average",
+    "check_part",
+    "climate_of_text",
+    "colour_at",
+    "contributions",
+    "examine",
+    "explain",
+    "explain_reference",
+    "joint_covariance",
+    "label_verdict",
+    "label_words",
+    "map_range",
+    "mechanics_words",
+    "point_uncertainty",
+    "record_text",
+    "reported_points",
+    "rigid_movement",
+    "side_of",
+    "sum_of",
+    "systematic_covariance",
+]

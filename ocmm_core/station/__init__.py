@@ -1,1 +1,48 @@
 """The measuring station: everything that runs while a job is measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.station._bus_watch import (
+        NO_BUS,
+        NO_BUS_REMEDY,
+        NO_REPORT,
+        NO_REPORT_REMEDY,
+        TREND_S,
+        BusSample,
+        BusView,
+        BusWatch,
+        bus_text,
+    )
+    from ocmm_core.station._jobs import free_path, give_back
+    from ocmm_core.station._station import MeasuringStation, StationOptions
+else:
+    __getattr__ = door(
+        __name__,
+        _bus_watch=(
+            "BusSample BusView BusWatch NO_BUS NO_BUS_REMEDY NO_REPORT NO_REPORT_REMEDY TREND_S "
+            "bus_text"
+        ),
+        _jobs="free_path give_back",
+        _station="MeasuringStation StationOptions",
+    )
+
+__all__ = [
+    "NO_BUS",
+    "NO_BUS_REMEDY",
+    "NO_REPORT",
+    "NO_REPORT_REMEDY",
+    "TREND_S",
+    "BusSample",
+    "BusView",
+    "BusWatch",
+    "MeasuringStation",
+    "StationOptions",
+    "bus_text",
+    "free_path",
+    "give_back",
+]

@@ -1,1 +1,40 @@
 """What is kept: job files that lose no point and change none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.storage._audit import now_utc
+    from ocmm_core.storage._faults import damaged, no_job, not_writable
+    from ocmm_core.storage._glance import JobGlance, glance
+    from ocmm_core.storage._job_file import JobFile
+    from ocmm_core.storage._job_steps import JobStep
+    from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
+else:
+    __getattr__ = door(
+        __name__,
+        _audit="now_utc",
+        _faults="damaged no_job not_writable",
+        _glance="JobGlance glance",
+        _job_file="JobFile",
+        _job_steps="JobStep",
+        _rows="JobEvent JobHead JobReference make_head",
+    )
+
+__all__ = [
+    "JobEvent",
+    "JobFile",
+    "JobGlance",
+    "JobHead",
+    "JobReference",
+    "JobStep",
+    "damaged",
+    "glance",
+    "make_head",
+    "no_job",
+    "not_writable",
+    "now_utc",
+]

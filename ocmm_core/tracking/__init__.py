@@ -1,1 +1,130 @@
 """Spots to labelled targets, pose and tip."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, REVERSED, Ambiguity
+    from ocmm_core.tracking._body import (
+        SCHEMA,
+        LedBody,
+        ProbeBody,
+        ProbeDocument,
+        body_of,
+        check_labels,
+        load_probe,
+        nearest_ambiguity,
+        satisfies_rules,
+    )
+    from ocmm_core.tracking._body_tracker import TrackingOptions, spot_sigma_px
+    from ocmm_core.tracking._identify import IdentifyOptions, identify, identify_many, ordered_spots
+    from ocmm_core.tracking._led_document import LedEntry, OrientationRule
+    from ocmm_core.tracking._pipeline import TrackingPipeline
+    from ocmm_core.tracking._pose import (
+        Method,
+        PoseBatch,
+        reprojection,
+        solve,
+        solve_leds,
+        triangulate,
+    )
+    from ocmm_core.tracking._reference import motion_to_world, relative_sensitivity, simultaneous
+    from ocmm_core.tracking._reference_body import ReferenceBody, check_together, load_reference
+    from ocmm_core.tracking._reference_home import home_of
+    from ocmm_core.tracking._result import (
+        ARRAYS,
+        FrameStatus,
+        ReferenceHome,
+        ReferenceTrack,
+        TrackBlock,
+        cut,
+        in_rig,
+        interruptions,
+        join,
+        pick,
+    )
+    from ocmm_core.tracking._sensitivity import TipSensitivity, tip_sensitivity
+    from ocmm_core.tracking._stillness import Motion, Stillness, judge_stillness, wildness
+    from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
+else:
+    __getattr__ = door(
+        __name__,
+        _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity REVERSED",
+        _body=(
+            "LedBody ProbeBody ProbeDocument SCHEMA body_of check_labels load_probe "
+            "nearest_ambiguity satisfies_rules"
+        ),
+        _body_tracker="TrackingOptions spot_sigma_px",
+        _identify="IdentifyOptions identify identify_many ordered_spots",
+        _led_document="LedEntry OrientationRule",
+        _pipeline="TrackingPipeline",
+        _pose="Method PoseBatch reprojection solve solve_leds triangulate",
+        _reference="motion_to_world relative_sensitivity simultaneous",
+        _reference_body="ReferenceBody check_together load_reference",
+        _reference_home="home_of",
+        _result=(
+            "ARRAYS FrameStatus ReferenceHome ReferenceTrack TrackBlock cut in_rig interruptions "
+            "join pick"
+        ),
+        _sensitivity="TipSensitivity tip_sensitivity",
+        _stillness="Motion Stillness judge_stillness wildness",
+        _strobe="StrobeEntry dark_bits",
+    )
+
+__all__ = [
+    "AMBIGUITY_LIMIT_MM",
+    "ARRAYS",
+    "REVERSED",
+    "SCHEMA",
+    "Ambiguity",
+    "FrameStatus",
+    "IdentifyOptions",
+    "LedBody",
+    "LedEntry",
+    "Method",
+    "Motion",
+    "OrientationRule",
+    "PoseBatch",
+    "ProbeBody",
+    "ProbeDocument",
+    "ReferenceBody",
+    "ReferenceHome",
+    "ReferenceTrack",
+    "Stillness",
+    "StrobeEntry",
+    "TipSensitivity",
+    "TrackBlock",
+    "TrackingOptions",
+    "TrackingPipeline",
+    "body_of",
+    "check_labels",
+    "check_together",
+    "cut",
+    "dark_bits",
+    "home_of",
+    "identify",
+    "identify_many",
+    "in_rig",
+    "interruptions",
+    "join",
+    "judge_stillness",
+    "load_probe",
+    "load_reference",
+    "motion_to_world",
+    "nearest_ambiguity",
+    "ordered_spots",
+    "pick",
+    "relative_sensitivity",
+    "reprojection",
+    "satisfies_rules",
+    "simultaneous",
+    "solve",
+    "solve_leds",
+    "spot_sigma_px",
+    "tip_sensitivity",
+    "triangulate",
+    "wildness",
+]

@@ -1,1 +1,42 @@
 """The Maintain mode: what keeps the machine in order, one page for each subject."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.maintain._bus_page import BusPage
+    from ocmm_gui.maintain._calibration_page import CalibrationPage
+    from ocmm_gui.maintain._deeds import Deeds
+    from ocmm_gui.maintain._fits_page import FitsPage
+    from ocmm_gui.maintain._maintain_view import MaintainView, Page
+    from ocmm_gui.maintain._probe_design_page import ProbeDesignPage, plain_body
+    from ocmm_gui.maintain._probe_page import ProbePage
+    from ocmm_gui.maintain._recall_sheet import RecallSheet
+else:
+    __getattr__ = door(
+        __name__,
+        _bus_page="BusPage",
+        _calibration_page="CalibrationPage",
+        _deeds="Deeds",
+        _fits_page="FitsPage",
+        _maintain_view="MaintainView Page",
+        _probe_design_page="ProbeDesignPage plain_body",
+        _probe_page="ProbePage",
+        _recall_sheet="RecallSheet",
+    )
+
+__all__ = [
+    "BusPage",
+    "CalibrationPage",
+    "Deeds",
+    "FitsPage",
+    "MaintainView",
+    "Page",
+    "ProbeDesignPage",
+    "ProbePage",
+    "RecallSheet",
+    "plain_body",
+]

@@ -1,1 +1,41 @@
 """What the inspector looks at: digits, tolerance, plan and guidance, legible from afar."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.operator._desk_view import DeskView
+    from ocmm_gui.operator._echo import Echo
+    from ocmm_gui.operator._far_view import FarView
+    from ocmm_gui.operator._job_sheet import JobSheet
+    from ocmm_gui.operator._point_choice import PointChoice
+    from ocmm_gui.operator._simulated_band import SimulatedBand
+    from ocmm_gui.operator._tip_line import TipLine
+    from ocmm_gui.operator._trust_bar import Place, TrustBar
+else:
+    __getattr__ = door(
+        __name__,
+        _desk_view="DeskView",
+        _echo="Echo",
+        _far_view="FarView",
+        _job_sheet="JobSheet",
+        _point_choice="PointChoice",
+        _simulated_band="SimulatedBand",
+        _tip_line="TipLine",
+        _trust_bar="Place TrustBar",
+    )
+
+__all__ = [
+    "DeskView",
+    "Echo",
+    "FarView",
+    "JobSheet",
+    "Place",
+    "PointChoice",
+    "SimulatedBand",
+    "TipLine",
+    "TrustBar",
+]

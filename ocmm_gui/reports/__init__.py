@@ -1,1 +1,32 @@
 """The report on paper: PDF with symbols, plots and a picture, all drawn as paths."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.reports._drawing import drawing
+    from ocmm_gui.reports._preview import PagePreview
+    from ocmm_gui.reports._recall import pdf_bytes
+    from ocmm_gui.reports._side import PDF, FormatText, PagePicture, Previewing, Writing
+else:
+    __getattr__ = door(
+        __name__,
+        _drawing="drawing",
+        _preview="PagePreview",
+        _recall="pdf_bytes",
+        _side="FormatText PDF PagePicture Previewing Writing",
+    )
+
+__all__ = [
+    "PDF",
+    "FormatText",
+    "PagePicture",
+    "PagePreview",
+    "Previewing",
+    "Writing",
+    "drawing",
+    "pdf_bytes",
+]

@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 from ocmm_core.errors import InternalError
-from ocmm_core.export.report_data import report_of_job
+from ocmm_core.export.report import report_of_job
 from ocmm_core.failure import EXIT_INTERNAL, contained
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_gui.reports.drawing import drawing
-from ocmm_gui.reports.pdf import write_pdf
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_gui.reports._drawing import drawing
+from ocmm_gui.reports._pdf import write_pdf
 
 
 def main(arguments: list[str] | None = None) -> int:

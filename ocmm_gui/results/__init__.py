@@ -1,1 +1,35 @@
 """The results of a job: all characteristics, why each is as uncertain as it is, and the reports."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.results._alignment_sheet import AlignmentSheet
+    from ocmm_gui.results._compare_sheet import CompareSheet
+    from ocmm_gui.results._job_source import JobSource
+    from ocmm_gui.results._report_sheet import ReportSheet
+    from ocmm_gui.results._report_writer import ReportWriter, Written
+    from ocmm_gui.results._results_sheet import ResultsSheet
+else:
+    __getattr__ = door(
+        __name__,
+        _alignment_sheet="AlignmentSheet",
+        _compare_sheet="CompareSheet",
+        _job_source="JobSource",
+        _report_sheet="ReportSheet",
+        _report_writer="ReportWriter Written",
+        _results_sheet="ResultsSheet",
+    )
+
+__all__ = [
+    "AlignmentSheet",
+    "CompareSheet",
+    "JobSource",
+    "ReportSheet",
+    "ReportWriter",
+    "ResultsSheet",
+    "Written",
+]

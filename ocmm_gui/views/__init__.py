@@ -1,1 +1,44 @@
 """Pictures of the machine at work: the camera images and the 3-D view."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.views import _shapes as shapes
+    from ocmm_gui.views._camera_view import CameraViews
+    from ocmm_gui.views._contents import job_items
+    from ocmm_gui.views._point_view import PointView, seen_from, upright
+    from ocmm_gui.views._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag, paint_scene
+    from ocmm_gui.views._step_picture import StepPicture, read_picture
+else:
+    __getattr__ = door(
+        __name__,
+        _camera_view="CameraViews",
+        _contents="job_items",
+        _point_view="PointView seen_from upright",
+        _scene="Diamonds Dots Face Item Lines Orbit Tag paint_scene",
+        _shapes="shapes",
+        _step_picture="StepPicture read_picture",
+    )
+
+__all__ = [
+    "CameraViews",
+    "Diamonds",
+    "Dots",
+    "Face",
+    "Item",
+    "Lines",
+    "Orbit",
+    "PointView",
+    "StepPicture",
+    "Tag",
+    "job_items",
+    "paint_scene",
+    "read_picture",
+    "seen_from",
+    "shapes",
+    "upright",
+]

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import Document, digest, load_document, write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.tracking import load_probe
 
 PLAN = """
 schema = "ocmm.plan/1"

@@ -54,7 +54,7 @@ def test_contracts_of_pyproject_hold() -> None:
 
 def test_every_core_module_imports_without_qt() -> None:
     modules = _core_modules()
-    assert "ocmm_core.acquisition.ring" in modules
+    assert "ocmm_core.acquisition.frames._ring" in modules
     assert _loaded("PySide6,shiboken6,pyqtgraph", modules) == []
 
 
@@ -64,4 +64,4 @@ def test_the_probe_of_loaded_modules_finds_what_is_there() -> None:
 
 def test_bus_process_loads_nothing_heavy() -> None:
     banned = "scipy,numba,llvmlite,PySide6,shiboken6,pyqtgraph,rich,typer"
-    assert _loaded(banned, ["ocmm_core.acquisition.process"]) == []
+    assert _loaded(banned, ["ocmm_core.acquisition.bus_process._process"]) == []

@@ -8,17 +8,21 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameFlag
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.source import SourceDescription
-from ocmm_core.acquisition.worker import AcquisitionWorker
-from ocmm_core.calibration.in_use import open_design
-from ocmm_core.calibration.probe_in_use import open_probe_design
-from ocmm_core.cli.compose import StationRequest, script_of
+from ocmm_core.acquisition.frames import (
+    AcquisitionWorker,
+    Cycle,
+    CycleVerdict,
+    FrameFlag,
+    FrameRing,
+    SourceDescription,
+)
+from ocmm_core.calibration.records import open_design, open_probe_design
+from ocmm_core.composition import StationRequest, script_of
 from ocmm_core.documents import resource
-from ocmm_core.fieldbus.alarms import TEXTS, Alarm
 from ocmm_core.fieldbus.report import (
     EDGES_US,
+    TEXTS,
+    Alarm,
     BusEvent,
     BusPhase,
     BusReport,
@@ -26,13 +30,12 @@ from ocmm_core.fieldbus.report import (
     Histogram,
     encode_report,
 )
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.source import SimulatedSource
-from ocmm_core.station.station import MeasuringStation, StationOptions
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
-from ocmm_core.tracking.pipeline import TrackingOptions
+from ocmm_core.simulation.scene import SimulatedSource
+from ocmm_core.station import MeasuringStation, StationOptions
+from ocmm_core.storage import JobFile, make_head
+from ocmm_core.tracking import TrackingOptions
 
 MORNING_NS = 1_763_712_000_000_000_000
 """2025-11-21 08:00 UTC."""
@@ -94,7 +97,9 @@ IN_ORDER = BusReport(
         event(2, Alarm.LOST_ANSWERS, "", "The answer of a cycle did not come back.", 10),
         event(3, Alarm.PAYLOAD, "left", "The check sum of camera 'left' is wrong.", 3),
         event(
-            4, Alarm.EMERGENCY, "right",
+            4,
+            Alarm.EMERGENCY,
+            "right",
             "Camera 'right' reports an emergency: 0x4210, its sensor is too warm.",
         ),
         event(5, "bus.operation", "", "All cameras are in operation."),

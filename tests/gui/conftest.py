@@ -10,12 +10,12 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.simulation.world import WorldOptions
+from ocmm_core.simulation.scene import WorldOptions
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.window import MainWindow
 
 
 @dataclass(frozen=True, slots=True)

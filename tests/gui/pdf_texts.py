@@ -9,9 +9,9 @@ from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QSizeF
 from PySide6.QtGui import QPainter
 from PySide6.QtSvg import QSvgGenerator
 
-from ocmm_core.export.report_data import ReportData
-from ocmm_gui.reports import pdf
-from ocmm_gui.reports.canvas import PAGE, Canvas, Draw
+from ocmm_core.export.report import ReportData
+from ocmm_gui.reports import _pdf as pdf
+from ocmm_gui.reports._canvas import PAGE, Canvas, Draw
 
 
 def texts(canvas: Canvas) -> str:

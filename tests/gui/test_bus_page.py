@@ -14,13 +14,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, Histogram
-from ocmm_core.station.bus_watch import NO_BUS, NO_REPORT, BusView, BusWatch, bus_text
-from ocmm_gui.maintain.bus_page import BusPage
-from ocmm_gui.maintain.wire_view import WireView
-from ocmm_gui.theme import THEMES
+from ocmm_core.station import NO_BUS, NO_REPORT, BusView, BusWatch, bus_text
+from ocmm_gui.kit import THEMES
+from ocmm_gui.maintain import BusPage
+from ocmm_gui.maintain._wire_view import WireView
 from tests.gui.bus_reports import FOUR, IN_ORDER, MISSING, publish
 from tests.host import HANG_MS
 
@@ -162,7 +162,7 @@ def test_the_trend_is_bounded_and_keeps_the_latest(
     wire: Wire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = [1000.0]
-    monkeypatch.setattr("ocmm_core.station.bus_watch.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("ocmm_core.station._bus_watch.time.monotonic", lambda: now[0])
     for step in range(1500):
         now[0] += 0.25
         publish(wire.ring, msgspec.structs.replace(IN_ORDER, clock_phase_ns=step))

@@ -16,14 +16,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.acquisition.ring import Word
-from ocmm_core.acquisition.worker import StopReason
-from ocmm_core.inspection.view import StatusWord
-from ocmm_core.measuring.point import RefusalCode
+from ocmm_core.acquisition.frames import StopReason, Word
+from ocmm_core.inspection.evaluation import StatusWord
+from ocmm_core.measuring import RefusalCode
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.words import DASHES
+from ocmm_gui.kit import DASHES, NoticeCentre
+from ocmm_gui.window import MainWindow
 from tests.gui.bus_reports import IN_ORDER, MISSING, BusStation, publish, station_on_bus
 from tests.host import HANG_MS
 
@@ -58,9 +56,7 @@ class Bench:
 
     def wait_ready(self) -> None:
         """Wait until a number is shown."""
-        self._qtbot.waitUntil(
-            lambda: self.status() in ("READY", "MEASURING"), timeout=PATIENCE_MS
-        )
+        self._qtbot.waitUntil(lambda: self.status() in ("READY", "MEASURING"), timeout=PATIENCE_MS)
         assert DASHES not in self.window.desk.readout.values()
 
     def seconds_until(self, word: str) -> float:

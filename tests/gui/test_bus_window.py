@@ -14,12 +14,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.simulation.faults import CameraDeed, Deed, DeedAnswer
+from ocmm_core.simulation.bus import CameraDeed, Deed, DeedAnswer
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.window import MainWindow
 from tests.host import HANG_MS, HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.

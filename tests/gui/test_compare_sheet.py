@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_gui.results.compare_sheet import CompareSheet
+from ocmm_gui.results import CompareSheet
 from tests.host import HANG_MS, HANG_S
 
 JOBS = 3

@@ -8,13 +8,11 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.features.fit import fit_shape
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
-from ocmm_core.inspection.coverage import coverage_of
-from ocmm_core.inspection.view import FeatureState, FeatureView
-from ocmm_gui.operator.coverage_view import CoverageView
-from ocmm_gui.theme import DEFAULT_THEME, THEMES
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView, coverage_of
+from ocmm_gui.kit import DEFAULT_THEME, THEMES
+from ocmm_gui.operator._coverage_view import CoverageView
 from tests.core.inspection.test_guidance import point_at
 
 SIDE = 400

@@ -13,12 +13,13 @@ from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
-from ocmm_core.inspection.guidance import cue
+from ocmm_core.inspection.evaluation import Target, cue
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.view import Target
-from ocmm_gui.operator.step_picture import StepPicture, nominal_items
-from ocmm_gui.operator.target_ring import TargetRing
-from ocmm_gui.sound import Approach, SoundPlayer, scale_step, step_wav
+from ocmm_gui.kit import Approach, SoundPlayer
+from ocmm_gui.kit._sound import scale_step, step_wav
+from ocmm_gui.operator._target_ring import TargetRing
+from ocmm_gui.views import StepPicture
+from ocmm_gui.views._step_picture import nominal_items
 
 PLACE = np.array([10.0, 20.0, 30.0])
 UP = np.array([0.0, 0.0, 1.0])

@@ -11,10 +11,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from ocmm_gui.actions import ACTIONS, Mode
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
+from ocmm_gui.kit import ACTIONS, Mode, NoticeCentre
+from ocmm_gui.window import MainWindow
 from tests.gui.bus_reports import IN_ORDER, MISSING, BusStation, publish, station_on_bus
 from tests.host import HANG_MS
 

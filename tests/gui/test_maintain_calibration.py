@@ -13,15 +13,18 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import store_folder
-from ocmm_core.calibration.records import ArtefactUse, CameraRecord, VerificationRecord
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.calibration.records import (
+    ArtefactUse,
+    CalibrationStore,
+    CameraRecord,
+    VerificationRecord,
+    store_folder,
+)
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.theme import THEMES
+from ocmm_gui.kit import THEMES, NoticeCentre
+from ocmm_gui.window import MainWindow
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.host import HANG_MS
 

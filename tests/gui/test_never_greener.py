@@ -10,20 +10,14 @@ from dataclasses import replace
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
-from ocmm_core.inspection.view import FeatureState, JobView
-from ocmm_core.tolerances.result import LOWEST_TUR, Verdict
-from ocmm_core.tolerances.verdict import WORST_FIRST, PartWord
-from ocmm_core.tracking.body import load_probe
-from ocmm_gui.actions import make_actions
-from ocmm_gui.desk_view import DeskView
-from ocmm_gui.echo import Echo
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.operator.far_view import FarView
-from ocmm_gui.results.result_table import ResultTable
-from ocmm_gui.sound import Sound, SoundPlayer
-from ocmm_gui.words import counted_line
+from ocmm_core.inspection.evaluation import FeatureState, JobView
+from ocmm_core.tolerances.decisions import LOWEST_TUR, WORST_FIRST, PartWord, Verdict
+from ocmm_core.tracking import load_probe
+from ocmm_gui.kit import NoticeCentre, Sound, SoundPlayer, counted_line, make_actions
+from ocmm_gui.operator import DeskView, Echo, FarView
+from ocmm_gui.results._result_table import ResultTable
 from tests.core.export.sample_report import sample_report
 from tests.generated_jobs import generated_job, is_greener
 from tests.gui.pdf_texts import pages

@@ -18,10 +18,9 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_gui.app import main
-from ocmm_gui.notify import Banner, ErrorHooks, NoticeCentre
-from ocmm_gui.operator.path_panel import PathPanel
-from ocmm_gui.sound import RATE_HZ, Sound, SoundPlayer, tone_wav
-from ocmm_gui.triggers import DEBOUNCE_S, Debounced
+from ocmm_gui.kit import Banner, Debounced, ErrorHooks, NoticeCentre, PathPanel, Sound, SoundPlayer
+from ocmm_gui.kit._sound import RATE_HZ, tone_wav
+from ocmm_gui.kit._triggers import DEBOUNCE_S
 from tests.host import HANG_MS
 
 

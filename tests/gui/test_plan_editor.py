@@ -14,8 +14,8 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
-from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+from ocmm_gui.plan_editor import PlanSheet
+from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
 from tests.host import HANG_MS
 
 BORE = "BORE_A"

@@ -14,20 +14,25 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.alignment.frame_document import frame_document, save_frame
-from ocmm_core.alignment.rules import Alignment, DatumAlignment, Relocation, SavedFrame
+from ocmm_core.alignment import (
+    Alignment,
+    DatumAlignment,
+    Relocation,
+    SavedFrame,
+    frame_document,
+    save_frame,
+)
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.features.construct import Construction, Intersection, Midpoint
+from ocmm_core.features.measured import Construction, Intersection, Midpoint
 from ocmm_core.geometry import RigidTransform
-from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.plan_edit import add_construction, with_alignment
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_gui.plan_editor.form_lines import Kind, closed, form_lines, opened, tag_field
-from ocmm_gui.plan_editor.item_form import ItemForm
-from ocmm_gui.plan_editor.plan_checks import faulty_field
-from ocmm_gui.plan_editor.plan_items import ALIGNMENT, HEAD, ItemKey
-from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+from ocmm_core.inspection.plan import add_construction, load_plan, with_alignment
+from ocmm_core.tolerances.zones import Characteristic
+from ocmm_gui.plan_editor import PlanSheet
+from ocmm_gui.plan_editor._form_lines import Kind, closed, form_lines, opened, tag_field
+from ocmm_gui.plan_editor._item_form import ItemForm
+from ocmm_gui.plan_editor._plan_checks import faulty_field
+from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
 from tests.host import HANG_MS
 
 CONSTRUCTIONS: dict[str, dict[str, str]] = {

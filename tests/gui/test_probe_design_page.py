@@ -10,11 +10,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
-from ocmm_core.tracking.body import load_probe
-from ocmm_gui.maintain.probe_design_page import ProbeDesignPage
-from ocmm_gui.theme import THEMES
+from ocmm_core.tracking import load_probe
+from ocmm_gui.kit import THEMES
+from ocmm_gui.maintain import ProbeDesignPage
 from tests.gui.conftest import OpenWindow
 from tests.host import HANG_MS
 

@@ -12,18 +12,16 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.probe_definition import definition_of, probe_text, read_definition
-from ocmm_core.calibration.probe_in_use import probe_store_folder
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.probe_design import definition_of, probe_text, read_definition
+from ocmm_core.calibration.records import ProbeStore, probe_store_folder
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.tracking import load_probe
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.theme import THEMES
-from ocmm_gui.wizards.definition_page import DefinitionPage
+from ocmm_gui.kit import THEMES, NoticeCentre
+from ocmm_gui.window import MainWindow
+from ocmm_gui.wizards.pages import DefinitionPage
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.host import HANG_MS
 
@@ -99,9 +97,7 @@ def open_bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Cal
         bench.close()
 
 
-def test_standing_tips_trends_and_history(
-    open_bench: Callable[[], Bench], tmp_path: Path
-) -> None:
+def test_standing_tips_trends_and_history(open_bench: Callable[[], Bench], tmp_path: Path) -> None:
     store = fill(tmp_path)
     bench = open_bench()
     bench.open_page()
@@ -221,9 +217,7 @@ def test_a_probe_is_examined_while_it_is_defined_and_saved_as_a_new_document(
     assert path.read_bytes() == before
 
 
-def test_what_cannot_be_a_probe_is_said_in_words(
-    qtbot: QtBot, definition: DefinitionPage
-) -> None:
+def test_what_cannot_be_a_probe_is_said_in_words(qtbot: QtBot, definition: DefinitionPage) -> None:
     page = definition
     _write(page, 0, 1, "much")
     qtbot.waitUntil(lambda: page.word() == "CANNOT BE USED", timeout=PATIENCE_MS)

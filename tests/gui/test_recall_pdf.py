@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.calibration.sealed import record_hash, seal
+from ocmm_core.calibration.records import record_hash, seal
 from ocmm_core.errors import StorageError
-from ocmm_core.inspection.recall_record import (
+from ocmm_core.inspection.archive import (
     SCHEMA,
     Outcome,
     RecalledCharacteristic,
@@ -18,8 +18,9 @@ from ocmm_core.inspection.recall_record import (
     RecalledValue,
     RecallRecord,
 )
-from ocmm_gui.reports import pdf_writer, recall
-from ocmm_gui.reports.canvas import Canvas
+from ocmm_gui.reports import _pdf_writer as pdf_writer
+from ocmm_gui.reports import _recall as recall
+from ocmm_gui.reports._canvas import Canvas
 from tests.gui.pdf_texts import drawn, texts
 
 RECORD = RecallRecord(

@@ -10,9 +10,9 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
-from ocmm_core.calibration.history import EventKind
+from ocmm_core.calibration.records import EventKind
 from ocmm_core.errors import OcmmError
-from ocmm_gui.maintain.recall_sheet import RecallSheet
+from ocmm_gui.maintain import RecallSheet
 from tests.host import HANG_MS
 
 

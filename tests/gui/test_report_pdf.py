@@ -13,19 +13,19 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
 from typer.testing import CliRunner
 
-from ocmm_core.cli.app import app
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.cli import app
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
-from ocmm_core.export.report_data import Element, ReportData, report_of_job
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.inspection.view import FeatureState
-from ocmm_core.tolerances.characteristic import ZONES
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartWord
-from ocmm_gui.reports import pdf, pdf_writer
-from ocmm_gui.reports.canvas import PAGE, Canvas
-from ocmm_gui.reports.symbols import has_symbol, paint_symbol
+from ocmm_core.export.report import Element, ReportData, report_of_job
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import FeatureState
+from ocmm_core.tolerances.decisions import PartWord, Verdict
+from ocmm_core.tolerances.zones import ZONES
+from ocmm_gui.reports import _pdf as pdf
+from ocmm_gui.reports import _pdf_writer as pdf_writer
+from ocmm_gui.reports._canvas import PAGE, Canvas
+from ocmm_gui.reports._symbols import has_symbol, paint_symbol
 from tests.gui.pdf_texts import pages, texts
 from tests.host import HANG_S
 
@@ -121,14 +121,10 @@ def test_the_band_covers_nothing_and_is_not_where_there_is_nothing_to_say(
     data: ReportData,
 ) -> None:
     real = of_a_real_part(data)
-    banded, plain = (
-        pdf.page_picture(pdf.lay_out(one), 1, one, 840) for one in (data, real)
-    )
+    banded, plain = (pdf.page_picture(pdf.lay_out(one), 1, one, 840) for one in (data, real))
     top = round(840 * 140.0 / PAGE[0])
     assert banded.pixelColor(420, 28) != plain.pixelColor(420, 28)
-    lowest = max(
-        y for y in range(top) if banded.pixelColor(70, y) != plain.pixelColor(70, y)
-    )
+    lowest = max(y for y in range(top) if banded.pixelColor(70, y) != plain.pixelColor(70, y))
     # What is laid out begins at the upper margin.
     assert lowest < top
 

@@ -18,13 +18,13 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.export import registry
-from ocmm_core.inspection import reopen
-from ocmm_core.inspection.steps import JobSteps
-from ocmm_core.station.station import MeasuringStation
-from ocmm_gui.notify import Level, Notice
-from ocmm_gui.operator import job_sheet
-from ocmm_gui.reports import pdf
-from ocmm_gui.results.report_sheet import ReportSheet
+from ocmm_core.inspection.archive import reopen
+from ocmm_core.inspection.session import JobSteps
+from ocmm_core.station import MeasuringStation
+from ocmm_gui.kit import Level, Notice
+from ocmm_gui.operator import _job_sheet as job_sheet
+from ocmm_gui.reports import _pdf as pdf
+from ocmm_gui.results import ReportSheet
 from tests.gui.long_job import make_long_job
 
 if TYPE_CHECKING:

@@ -12,20 +12,18 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 from rich.console import Console
 
-from ocmm_core.cli.compose import StationRequest, build_station
-from ocmm_core.cli.headless import print_explanations
+from ocmm_core.cli.measure import print_explanations
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.export.profile import polyworks_profile
-from ocmm_core.export.registry import EXPORTERS
-from ocmm_core.export.report_data import ReportData, report_of_job
-from ocmm_core.inspection.cause import Cause, Explanation
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.tolerances.result import Verdict
-from ocmm_gui.reports import pdf
-from ocmm_gui.results.driving_points import DrivingPoints
-from ocmm_gui.results.job_source import JobSource
-from ocmm_gui.results.opening import opened_job
-from ocmm_gui.results.results_sheet import ResultsSheet
+from ocmm_core.export import EXPORTERS
+from ocmm_core.export.report import ReportData, polyworks_profile, report_of_job
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.causes import Cause, Explanation
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_gui.reports import _pdf as pdf
+from ocmm_gui.results import JobSource, ResultsSheet
+from ocmm_gui.results._driving_points import DrivingPoints
+from ocmm_gui.results._opening import opened_job
 from tests.gui.pdf_texts import texts
 
 PATIENCE_MS = 150_000

@@ -11,9 +11,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_gui.results.job_source import JobSource
-from ocmm_gui.results.opening import opened_job
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_gui.results import JobSource
+from ocmm_gui.results._opening import opened_job
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.features.shapes import Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float
-from ocmm_gui.views import shapes
-from ocmm_gui.views.point_view import upright
-from ocmm_gui.views.scene import Orbit
+from ocmm_gui.views import Orbit, upright
+from ocmm_gui.views import _shapes as shapes
 
 UP = np.array([0.0, 0.0, 1.0])
 EXACT = 1e-9  # mm and px: rounding of a few products of numbers below 1e4

@@ -12,7 +12,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.errors import OcmmError
-from ocmm_gui.maintain.side_process import SideProcess, Teller
+from ocmm_gui.kit import SideProcess, Teller
 
 TIMEOUT_MS = 60_000
 

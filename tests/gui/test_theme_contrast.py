@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from PySide6.QtGui import QPalette
 
-from ocmm_gui.theme import THEMES, contrast_ratio, make_palette
+from ocmm_gui.kit import THEMES
+from ocmm_gui.kit._theme import contrast_ratio, make_palette
 
 WCAG_AA = 4.5
 """Least contrast of text (WCAG 2.1, 1.4.3)."""

@@ -12,16 +12,14 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.in_use import Obstacle, Word
-from ocmm_core.calibration.probe_in_use import ProbeView
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.calibration.records import Obstacle, ProbeView, Word
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.operator.marks import Mark
-from ocmm_gui.operator.tip_line import tip_mark, tip_words
-from ocmm_gui.operator.trust_bar import Place
+from ocmm_gui.kit import Mark, NoticeCentre
+from ocmm_gui.operator import Place
+from ocmm_gui.operator._tip_line import tip_mark, tip_words
+from ocmm_gui.window import MainWindow
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.host import HANG_MS
 
@@ -57,9 +55,7 @@ def tips(tmp_path: Path) -> Tips:
 
 
 @pytest.fixture
-def window(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, tips: Tips
-) -> Iterator[MainWindow]:
+def window(qtbot: QtBot, qapp: QApplication, tmp_path: Path, tips: Tips) -> Iterator[MainWindow]:
     request = StationRequest(
         plan=resource("plans", "quick.toml"),
         out=tmp_path / "out",

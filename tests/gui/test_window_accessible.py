@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QAccessible, QKeySequence
 from PySide6.QtWidgets import QAbstractButton, QLineEdit, QListWidget, QTableWidget, QWidget
 
-from ocmm_gui.actions import ACTIONS
-from ocmm_gui.theme import Themed
+from ocmm_gui.kit import ACTIONS, Themed
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QObject, Qt, Signal
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage import JobFile
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

@@ -11,14 +11,11 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
-from ocmm_core.inspection.view import StatusWord
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.evaluation import StatusWord
+from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.app import main
-from ocmm_gui.operator.fit_text import FitText
-from ocmm_gui.operator.marks import Mark, status_mark
+from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, status_colour, status_mark
 from ocmm_gui.reports.__main__ import main as write_reports
-from ocmm_gui.theme import THEMES, status_colour
-from ocmm_gui.words import DASHES
 from tests.gui.conftest import Bench, OpenWindow
 
 NO_DIGITS = (DASHES, DASHES, DASHES)
@@ -45,7 +42,7 @@ def test_a_dead_reconstruction_leaves_no_digits_and_names_cause_and_log(
     window.show_far(far)
     readout = window.far.readout() if far else window.desk.readout
     qtbot.waitUntil(lambda: DASHES not in readout.values(), timeout=20000)
-    monkeypatch.setattr("ocmm_core.tracking.pipeline.TrackingPipeline.process", _raising)
+    monkeypatch.setattr("ocmm_core.tracking._pipeline.TrackingPipeline.process", _raising)
     qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=5000)
     assert _status(bench) == "FAILED"
     assert "ValueError: injected" in readout.accessibleDescription()
@@ -65,7 +62,7 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
         lambda: any(r.measured is not None for r in bench.bridge.job().characteristics),
         timeout=30000,
     )
-    monkeypatch.setattr("ocmm_core.inspection.job_view.evaluate_job", _raising)
+    monkeypatch.setattr("ocmm_core.inspection.session._job_view.evaluate_job", _raising)
     bench.bridge.refit()
     qtbot.waitUntil(lambda: _status(bench) == "FAILED", timeout=5000)
     qtbot.waitUntil(
@@ -91,7 +88,7 @@ def test_a_window_that_cannot_show_what_is_seen_shows_no_digits(
     readout = bench.window.desk.readout
     qtbot.waitUntil(lambda: DASHES not in readout.values(), timeout=20000)
     # The strip is painted before the readout, which would keep its digits.
-    monkeypatch.setattr("ocmm_gui.operator.status_strip.StatusStrip.show_live", _raising)
+    monkeypatch.setattr("ocmm_gui.operator._status_strip.StatusStrip.show_live", _raising)
     qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=5000)
     assert "The window failed: ValueError: injected" in readout.accessibleDescription()
     fault = bench.built.station.fault
@@ -103,7 +100,7 @@ def test_a_command_that_nobody_foresaw_to_fail_is_told(
     qtbot: QtBot, open_window: OpenWindow, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     bench = open_window(stay=True, out=tmp_path / "report")
-    monkeypatch.setattr("ocmm_core.station.station.bus_text", _raising)
+    monkeypatch.setattr("ocmm_core.station._station.bus_text", _raising)
     bench.bridge.save_bus_text(tmp_path / "bus.txt")
     qtbot.waitUntil(lambda: "ValueError: injected" in bench.window.banner.text(), timeout=5000)
     assert bench.built.station.fault is None
@@ -121,7 +118,7 @@ def test_a_window_that_cannot_be_built_ends_with_code_3(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    monkeypatch.setattr("ocmm_core.inspection.job_view.evaluate_job", _raising)
+    monkeypatch.setattr("ocmm_core.inspection.session._job_view.evaluate_job", _raising)
     assert main(["--out", str(tmp_path), "--silent"]) == 3
     said = capsys.readouterr().err
     assert "The evaluation failed: ValueError: injected" in said
@@ -133,7 +130,7 @@ def test_the_program_of_the_window_ends_with_code_3_when_the_measuring_has_faile
 ) -> None:
     program = (
         "import sys\n"
-        "from ocmm_core.tracking.pipeline import TrackingPipeline\n"
+        "from ocmm_core.tracking._pipeline import TrackingPipeline\n"
         "from ocmm_gui.app import main\n"
         "def process(*a): raise MemoryError('injected')\n"
         "TrackingPipeline.process = process\n"

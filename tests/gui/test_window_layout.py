@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QWidget
 
-from ocmm_core.calibration.procedure import Kind
-from ocmm_gui.actions import Mode
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.theme import CAP_HEIGHT, FAR_SHARE, THEMES
+from ocmm_core.calibration.guided import Kind
+from ocmm_gui.kit import CAP_HEIGHT, THEMES, Mode
+from ocmm_gui.kit._theme import FAR_SHARE
+from ocmm_gui.window import MainWindow
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -84,9 +84,7 @@ def test_nothing_is_cut_off(open_window: OpenWindow, qapp: QApplication) -> None
     assert not found, "\n".join(found)
 
 
-def test_the_far_view_is_read_at_three_metres(
-    open_window: OpenWindow, qapp: QApplication
-) -> None:
+def test_the_far_view_is_read_at_three_metres(open_window: OpenWindow, qapp: QApplication) -> None:
     window = open_window(speed=0.1).window
     window.show_far(True)
     for size in SIZES:

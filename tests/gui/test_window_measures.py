@@ -10,10 +10,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.inspection.view import FeatureState, FeatureView, JobView, StatusWord
-from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
-from ocmm_core.tolerances.result import U_LABEL
-from ocmm_gui.words import DASHES, millimetres
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView, StatusWord
+from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
+from ocmm_core.tolerances.decisions import U_LABEL
+from ocmm_gui.kit import DASHES, millimetres
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

@@ -14,10 +14,9 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.plan_file import save_plan
-from ocmm_gui.plan_editor.plan_items import ItemKey
-from ocmm_gui.plan_editor.plan_sheet import PlanSheet
+from ocmm_core.inspection.plan import load_plan, save_plan
+from ocmm_gui.plan_editor import PlanSheet
+from ocmm_gui.plan_editor._plan_items import ItemKey
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

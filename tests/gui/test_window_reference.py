@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.inspection.view import LiveView
-from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
-from ocmm_gui.words import DASHES, reference_words
+from ocmm_core.inspection.evaluation import LiveView
+from ocmm_core.simulation.scene import ScriptedNudge, ScriptedOcclusion, WorldOptions
+from ocmm_gui.kit import DASHES, reference_words
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

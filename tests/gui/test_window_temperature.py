@@ -9,13 +9,11 @@ import pytest
 from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.cli.climate import ClimateRequest
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import ClimateRequest, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.operator.fit_text import FitText
+from ocmm_gui.kit import FitText, NoticeCentre
+from ocmm_gui.window import MainWindow
 
 CLIMATE = ClimateRequest(
     probe_design=resource("designs", "standard.toml"),

@@ -15,16 +15,13 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.exceptions import TimeoutError as QtTimeoutError
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.outcome import CalibrationOutcome
-from ocmm_core.calibration.procedure import Decision, Kind
-from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
-from ocmm_core.calibration.procedure_views import KnownPointsView
-from ocmm_core.calibration.reference_points import ReferencePoints
+from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints
+from ocmm_core.calibration.guided import CalibrationOutcome, Decision, Kind, KnownPointsView
+from ocmm_core.calibration.records import State
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibrating import ShowTarget
-from ocmm_gui.wizards.pages import KnownPointsPage
-from ocmm_gui.wizards.result_page import ResultPage
+from ocmm_core.simulation.calibration_scenes import ShowTarget
+from ocmm_gui.wizards.pages import ResultPage
+from ocmm_gui.wizards.parts import KnownPointsPage
 from tests.gui.wizard_bench import WizardBench
 
 

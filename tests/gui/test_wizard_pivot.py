@@ -13,18 +13,14 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.pivot_views import PivotOutcome, PivotView
-from ocmm_core.calibration.pivot_watch import BATCH
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.procedure_pivot import PivotProcedure
-from ocmm_core.simulation.pivot_scenes import SweepProbe
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_gui.sound import Sound
-from ocmm_gui.wizards.pivot_result_page import PivotResultPage
-from ocmm_gui.wizards.site import SESSIONS
-from ocmm_gui.wizards.sweep_page import FirstConePage, SweepPage
+from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.records import ProbeStore, State
+from ocmm_core.calibration.sweeping import BATCH, PivotOutcome, PivotProcedure, PivotView
+from ocmm_core.simulation.calibration_scenes import SweepProbe
+from ocmm_core.tracking import ProbeBody
+from ocmm_gui.kit import Sound
+from ocmm_gui.wizards import SESSIONS
+from ocmm_gui.wizards.pages import FirstConePage, PivotResultPage, SweepPage
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench
 from tests.gui.wizard_bench import WizardBench
 

@@ -11,18 +11,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.outcome import CalibrationOutcome
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.procedure_relocation import RelocationProcedure
-from ocmm_core.calibration.procedure_views import RelocationView
-from ocmm_core.calibration.reference_points import ReferencePoints
-from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_relocation
-from ocmm_core.simulation.calibrating import ShowBar, TouchSeats, Wave
-from ocmm_core.simulation.verifying import SEATS
-from ocmm_gui.wizards.pages import SeatsPage
-from ocmm_gui.wizards.relocation_pages import BarPage, WavePage, WorldPage, example_places
-from ocmm_gui.wizards.result_page import ResultPage
+from ocmm_core.calibration.cameras import ReferencePoints
+from ocmm_core.calibration.guided import CalibrationOutcome, Kind, RelocationView
+from ocmm_core.calibration.records import State
+from ocmm_core.calibration.relocation import RelocationProcedure
+from ocmm_core.composition import VirtualSite, scenes_of_relocation
+from ocmm_core.simulation.calibration_scenes import SEATS, ShowBar, TouchSeats, Wave
+from ocmm_gui.wizards.pages import BarPage, ResultPage, WavePage, WorldPage
+from ocmm_gui.wizards.pages._relocation_pages import example_places
+from ocmm_gui.wizards.parts import SeatsPage
 from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, SEED, show
 from tests.gui.wizard_bench import WizardBench
 

@@ -11,18 +11,23 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.procedure_tip import TipQualificationProcedure
-from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
-from ocmm_core.calibration.tip_views import Countdown, Phase, TipCheckView, TipOutcome, TipView
-from ocmm_core.cli.tip_scenes import scene_of_tip
-from ocmm_core.simulation.tip_scenes import TipFault
-from ocmm_gui.operator.marks import Mark
-from ocmm_gui.wizards.site import SESSIONS
-from ocmm_gui.wizards.tip_result_page import TipCheckResultPage, TipResultPage
-from ocmm_gui.wizards.touch_pages import ConePage, SpherePage, told_of
+from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.records import ProbeStore, State
+from ocmm_core.calibration.tip import (
+    Countdown,
+    Phase,
+    TipCheckProcedure,
+    TipCheckView,
+    TipOutcome,
+    TipQualificationProcedure,
+    TipView,
+)
+from ocmm_core.composition import scene_of_tip
+from ocmm_core.simulation.calibration_scenes import TipFault
+from ocmm_gui.kit import Mark
+from ocmm_gui.wizards import SESSIONS
+from ocmm_gui.wizards.pages import ConePage, SpherePage, TipCheckResultPage, TipResultPage
+from ocmm_gui.wizards.pages._touch_pages import told_of
 from tests.core.calibration.test_procedure_tip import TIP, Tips, take
 from tests.gui.wizard_bench import WizardBench
 

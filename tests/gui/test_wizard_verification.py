@@ -12,17 +12,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.artefacts import load_bar
-from ocmm_core.calibration.history import EventKind, State
-from ocmm_core.calibration.outcome import VerificationOutcome
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
-from ocmm_core.calibration.procedure_views import VerificationView
+from ocmm_core.calibration.guided import Kind, VerificationOutcome, VerificationView
+from ocmm_core.calibration.records import EventKind, State, load_bar
+from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibrating import TouchSeats
-from ocmm_gui.wizards.pages import LinesPage, SeatsPage
-from ocmm_gui.wizards.sphere_page import SpheresPage
-from ocmm_gui.wizards.verdict_page import VerdictPage
+from ocmm_core.simulation.calibration_scenes import TouchSeats
+from ocmm_gui.wizards.pages import SpheresPage, VerdictPage
+from ocmm_gui.wizards.parts import LinesPage, SeatsPage
 from tests.core.calibration.procedure_site import show
 from tests.gui.wizard_bench import WizardBench
 

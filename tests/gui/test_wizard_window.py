@@ -23,16 +23,14 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.calibration.guided import Kind
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_gui.actions import ACTIONS, Mode
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import NoticeCentre
-from ocmm_gui.theme import THEMES, Themed
-from ocmm_gui.wizards.keys import WIZARD_ACTIONS
-from ocmm_gui.wizards.pages import CollectPage
+from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, Themed
+from ocmm_gui.window import MainWindow
+from ocmm_gui.wizards._keys import WIZARD_ACTIONS
+from ocmm_gui.wizards.parts import CollectPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench
 from tests.host import HANG_MS
@@ -124,9 +122,7 @@ def test_frames_of_the_station_reach_the_procedure_and_measure_nothing(
     assert window.maintenance.wizard.runner is None
 
 
-def test_no_point_is_taken_while_a_procedure_watches(
-    qtbot: QtBot, open_window: OpenWindow
-) -> None:
+def test_no_point_is_taken_while_a_procedure_watches(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window(speed=4.0)
     frames: list[FrameBlock] = []
     bench.bridge.show_frames_to(frames.append)
@@ -214,7 +210,5 @@ def _is_control(widget: QWidget) -> bool:
     paints_itself = isinstance(widget, Themed) and not QWidget.children(widget)
     return not isinstance(widget, QLabel) and (
         paints_itself
-        or isinstance(
-            widget, QAbstractButton | QLineEdit | QListWidget | QTableWidget | QComboBox
-        )
+        or isinstance(widget, QAbstractButton | QLineEdit | QListWidget | QTableWidget | QComboBox)
     )

@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from ocmm_core.tolerances.decision import rule_id
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
-from ocmm_gui.operator.tolerance_bar import make_scale
-from ocmm_gui.words import DASHES, millimetres
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, rule_id
+from ocmm_gui.charts._tolerance_bar import make_scale
+from ocmm_gui.kit import DASHES, millimetres
 
 
 @pytest.mark.parametrize(

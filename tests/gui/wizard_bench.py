@@ -12,17 +12,14 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.records import rig_from_record
-from ocmm_core.camera.rig import Rig
+from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.records import CalibrationStore, rig_from_record
+from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
-from ocmm_core.simulation.calibrating import CalibratingRig, Scene
-from ocmm_gui.theme import THEMES, Themed
-from ocmm_gui.wizards.runner import Runner
-from ocmm_gui.wizards.shown import Seen
-from ocmm_gui.wizards.site import ProbeSite, WizardSite
-from ocmm_gui.wizards.wizard import Wizard
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, Scene
+from ocmm_gui.kit import THEMES, Themed
+from ocmm_gui.wizards import ProbeSite, Runner, Wizard, WizardSite
+from ocmm_gui.wizards.parts import Seen
 from tests.core.calibration.procedure_site import Bench
 from tests.host import HANG_MS
 
@@ -127,8 +124,10 @@ class WizardBench:
     def enters(self, name: str) -> None:
         """Wait until a step is reached and its page is shown."""
         self.until(
-            lambda: self.seen.view.base.step.name == name
-            and self.runner.page() is self.runner.pages[name]
+            lambda: (
+                self.seen.view.base.step.name == name
+                and self.runner.page() is self.runner.pages[name]
+            )
         )
 
     def show(self, rig: Rig | None, *scenes: Scene, at_most: int = 10_000) -> int:

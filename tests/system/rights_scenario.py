@@ -14,13 +14,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from ocmm_core.acquisition.bus_config import BusConfig
-from ocmm_core.acquisition.client import BusProcess
-from ocmm_core.acquisition.rights import rights_of
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.service_client import ServiceBus
-from ocmm_core.acquisition.worker import AcquisitionState, read_status
-from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.acquisition.bus_process import BusConfig, BusProcess, ServiceBus, rights_of
+from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, read_status
+from ocmm_core.fieldbus.device import CameraIdentity
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 _OPEN_S = 240.0

@@ -17,17 +17,20 @@ from typing import Any
 
 import msgspec
 
-from ocmm_core.acquisition.ethercat import EthercatSource
-from ocmm_core.acquisition.realtime import BUS_PRIORITY, take_priority
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.worker import AcquisitionWorker
-from ocmm_core.fieldbus.bringup import BusSettings
-from ocmm_core.fieldbus.identity import CameraIdentity
+from ocmm_core.acquisition.bus_process import BUS_PRIORITY, EthercatSource, take_priority
+from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing
+from ocmm_core.fieldbus.cycle import BusSettings
+from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.report import BusPhase, decode_report
-from ocmm_core.simulation.camera_process import SegmentConfig
-from ocmm_core.simulation.faults import CameraDeed, Deed
-from ocmm_core.simulation.frame_watch import FrameWatch, Watched
-from ocmm_core.simulation.network import make_link, set_link
+from ocmm_core.simulation.bus import (
+    CameraDeed,
+    Deed,
+    FrameWatch,
+    SegmentConfig,
+    Watched,
+    make_link,
+    set_link,
+)
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 FIRST, SECOND, NEAR, FAR = "ring0", "ring2", "ring1", "ring3"
@@ -53,7 +56,7 @@ def main(folder: Path) -> dict[str, Any]:
         control=control,
     )
     cameras = subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.simulation.camera_process"],
+        [sys.executable, "-m", "ocmm_core.simulation.bus._camera_process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
     )
@@ -105,9 +108,7 @@ def _played(watch: FrameWatch, ring: FrameRing, name: str, control: str) -> dict
     }
 
 
-def _look(
-    watch: FrameWatch, seen: Watched, seconds: float, *, until_frames: bool = False
-) -> None:
+def _look(watch: FrameWatch, seen: Watched, seconds: float, *, until_frames: bool = False) -> None:
     end = time.monotonic() + seconds
     while time.monotonic() < end and not (until_frames and seen.frames):
         watch.look(seen)

@@ -26,15 +26,15 @@ import numpy as np
 import pytest
 
 from ocmm_core.cli import main
-from ocmm_core.cli.compose import BuiltStation
-from ocmm_core.cli.headless import run_job
+from ocmm_core.cli.measure import run_job
+from ocmm_core.composition import BuiltStation
 from ocmm_core.documents import resource
 from ocmm_core.errors import InternalError, OcmmError
-from ocmm_core.inspection.view import JobView, LiveView, StatusWord
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.station.station import MeasuringStation
-from ocmm_core.storage.job_file import JobFile
-from ocmm_gui.evaluator import Evaluator
+from ocmm_core.inspection.evaluation import JobView, LiveView, StatusWord
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.station import MeasuringStation
+from ocmm_core.storage import JobFile
+from ocmm_gui.bridge import Evaluator
 
 QUICK = resource("plans", "quick.toml")
 PLAN = """
@@ -85,49 +85,54 @@ class Place:
 
 PLACES = (
     # Tracking, and the snapshot of it.
-    Place("ocmm_core.tracking.pipeline.TrackingPipeline.process", ValueError),
-    Place("ocmm_core.tracking.body_tracker.solve_leds", ZeroDivisionError),
-    Place("ocmm_core.tracking.pipeline.TrackingPipeline.slot_leds", RuntimeError),
-    Place("ocmm_core.station.live.tip_sensitivity", FloatingPointError),
-    Place("ocmm_core.station.live.LiveState._judge_tip", TypeError),
+    Place("ocmm_core.tracking._pipeline.TrackingPipeline.process", ValueError),
+    Place("ocmm_core.tracking._body_tracker.solve_leds", ZeroDivisionError),
+    Place("ocmm_core.tracking._pipeline.TrackingPipeline.slot_leds", RuntimeError),
+    Place("ocmm_core.station._live.tip_sensitivity", FloatingPointError),
+    Place("ocmm_core.station._live.LiveState._judge_tip", TypeError),
     # Trigger and point.
-    Place("ocmm_core.measuring.trigger.TouchCollector.feed", IndexError),
-    Place("ocmm_core.inspection.acceptance.average", ArithmeticError),
-    Place("ocmm_core.inspection.session.judge_touch", KeyError),
-    Place("ocmm_core.inspection.session.meant_for", AttributeError),
-    Place("ocmm_core.inspection.session.InspectionSession.take_touch", RecursionError),
+    Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
+    Place("ocmm_core.inspection.session._acceptance.average", ArithmeticError),
+    Place("ocmm_core.inspection.session._session.judge_touch", KeyError),
+    Place("ocmm_core.inspection.session._session.meant_for", AttributeError),
+    Place("ocmm_core.inspection.session._session.InspectionSession.take_touch", RecursionError),
     # Storage.
-    Place("ocmm_core.storage.job_file.insert_point", MemoryError),
-    Place("ocmm_core.storage.tables.insert_audited", OverflowError),
-    Place("ocmm_core.inspection.step_log.deed_event", ValueError),
+    Place("ocmm_core.storage._job_file.insert_point", MemoryError),
+    Place("ocmm_core.storage._tables.insert_audited", OverflowError),
+    Place("ocmm_core.inspection.session._step_log.deed_event", ValueError),
     # Fit and evaluation.
-    Place("ocmm_core.features.actual.compensation", np.linalg.LinAlgError),
-    Place("ocmm_core.inspection.job_view.evaluate_job", RuntimeError),
-    Place("ocmm_core.inspection.evaluation.evaluate_all", ValueError),
-    Place("ocmm_core.inspection.evaluation.joint_covariance", MemoryError),
-    Place("ocmm_core.inspection.job_view.coverage_of", IndexError),
-    Place("ocmm_core.inspection.job_view.targets_of", ZeroDivisionError),
+    Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
+    Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
+    Place("ocmm_core.inspection.evaluation._evaluation.evaluate_all", ValueError),
+    Place("ocmm_core.inspection.evaluation._evaluation.joint_covariance", MemoryError),
+    Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
+    Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.
-    Place("ocmm_core.calibration.monitor.CalibrationMonitor.feed", ValueError),
-    Place("ocmm_core.calibration.blows.BlowSense.feed", OSError),
-    Place("ocmm_core.station.probe_watch.judge_probe", LookupError),
-    Place("ocmm_core.station.calibration_watch.judge", AssertionError),
-    Place("ocmm_core.station.probe_button.ButtonWatch.feed", NotImplementedError),
+    Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.feed", ValueError),
+    Place("ocmm_core.calibration.guided._blows.BlowSense.feed", OSError),
+    Place("ocmm_core.station._probe_watch.judge_probe", LookupError),
+    Place("ocmm_core.station._calibration_watch.judge", AssertionError),
+    Place("ocmm_core.station.stream._probe_button.ButtonWatch.feed", NotImplementedError),
     # Acquisition.
-    Place("ocmm_core.simulation.source.SimulatedSource.read", EOFError),
-    Place("ocmm_core.acquisition.ring.FrameRing.read", BufferError),
-    Place("ocmm_core.acquisition.ring.FrameRing.write", ValueError),
+    Place("ocmm_core.simulation.scene._source.SimulatedSource.read", EOFError),
+    Place("ocmm_core.acquisition.frames._ring.FrameRing.read", BufferError),
+    Place("ocmm_core.acquisition.frames._ring.FrameRing.write", ValueError),
     # Recorder, stream and listeners run beside it.
-    Place("ocmm_core.acquisition.recorder.encode_chunk", RuntimeError, BESIDE, ("--record", "r")),
-    Place("ocmm_core.station.stream_server.pose_line", TypeError, BESIDE, STREAM),
-    Place("ocmm_core.station.stream_server.point_line", MemoryError, BESIDE, STREAM),
-    Place("ocmm_core.station.stream_client.StreamClient.write", KeyError, BESIDE, STREAM),
+    Place(
+        "ocmm_core.acquisition.recording._recorder.encode_chunk",
+        RuntimeError,
+        BESIDE,
+        ("--record", "r"),
+    ),
+    Place("ocmm_core.station.stream._server.pose_line", TypeError, BESIDE, STREAM),
+    Place("ocmm_core.station.stream._server.point_line", MemoryError, BESIDE, STREAM),
+    Place("ocmm_core.station.stream._client.StreamClient.write", KeyError, BESIDE, STREAM),
     Place(f"{__name__}.listen", ValueError, BESIDE),
     # Export, and the command itself.
-    Place("ocmm_core.station.station.report_data", ValueError, COMMAND),
-    Place("ocmm_core.export.polyworks._points", ZeroDivisionError, COMMAND),
-    Place("ocmm_core.export.registry.write_together", RuntimeError, COMMAND),
-    Place("ocmm_core.cli.app.print_table", EOFError, COMMAND),
+    Place("ocmm_core.station._station.report_data", ValueError, COMMAND),
+    Place("ocmm_core.export.report._polyworks._points", ZeroDivisionError, COMMAND),
+    Place("ocmm_core.export._registry.write_together", RuntimeError, COMMAND),
+    Place("ocmm_core.cli._app.print_table", EOFError, COMMAND),
 )
 
 
@@ -263,7 +268,7 @@ def run(
                 readers.append(reader)
                 return run_job(built, *arguments, **named)
 
-        monkeypatch.setattr("ocmm_core.cli.app.run_job", watched)
+        monkeypatch.setattr("ocmm_core.cli._app.run_job", watched)
         trap.set(monkeypatch)
         Path("plan.toml").write_text(PLAN, "utf-8")
         command = ["ocmm", "measure", "--plan", "plan.toml", "--rig", str(slow), "--out", "out"]
@@ -350,7 +355,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
 def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
     """The same in a process of its own, where nothing of pytest stands between."""
     program = (
-        "import ocmm_core.inspection.job_view as module\n"
+        "import ocmm_core.inspection.session._job_view as module\n"
         "from ocmm_core.cli import main\n"
         "def targets_of(*a): raise ZeroDivisionError('injected for the test')\n"
         "module.targets_of = targets_of\n"
@@ -372,8 +377,8 @@ def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
 
 def test_the_bus_process_ends_with_code_3() -> None:
     program = (
-        "import ocmm_core.acquisition.process as module\n"
-        "from ocmm_core.acquisition.start import main\n"
+        "import ocmm_core.acquisition.bus_process._process as module\n"
+        "from ocmm_core.acquisition.bus_process._start import main\n"
         "def read_config(content): raise KeyError('injected for the test')\n"
         "module.read_config = read_config\n"
         "main()\n"

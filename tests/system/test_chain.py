@@ -7,15 +7,21 @@ import struct
 import numpy as np
 import pytest
 
-from ocmm_core.fieldbus.camera_slave import INPUT_START
-from ocmm_core.fieldbus.datagrams import Command, Datagram, decode_frame, encode_frame
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.simulation.chain import Chain, Unit
-from ocmm_core.simulation.deeds import Deeds
-from ocmm_core.simulation.faults import CameraDeed, Deed
-from ocmm_core.simulation.pattern import ClockPattern, read_clock
-from ocmm_core.simulation.registers import STATION_ALIAS, SYSTEM_TIME, TIME_DIFFERENCE
-from ocmm_core.simulation.slave_clock import SlaveClock, difference_register, time_difference
+from ocmm_core.fieldbus.device import INPUT_START, CameraIdentity
+from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
+from ocmm_core.simulation.bus import CameraDeed, Deed, Deeds
+from ocmm_core.simulation.slave import (
+    STATION_ALIAS,
+    SYSTEM_TIME,
+    TIME_DIFFERENCE,
+    Chain,
+    ClockPattern,
+    SlaveClock,
+    Unit,
+    difference_register,
+    read_clock,
+    time_difference,
+)
 
 NOW = 1_000_000_000
 

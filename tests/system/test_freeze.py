@@ -15,10 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.acquisition.worker import AcquisitionState
-from ocmm_core.cli.compose import StationRequest, build_station
-from ocmm_core.cli.defaults import DEMO_PLAN
-from ocmm_core.station.station import MeasuringStation
+from ocmm_core.acquisition.frames import AcquisitionState
+from ocmm_core.composition import DEMO_PLAN, StationRequest, build_station
+from ocmm_core.station import MeasuringStation
 from tests.host import HANG_S, private_network
 
 # Processes must answer each other within a millisecond: not beside other tests.

@@ -20,18 +20,16 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.features.shapes import MINIMUM_POINTS
-from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.plan_file import save_plan
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
+from ocmm_core.inspection.plan import load_plan, save_plan
+from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.main_window import MainWindow
-from ocmm_gui.notify import Level, Notice, NoticeCentre
-from ocmm_gui.words import counted_line
+from ocmm_gui.kit import Level, Notice, NoticeCentre, counted_line
+from ocmm_gui.window import MainWindow
 from tests.host import HANG_MS
 
 # Half a minute on two cores that have nothing else to do.

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from ocmm_core.fieldbus.camera_slave import OUTPUT_STRUCT
-from ocmm_core.fieldbus.datagrams import Command, Datagram, decode_frame, encode_frame
-from ocmm_core.simulation.line_rules import FrameKind, LineRule, Trick, Way
-from ocmm_core.simulation.proxy import LineTricks, kind_of
+from ocmm_core.fieldbus.device import OUTPUT_STRUCT
+from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
+from ocmm_core.simulation.bus import FrameKind, LineRule, LineTricks, Trick, Way, kind_of
 
 
 def process_frame(heartbeat: int, counter: int = 0) -> bytes:

@@ -22,15 +22,11 @@ from typing import Any
 import msgspec
 import pytest
 
-from ocmm_core.acquisition.bus_config import BusConfig
-from ocmm_core.acquisition.rights import NEEDED, Capability, rights_of
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.service_client import ServiceBus
-from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
+from ocmm_core.acquisition.bus_process import NEEDED, BusConfig, Capability, ServiceBus, rights_of
+from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, StopReason, read_status
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.simulation.camera_process import SegmentConfig
-from ocmm_core.simulation.virtual_bus import VirtualBus
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
 from tests.host import HANG_S, needs_root, needs_tools, not_run, on_linux_only, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
@@ -105,10 +101,10 @@ def granted(environment: Path) -> Iterator[Path]:
 
 _HOST = """
 import subprocess, sys
-from ocmm_core.simulation.network import make_link
+from ocmm_core.simulation.bus._network import make_link
 make_link("right0", "right1")
 cameras = subprocess.Popen(
-    [sys.executable, "-m", "ocmm_core.simulation.camera_process"],
+    [sys.executable, "-m", "ocmm_core.simulation.bus._camera_process"],
     stdin=subprocess.PIPE, stdout=subprocess.PIPE,
 )
 cameras.stdin.write(sys.argv[1].encode()); cameras.stdin.flush()
@@ -233,9 +229,7 @@ def test_on_the_virtual_wire_the_bus_process_keeps_three_rights_of_all() -> None
     ring = FrameRing.create(len(CAMERAS))
     bus = VirtualBus(
         BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS),
-        SegmentConfig(
-            interface="", cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')
-        ),
+        SegmentConfig(interface="", cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')),
         ring,
     )
     try:
@@ -297,7 +291,7 @@ service = subprocess.Popen(
     ["systemd-socket-activate", "--accept", "--inetd", "-l", address, "--",
      "setpriv", "--reuid=65533", "--regid=65534", "--clear-groups", "--no-new-privs",
      f"--inh-caps={rights}", f"--ambient-caps={rights}", f"--bounding-set=-all,{rights}", "--",
-     python, "-I", "-m", "ocmm_core.acquisition.start", "--interface", "right0"])
+     python, "-I", "-m", "ocmm_core.acquisition.bus_process._start", "--interface", "right0"])
 while not address.exists():
     time.sleep(0.01)
 subprocess.run(["chgrp", "nogroup", address], check=True)

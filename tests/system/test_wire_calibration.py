@@ -22,16 +22,16 @@ import json, subprocess, sys, time
 from datetime import UTC, datetime
 from pathlib import Path
 import msgspec
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import default_folder, store_folder
-from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.compose import StationRequest, build_station, segment_of
+from ocmm_core.calibration.records._history import CalibrationStore
+from ocmm_core.calibration.records._in_use import default_folder, store_folder
+from ocmm_core.camera._rig import load_rig
+from ocmm_core.composition._compose import StationRequest, build_station, segment_of
 from ocmm_core.documents import resource
-from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.view import StatusWord
-from ocmm_core.simulation.named_rig import rig_down, rig_up
+from ocmm_core.inspection.plan._plan import load_plan
+from ocmm_core.inspection.evaluation._view import StatusWord
+from ocmm_core.simulation.bus._named_rig import rig_down, rig_up
 from tests.core.calibration.made_records import make_verification
-from ocmm_core.calibration.probe_in_use import default_probe_folder
+from ocmm_core.calibration.records._probe_in_use import default_probe_folder
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.station.test_station_calibration import fresh_record
 

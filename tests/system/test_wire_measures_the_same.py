@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.cli.compose import StationRequest, build_station
-from ocmm_core.cli.console import make_console
-from ocmm_core.cli.headless import run_job
+from ocmm_core.cli.measure import run_job
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.inspection.view import JobView
+from ocmm_core.inspection.evaluation import JobView
 from tests.host import private_network
 
 RESOLUTION_MM = 1e-5

@@ -13,16 +13,18 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.acquisition.bus_config import BusConfig
-from ocmm_core.acquisition.client import BusProcess
-from ocmm_core.acquisition.frames import SUBPIXEL
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.worker import AcquisitionState, StopReason, read_status
+from ocmm_core.acquisition.bus_process import BusConfig, BusProcess
+from ocmm_core.acquisition.frames import (
+    SUBPIXEL,
+    AcquisitionState,
+    FrameRing,
+    StopReason,
+    read_status,
+)
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.simulation.camera_process import SegmentConfig
-from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.virtual_bus import VirtualBus, namespace_command
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.bus import SegmentConfig, VirtualBus, namespace_command
+from ocmm_core.simulation.slave import TestPattern
 from tests.host import HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
@@ -106,7 +108,7 @@ def test_virtual_bus_ends_with_the_program_that_started_it() -> None:
     """The starting process is killed; its namespace, bus process and cameras must follow."""
     program = (
         "import sys,time,msgspec\n"
-        "from ocmm_core.acquisition.ring import FrameRing\n"
+        "from ocmm_core.acquisition.frames._ring import FrameRing\n"
         "import test_wire_virtual as t\n"
         "ring = FrameRing.attach(sys.argv[1])\n"
         "bus = t.VirtualBus(\n"

@@ -19,20 +19,19 @@ from typing import Any
 
 import numpy as np
 
-from ocmm_core.acquisition.ethercat import EthercatSource
+from ocmm_core.acquisition.bus_process import (
+    BUS_PRIORITY,
+    CAMERA_PRIORITY,
+    EthercatSource,
+    take_priority,
+)
 from ocmm_core.acquisition.frames import Cycle, quantise
-from ocmm_core.acquisition.realtime import BUS_PRIORITY, CAMERA_PRIORITY, take_priority
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.bus import BusSettings, CameraBus
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.fieldbus.interface import check_interface
-from ocmm_core.fieldbus.master import Master
-from ocmm_core.simulation.chain import Chain, Unit
-from ocmm_core.simulation.faults import Faults
-from ocmm_core.simulation.network import make_link
-from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.registers import INIT
-from ocmm_core.simulation.wire import Wire
+from ocmm_core.fieldbus.cycle import BusSettings, CameraBus
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.wire import Master, check_interface
+from ocmm_core.simulation.bus import Faults, Wire, make_link
+from ocmm_core.simulation.slave import INIT, Chain, TestPattern, Unit
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 HOST, FAR = "wire0", "wire1"
@@ -43,10 +42,7 @@ Cameras = list[Unit]
 def cameras(*identities: CameraIdentity) -> Cameras:
     """Return software cameras that show the test pattern."""
     pattern = TestPattern()
-    return [
-        Unit(index, identity, pattern)
-        for index, identity in enumerate(identities)
-    ]
+    return [Unit(index, identity, pattern) for index, identity in enumerate(identities)]
 
 
 def serve(made: Cameras, faults: Faults | None = None) -> int:

@@ -19,14 +19,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.bus_config import BusConfig
-from ocmm_core.acquisition.client import ChildProcess
-from ocmm_core.acquisition.frames import to_records
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.worker import AcquisitionState, read_status
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.simulation.camera_process import SegmentConfig
-from ocmm_core.simulation.virtual_bus import CAMERA_INTERFACE, HOST_INTERFACE
+from ocmm_core.acquisition.bus_process import BusConfig, ChildProcess
+from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, read_status, to_records
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.bus import CAMERA_INTERFACE, HOST_INTERFACE, SegmentConfig
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 FRAMES = 6000
@@ -79,7 +75,7 @@ def main(folder: Path, writer: str) -> None:
     )  # fmt: skip
     bus = BusConfig(interface=HOST_INTERFACE, ring_path=str(ring.path), cameras=CAMERAS)
     child = ChildProcess(
-        [sys.executable, "-m", "ocmm_core.simulation.virtual_bus"],
+        [sys.executable, "-m", "ocmm_core.simulation.bus._virtual_bus"],
         segment.to_json() + bus.to_json(),
         ring,
     )

@@ -7,10 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.acquisition.source import SourceDescription
-from ocmm_core.camera.model import CameraModel
-from ocmm_core.camera.rig import Rig, SpotNoise
+from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
+from ocmm_core.camera import CameraModel, Rig, SpotNoise
 from ocmm_core.geometry import RigidTransform
 
 MakeBlock = Callable[[int, int], FrameBlock]

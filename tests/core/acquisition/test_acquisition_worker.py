@@ -9,13 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock
-from ocmm_core.acquisition.ring import FrameRing, Word
-from ocmm_core.acquisition.source import FrameSource, SourceDescription
-from ocmm_core.acquisition.worker import (
+from ocmm_core.acquisition.frames import (
     AcquisitionState,
     AcquisitionWorker,
+    Cycle,
+    CycleVerdict,
+    FrameBlock,
+    FrameRing,
+    FrameSource,
+    SourceDescription,
     StopReason,
+    Word,
     read_status,
 )
 from ocmm_core.errors import AcquisitionError, BusError, InternalError

@@ -10,15 +10,15 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from ocmm_core.acquisition.bus_commands import (
+from ocmm_core.acquisition.bus_process import read_first_line
+from ocmm_core.acquisition.bus_process._commands import (
     MAX_REPLIES,
     MAX_REQUESTS,
     CommandPort,
     LineBuffer,
-    read_first_line,
 )
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.requests import (
+from ocmm_core.fieldbus.objects import (
     MAX_LINE_BYTES,
     CancelRequest,
     EepromRequest,

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.acquisition.capture import BusCapture
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.acquisition.packets import PacketFile
+from ocmm_core.acquisition.recording import BusCapture
+from ocmm_core.acquisition.recording._packets import PacketFile
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.camera_slave import (
+from ocmm_core.fieldbus.device import (
     DATA_CRC,
     DATA_CRC_AT,
     FRAMES_PER_CYCLE,
@@ -29,8 +29,8 @@ from ocmm_core.fieldbus.camera_slave import (
     data_crc,
     encode_frames,
 )
-from ocmm_core.fieldbus.datagrams import Command, Datagram, encode_frame
-from ocmm_core.simulation.pattern import TestPattern
+from ocmm_core.fieldbus.wire import Command, Datagram, encode_frame
+from ocmm_core.simulation.slave import TestPattern
 
 START_NS, PERIOD_NS = 7_000_000_000, 125_000
 STATIONS, SERIALS = (0x1001, 0x1002), (77, 78)

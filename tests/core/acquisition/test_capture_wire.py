@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ocmm_core.acquisition.capture import BusCapture
+from ocmm_core.acquisition.recording import BusCapture
 from tests.host import HANG_S, needs_tools, private_network
 
 # Three processes must answer each other within a millisecond: not beside other tests.

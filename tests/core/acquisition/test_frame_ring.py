@@ -13,12 +13,13 @@ import pytest
 from ocmm_core.acquisition.frames import (
     SUBPIXEL,
     FrameBlock,
+    FrameRing,
+    Word,
     frame_dtype,
     from_records,
     quantise,
     to_records,
 )
-from ocmm_core.acquisition.ring import FrameRing, Word
 from ocmm_core.errors import AcquisitionError
 from tests.host import HANG_S
 

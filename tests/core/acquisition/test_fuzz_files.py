@@ -8,13 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.acquisition.bus_commands import LineBuffer
-from ocmm_core.acquisition.bus_config import BusConfig, read_config
-from ocmm_core.acquisition.capture import BusCapture
-from ocmm_core.acquisition.recording import Recording, RecordingHead, encode_chunk, encode_head
-from ocmm_core.fieldbus.identity import CameraIdentity
-from ocmm_core.fieldbus.report import BusPhase, BusReport, Histogram, decode_report, encode_report
-from ocmm_core.fieldbus.requests import (
+from ocmm_core.acquisition.bus_process import BusConfig, read_config
+from ocmm_core.acquisition.bus_process._commands import LineBuffer
+from ocmm_core.acquisition.recording import BusCapture
+from ocmm_core.acquisition.recording._recording import (
+    Recording,
+    RecordingHead,
+    encode_chunk,
+    encode_head,
+)
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.objects import (
     EepromRequest,
     ObjectReply,
     ObjectRequest,
@@ -22,6 +26,7 @@ from ocmm_core.fieldbus.requests import (
     decode_request,
     encode_line,
 )
+from ocmm_core.fieldbus.report import BusPhase, BusReport, Histogram, decode_report, encode_report
 from tests.core.acquisition.test_capture import bringup, steady, write_pcap, write_pcapng
 from tests.core.fieldbus.fuzzing import outcomes, spoiled
 
@@ -49,7 +54,9 @@ def make_report() -> BusReport:
 
 
 CONFIG = BusConfig(
-    interface="wire0", ring_path="/dev/shm/ring", cameras=(CameraIdentity("left", 1, 2),)  # noqa: S108 - only a text here
+    interface="wire0",
+    ring_path="/dev/shm/ring",  # noqa: S108 - only a text here
+    cameras=(CameraIdentity("left", 1, 2),),
 )
 
 

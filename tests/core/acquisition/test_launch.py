@@ -10,14 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.acquisition.launch import bus_command, why_not
-from ocmm_core.acquisition.rights import (
-    NEEDED,
-    Capability,
-    give_up_all_but,
-    granted_by,
-    rights_of,
-)
+from ocmm_core.acquisition.bus_process import NEEDED, Capability, bus_command, rights_of
+from ocmm_core.acquisition.bus_process._launch import why_not
+from ocmm_core.acquisition.bus_process._rights import give_up_all_but, granted_by
 from tests.host import forbids_file_rights, needs_root, not_run, on_linux_only
 
 pytestmark = on_linux_only
@@ -149,14 +144,14 @@ def test_giving_up_leaves_what_was_asked_to_this_process_and_what_it_starts() ->
     """In a child process: rights given up are gone for good."""
     program = (
         "import subprocess, sys\n"
-        "from ocmm_core.acquisition.rights import give_up_all_but, rights_of, Capability\n"
+        "from ocmm_core.acquisition.bus_process import Capability, give_up_all_but, rights_of\n"
         "had = rights_of().permitted\n"
         "give_up_all_but({Capability.NET_RAW})\n"
         "kept = had & {Capability.NET_RAW}\n"
         "own = rights_of()\n"
         "assert own.effective == own.permitted == kept, own\n"
         "assert not own.inheritable and not own.ambient and own.no_new_privileges\n"
-        "look = 'from ocmm_core.acquisition.rights import *; print(*rights_of().permitted)'\n"
+        "look = 'from ocmm_core.acquisition.bus_process import *; print(*rights_of().permitted)'\n"
         "below = subprocess.run([sys.executable, '-c', look], stdout=subprocess.PIPE)\n"
         "assert set(map(int, below.stdout.split())) <= kept, below.stdout\n"
     )
@@ -168,7 +163,7 @@ def test_giving_up_leaves_what_was_asked_to_this_process_and_what_it_starts() ->
 
 def test_giving_up_never_adds_a_right() -> None:
     program = (
-        "from ocmm_core.acquisition.rights import give_up_all_but, rights_of, NEEDED\n"
+        "from ocmm_core.acquisition.bus_process._rights import give_up_all_but, rights_of, NEEDED\n"
         "give_up_all_but(())\n"
         "give_up_all_but(NEEDED)\n"
         "assert not rights_of().permitted\n"

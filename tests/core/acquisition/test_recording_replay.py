@@ -16,13 +16,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.acquisition.frames import CycleVerdict, FrameBlock
-from ocmm_core.acquisition.recorder import FRAMES_PER_READ, FrameRecorder, ReplaySource
-from ocmm_core.acquisition.recording import Recording
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.source import FrameSource, SourceDescription
-from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason, read_status
-from ocmm_core.camera.rig import Rig
+from ocmm_core.acquisition.frames import (
+    AcquisitionWorker,
+    CycleVerdict,
+    FrameBlock,
+    FrameRing,
+    FrameSource,
+    SourceDescription,
+    StopReason,
+    read_status,
+)
+from ocmm_core.acquisition.recording import FrameRecorder, ReplaySource
+from ocmm_core.acquisition.recording._recorder import FRAMES_PER_READ
+from ocmm_core.acquisition.recording._recording import Recording
+from ocmm_core.camera import Rig
 from ocmm_core.errors import AcquisitionError, InputError
 from tests.host import HANG_S
 
@@ -381,8 +388,8 @@ def test_a_disk_that_takes_no_more_leaves_whole_blocks(
 
 _RECORD_FOR_EVER = """
 import runpy, sys
-from ocmm_core.acquisition.recorder import FrameRecorder
-from ocmm_core.acquisition.source import SourceDescription
+from ocmm_core.acquisition.recording._recorder import FrameRecorder
+from ocmm_core.acquisition.frames._source import SourceDescription
 samples = runpy.run_path(sys.argv[2])
 periods = (125_000, 1_000_000)
 description = SourceDescription("bench", (1001, 1002), *periods, live=True, simulated=False)

@@ -12,17 +12,16 @@ from collections.abc import Iterator
 
 import pytest
 
-from ocmm_core.acquisition.client import ChildProcess
-from ocmm_core.acquisition.remote_objects import RemoteObjects
-from ocmm_core.acquisition.ring import FrameRing
+from ocmm_core.acquisition.bus_process import ChildProcess, RemoteObjects
+from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import BusError, InputError, OcmmError
-from ocmm_core.fieldbus.requests import MAX_VALUE_BYTES
+from ocmm_core.fieldbus.objects import MAX_VALUE_BYTES
 from tests.host import HANG_S
 
 OWNER = """
 import sys, threading, time
-from ocmm_core.acquisition.bus_commands import CommandPort, read_first_line
-from ocmm_core.fieldbus.requests import EepromRequest, ObjectReply
+from ocmm_core.acquisition.bus_process._commands import CommandPort, read_first_line
+from ocmm_core.fieldbus.objects._requests import EepromRequest, ObjectReply
 
 ended = threading.Event()
 assert read_first_line(0) == b"configuration\\n"

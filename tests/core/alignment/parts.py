@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.nominal import NominalFeature
+from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -15,6 +14,7 @@ from ocmm_core.features.shapes import (
     POINT,
     RADIUS,
     Fit,
+    NominalFeature,
     Shape,
     element,
 )

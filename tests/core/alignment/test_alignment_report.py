@@ -7,23 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datums import frame_of, settled
-from ocmm_core.alignment.frame_slopes import frame_slopes
-from ocmm_core.alignment.report import preview_alignment, report_lines
-from ocmm_core.alignment.rules import (
+from ocmm_core.alignment import (
     Alignment,
     BestFit,
     BoundAlignment,
-    Condition,
-    ControlPoint,
     DatumAlignment,
     DatumReferenceFrame,
-    PlaneAxisPoint,
-    ReferencePoints,
     Relocation,
+    frame_of,
+    frame_slopes,
+    preview_alignment,
+    report_lines,
+    settled,
 )
+from ocmm_core.alignment._rules import Condition, ControlPoint, PlaneAxisPoint, ReferencePoints
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT
 from ocmm_core.geometry import Float, RigidTransform
 from tests.core.alignment.parts import NOMINALS, SHAPES, actual_of, anywhere, measured

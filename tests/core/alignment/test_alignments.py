@@ -12,29 +12,27 @@ import scipy.linalg
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.alignment.best_fit import fit_points, fit_points_locked
-from ocmm_core.alignment.checks import alignment_fault
-from ocmm_core.alignment.datums import frame_of, settled
-from ocmm_core.alignment.frame_document import (
+from ocmm_core.alignment import (
+    Alignment,
+    BestFit,
+    BoundAlignment,
+    DatumAlignment,
+    DatumReferenceFrame,
+    LockedMotion,
+    Relocation,
+    SavedFrame,
+    alignment_fault,
+    fit_points,
+    fit_points_locked,
     frame_document,
+    frame_of,
     load_frame,
     relocation,
     save_frame,
     saved_frame,
+    settled,
 )
-from ocmm_core.alignment.rules import (
-    Alignment,
-    BestFit,
-    BoundAlignment,
-    Condition,
-    DatumAlignment,
-    DatumReferenceFrame,
-    LockedMotion,
-    PlaneAxisPoint,
-    ReferencePoints,
-    Relocation,
-    SavedFrame,
-)
+from ocmm_core.alignment._rules import Condition, PlaneAxisPoint, ReferencePoints
 from ocmm_core.errors import FitError, InputError, StorageError
 from ocmm_core.features.shapes import DIRECTION, POINT
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
@@ -172,9 +170,7 @@ def test_locked_motions_stay_and_the_rest_is_the_best(locked: Sequence[LockedMot
     points, wanted, weights, start = _noisy(np.random.default_rng(len(locked)), 15, 0.05)
     mine = fit_points_locked(points, wanted, weights, start, locked)
     change = mine.compose(start.inverse())
-    motion = np.concatenate(
-        [Rotation.from_matrix(change.rotation).as_rotvec(), change.translation]
-    )
+    motion = np.concatenate([Rotation.from_matrix(change.rotation).as_rotvec(), change.translation])
     for name in locked:
         assert abs(motion[MOTIONS.index(name)]) < 1e-11
     free = [index for index, name in enumerate(MOTIONS) if name not in locked]
@@ -251,7 +247,7 @@ def test_a_part_is_found_again_at_its_control_points(tmp_path: Path) -> None:
     geometries = measured(before, rng)
     control = {name: geometries[name][POINT] for name in ("H", "G", "S", "P")}
     document = frame_document(
-        "fixture", "2026-01-02T03:04:05+01:00", "part 7 \"x\"", before.inverse(), control
+        "fixture", "2026-01-02T03:04:05+01:00", 'part 7 "x"', before.inverse(), control
     )
     path = tmp_path / "fixture.toml"
     save_frame(path, document)
@@ -299,9 +295,7 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
         (ReferencePoints(conditions=SIX.conditions[:5]), "conditions", "six hold a part"),
         (
             ReferencePoints(
-                conditions=(
-                    *SIX.conditions[:5], Condition(feature="A", direction=(1.0, 0.0, 0.0))
-                )
+                conditions=(*SIX.conditions[:5], Condition(feature="A", direction=(1.0, 0.0, 0.0)))
             ),
             "conditions[5].feature",
             "needs one of",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datum_frame import datum_frame
+from ocmm_core.alignment import datum_frame
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import DIRECTION, POINT, element
 from ocmm_core.geometry import RigidTransform, rotation_from_vector, unit

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datums import DatumAlignment
-from ocmm_core.alignment.precedence import part_frame
+from ocmm_core.alignment import DatumAlignment, part_frame
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint
 from tests.core.features.exact_touches import flat_touches, nominal, round_touches
 from tests.core.features.shape_samples import somewhere
 

@@ -10,15 +10,19 @@ import pytest
 from msgspec import structs
 from scipy.optimize import minimize, minimize_scalar
 
-from ocmm_core.alignment.precedence import held_again, in_precedence, part_frame
-from ocmm_core.alignment.report import preview_alignment
-from ocmm_core.alignment.rules import BoundAlignment, DatumReferenceFrame
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import nominal_geometry
-from ocmm_core.features.shapes import POINT, Shape
+from ocmm_core.alignment import (
+    BoundAlignment,
+    DatumReferenceFrame,
+    held_again,
+    in_precedence,
+    part_frame,
+    preview_alignment,
+)
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import POINT, Shape, nominal_geometry
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.zone_frame import Frames
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.zones import Frames
 from tests.core.features.exact_touches import (
     flat_touches,
     moved,
@@ -103,9 +107,7 @@ def test_a_face_out_of_square_is_fitted_square_to_the_primary() -> None:
     def scatter(turn: float) -> float:
         return float(np.sum((arms @ (np.cos(turn) * start + np.sin(turn) * across)) ** 2))
 
-    found = minimize_scalar(
-        scatter, bounds=(-0.1, 0.1), method="bounded", options={"xatol": 1e-10}
-    )
+    found = minimize_scalar(scatter, bounds=(-0.1, 0.1), method="bounded", options={"xatol": 1e-10})
     best = float(found.x)
     wanted = np.cos(best) * start + np.sin(best) * across
     frame = part_frame(bound("ABC", actual), actual)
@@ -165,9 +167,7 @@ def test_other_criteria_are_kept_under_the_constraint(criterion: str) -> None:
 
 @pytest.mark.parametrize("datums", ["ABC", "AXC", "CXA", "XAC"])
 @pytest.mark.parametrize("criterion", ["least squares", "minimum zone"])
-def test_the_chain_through_all_datums_is_that_of_the_whole_way(
-    datums: str, criterion: str
-) -> None:
+def test_the_chain_through_all_datums_is_that_of_the_whole_way(datums: str, criterion: str) -> None:
     """Place of the hole, and its position, by every coordinate and the ball."""
     item = asked("position", "H", ",".join(datums))
     step = 1e-5

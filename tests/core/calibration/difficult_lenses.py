@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ocmm_core.calibration.camera_model_fit import fit_camera
-from ocmm_core.calibration.findings import let_pass
-from ocmm_core.calibration.guards import judge_fit
-from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS, CameraModel, project
+from ocmm_core.calibration.cameras import fit_camera
+from ocmm_core.calibration.cameras._guards import judge_fit
+from ocmm_core.calibration.records import let_pass
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import (
     Float,

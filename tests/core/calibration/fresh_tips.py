@@ -5,9 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from ocmm_core.calibration.probe_in_use import probe_store_folder
-from ocmm_core.calibration.probe_records import ProbeRecord, TipRecord
-from ocmm_core.calibration.probe_store import ProbeStore
+from ocmm_core.calibration.records import ProbeRecord, ProbeStore, TipRecord, probe_store_folder
 from tests.core.calibration.made_probe_records import (
     PROBE,
     make_probe_record,

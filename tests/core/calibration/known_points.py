@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.camera.model import CameraModel, project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.cameras import ReferencePoints, SpotTable
+from ocmm_core.camera import CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Points3
 

@@ -6,19 +6,19 @@ from datetime import UTC, datetime, timedelta
 
 import msgspec
 
-from ocmm_core.calibration.probe_records import (
+from ocmm_core.calibration.records import (
     CHECK_SCHEMA,
     PROBE_SCHEMA,
     TIP_SCHEMA,
+    Check,
     PivotCheck,
     ProbeRecord,
     TipCheckRecord,
     TipRecord,
+    record_hash,
 )
-from ocmm_core.calibration.records import Check
-from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.documents import resource
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.tracking import load_probe
 
 MADE = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 PROBE = load_probe(resource("probes", "standard.toml"))

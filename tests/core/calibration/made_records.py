@@ -14,9 +14,9 @@ from ocmm_core.calibration.records import (
     ResidualMap,
     VerificationRecord,
     entry_of,
+    record_hash,
 )
-from ocmm_core.calibration.sealed import record_hash
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 
 MADE = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)

@@ -9,16 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.looks import Look, LookCollector
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.monitor import Look, LookCollector
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.simulation.artefacts import Part, load_part
-from ocmm_core.simulation.calibrating import CalibratingRig, Wave
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.world import WorldOptions
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.result import TrackBlock
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, Wave
+from ocmm_core.simulation.scene import Part, VirtualRig, WorldOptions, load_part
+from ocmm_core.tracking import ProbeBody, TrackBlock, TrackingPipeline, load_probe
 
 RATE_HZ = 400
 WAVE_LOOK_NS = 10_000_000

@@ -7,14 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.pivot_views import PivotView
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure_pivot import PivotProcedure
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.records import ProbeStore
+from ocmm_core.calibration.sweeping import PivotProcedure, PivotView
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.geometry import Float, Pixels, rigid_fit
-from ocmm_core.simulation.calibrating import CalibratingRig
-from ocmm_core.simulation.pivot_scenes import SweepProbe
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, SweepProbe
+from ocmm_core.tracking import ProbeBody, load_probe
 from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, SEED, Clock
 from tests.core.calibration.swept_probe import attitudes, spots
 

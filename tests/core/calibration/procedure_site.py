@@ -10,21 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.artefacts import LengthBar, Sphere, load_bar, load_sphere
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.procedure import Procedure
-from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
-from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.calibration.shot_table import Shot
-from ocmm_core.camera.model import on_sensor, project
-from ocmm_core.camera.rig import Rig, load_rig
-from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
+from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints, SpotTable
+from ocmm_core.calibration.guided import Procedure, Shot
+from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, load_bar, load_sphere
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import Rig, load_rig, on_sensor, project
+from ocmm_core.composition import VirtualSite, scenes_of_verification
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.calibrating import CalibratingRig, FrameMove, Scene
-from ocmm_core.simulation.verifying import SEATS
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.simulation.calibration_scenes import SEATS, CalibratingRig, FrameMove, Scene
+from ocmm_core.tracking import ProbeBody, load_probe
 
 SEED = 3
 BEGIN = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)

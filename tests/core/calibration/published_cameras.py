@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
-from ocmm_core.calibration.camera_model_fit import CameraFit, fit_camera
-from ocmm_core.calibration.least_squares import minimise
-from ocmm_core.camera.model import CameraModel
+from ocmm_core.calibration.cameras import fit_camera
+from ocmm_core.calibration.cameras._least_squares import minimise
+from ocmm_core.calibration.cameras._model_fit import CameraFit
+from ocmm_core.camera import CameraModel
 from ocmm_core.geometry import RigidTransform
 from tests.core.calibration.zhang_views import load_zhang
 

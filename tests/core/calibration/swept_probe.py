@@ -6,13 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.pivot_data import PivotSweep
-from ocmm_core.camera.model import N_PARAMETERS, distortion_jacobian, ideal_from_pixels, project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.pivot import PivotSweep
+from ocmm_core.camera import (
+    N_PARAMETERS,
+    Rig,
+    distortion_jacobian,
+    ideal_from_pixels,
+    load_rig,
+    project,
+)
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Pixels, Points3, rigid_fit, rotation_xyz
-from ocmm_core.simulation.spot_pattern import draw_pattern
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.simulation.scene import draw_pattern
+from ocmm_core.tracking import ProbeBody, load_probe
 
 SIGMA_PX = 0.0105
 CONE_WORLD = np.array([0.0, 0.0, -150.0])
@@ -166,7 +172,5 @@ def _turns(vectors: Float) -> Float:
     o = np.zeros_like(x)
     k = np.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)
     safe = np.maximum(angle, 1e-12)
-    turned: Float = (
-        np.eye(3) + np.sin(safe) / safe * k + (1.0 - np.cos(safe)) / safe**2 * (k @ k)
-    )
+    turned: Float = np.eye(3) + np.sin(safe) / safe * k + (1.0 - np.cos(safe)) / safe**2 * (k @ k)
     return turned

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.calibration.artefacts import load_bar, load_sphere
-from ocmm_core.calibration.session_events import Begun
-from ocmm_core.calibration.thermal import Temperature, require_temperature
-from ocmm_core.cli.climate import ClimateRequest, climate_in_use
+from ocmm_core.calibration.guided import Begun
+from ocmm_core.calibration.probe_design import Temperature, require_temperature
+from ocmm_core.calibration.records import load_bar, load_sphere
+from ocmm_core.composition import ClimateRequest, climate_in_use
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.measuring.temperature import PartWarmth, check_part
-from ocmm_core.tracking.body import load_probe
-from ocmm_gui.wizards.site import temperature
+from ocmm_core.measuring import PartWarmth, check_part
+from ocmm_core.tracking import load_probe
+from ocmm_gui.wizards import temperature
 
 BAR = resource("artefacts", "bar.toml")
 SPHERE = resource("artefacts", "sphere.toml")

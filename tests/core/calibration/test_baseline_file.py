@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.baseline import Baseline
-from ocmm_core.calibration.baseline_file import baseline_path, load_baseline, save_baseline
-from ocmm_core.calibration.change_rows import Belief
+from ocmm_core.calibration.monitor import Baseline, load_baseline, save_baseline
+from ocmm_core.calibration.monitor._baseline_file import baseline_path
+from ocmm_core.calibration.monitor._change_rows import Belief
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.errors import CalibrationError
 

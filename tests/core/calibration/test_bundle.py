@@ -7,11 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.bundle import adjust, common_covariance, linearise, misses
-from ocmm_core.calibration.bundle_state import BundleData, BundleState, Prior
-from ocmm_core.calibration.relocation_data import GeometryMode, Observations, RelocationOptions
-from ocmm_core.calibration.relocation_problem import RelocationProblem, build
-from ocmm_core.camera.model import project
+from ocmm_core.calibration.bundle import (
+    BundleData,
+    BundleState,
+    Prior,
+    adjust,
+    common_covariance,
+    misses,
+)
+from ocmm_core.calibration.bundle._bundle import linearise
+from ocmm_core.calibration.relocation import (
+    GeometryMode,
+    Observations,
+    RelocationOptions,
+    RelocationProblem,
+    build,
+)
+from ocmm_core.camera import project
 from ocmm_core.geometry import Float
 from tests.core.calibration.waved_probe import as_known_before, disturbed, probe, rig, world
 

@@ -9,12 +9,12 @@ import pytest
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from ocmm_core.calibration.reference_points import load_reference_points, load_spots
+from ocmm_core.calibration.cameras import load_reference_points, load_spots
 from ocmm_core.cli.calibrate import calibrate_app
 
 _ROOT = Path(__file__).resolve().parents[3]
 _PAGE = _ROOT / "docs" / "calibration.md"
-_MODULES = ("guards", "mix_up", "camera_network", "camera_model_fit", "evaluation")
+_MODULES = ("_guards", "_mix_up", "_network", "_model_fit", "_evaluation")
 
 
 def test_every_reason_to_refuse_a_calibration_has_its_row() -> None:
@@ -22,7 +22,7 @@ def test_every_reason_to_refuse_a_calibration_has_its_row() -> None:
     found = re.search(r"<!-- codes:[^\n]*-->\n(.*?)\n<!-- end of codes -->", page, re.DOTALL)
     assert found is not None
     said = re.findall(r"^\| `(\S+)` \|", found[1], re.MULTILINE)
-    folder = _ROOT / "ocmm_core" / "calibration"
+    folder = _ROOT / "ocmm_core" / "calibration" / "cameras"
     source = "".join((folder / f"{name}.py").read_text(encoding="utf-8") for name in _MODULES)
     # Codes stand alone in quotation marks; comparisons with them as well.
     assert sorted(said) == sorted(set(re.findall(r'"(calibration\.\w+)"', source)))

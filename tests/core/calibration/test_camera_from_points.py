@@ -8,20 +8,14 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from ocmm_core.calibration.camera_model_fit import fit_camera
-from ocmm_core.calibration.camera_problem import CameraProblem, free_parameters, whitening_of
-from ocmm_core.calibration.dlt import camera_of_dlt, cloud_of, dlt, pose_of_dlt, pose_of_plane
-from ocmm_core.calibration.guards import ratio_of
-from ocmm_core.calibration.least_squares import covariance_of, minimise
-from ocmm_core.calibration.lens import ALL_PARAMETERS, LensCamera, by_point, see
-from ocmm_core.calibration.lens_terms import judge_lens_terms
-from ocmm_core.camera.model import (
-    N_PARAMETERS,
-    PARAMETERS,
-    CameraModel,
-    project,
-    projection_jacobians,
-)
+from ocmm_core.calibration.cameras import LensCamera, cloud_of, fit_camera
+from ocmm_core.calibration.cameras._dlt import camera_of_dlt, dlt, pose_of_dlt, pose_of_plane
+from ocmm_core.calibration.cameras._guards import ratio_of
+from ocmm_core.calibration.cameras._least_squares import covariance_of, minimise
+from ocmm_core.calibration.cameras._lens import ALL_PARAMETERS, by_point, see
+from ocmm_core.calibration.cameras._lens_terms import judge_lens_terms
+from ocmm_core.calibration.cameras._problem import CameraProblem, free_parameters, whitening_of
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, project, projection_jacobians
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from tests.core.calibration.difficult_lenses import anywhere, end_of, parameter_errors, trial_of

@@ -5,14 +5,14 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from ocmm_core.calibration.camera_memory import (
+from ocmm_core.calibration.records import (
     compare_with_cameras,
     judge_warmth,
+    record_hash,
     write_to_cameras,
 )
-from ocmm_core.calibration.sealed import record_hash
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.profile_objects import CALIBRATION
+from ocmm_core.fieldbus.device import CALIBRATION
 from tests.core.calibration.made_records import make_record
 from tests.core.fieldbus.direct_camera import DirectCamera
 

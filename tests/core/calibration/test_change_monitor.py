@@ -8,27 +8,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.baseline import Baseline, learn_baseline, pattern_maps
-from ocmm_core.calibration.change_rows import Belief
-from ocmm_core.calibration.change_score import score_changes
-from ocmm_core.calibration.change_verdict import Cause, Examination, MonitorOptions, examine
-from ocmm_core.calibration.looks import Look, LookCollector, look_of
-from ocmm_core.calibration.monitor import CalibrationMonitor
+from ocmm_core.calibration.monitor import (
+    Baseline,
+    CalibrationMonitor,
+    Cause,
+    Examination,
+    Look,
+    LookCollector,
+    learn_baseline,
+)
+from ocmm_core.calibration.monitor._baseline import pattern_maps
+from ocmm_core.calibration.monitor._change_rows import Belief
+from ocmm_core.calibration.monitor._change_score import score_changes
+from ocmm_core.calibration.monitor._change_verdict import MonitorOptions, examine
+from ocmm_core.calibration.monitor._looks import look_of
 from ocmm_core.calibration.records import ResidualMap
-from ocmm_core.camera.model import N_PARAMETERS, project
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import N_PARAMETERS, Rig, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.simulation.world import ScriptedBump, WorldOptions, bumped, draw_world
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.pose import PoseBatch, solve
-from ocmm_core.tracking.result import TrackBlock, cut
+from ocmm_core.simulation.scene import ScriptedBump, WorldOptions, bumped, draw_world
+from ocmm_core.tracking import PoseBatch, ProbeBody, TrackBlock, cut, solve
 from tests.core.calibration.monitored import RATE_HZ, Monitored
 
 LOOK_NS = MonitorOptions().look_ns
 BUMP_S = 10.0
-
-
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +52,7 @@ def baseline(bench: Monitored, waved: list[Look]) -> Baseline:
 
 def without_pattern(rig: Rig) -> Rig:
     """Return the rig with sensors that are the same everywhere, to a ten-thousandth of a pixel."""
-    noise = type(rig.noise)(
-        white_px=rig.noise.white_px, pattern_px=1e-4, pattern_length_px=20.0
-    )
+    noise = type(rig.noise)(white_px=rig.noise.white_px, pattern_px=1e-4, pattern_length_px=20.0)
     return replace(rig, noise=noise)
 
 

@@ -20,12 +20,11 @@ from benchmarks.lie_scenes import (
     wrong_probe,
     wrong_rig,
 )
-from ocmm_core.calibration.change_rows import camera_changes
-from ocmm_core.calibration.culprit_points import explain_points, scale_between
-from ocmm_core.calibration.pivot import calibrate_probe
-from ocmm_core.calibration.pivot_data import PivotSweep
-from ocmm_core.calibration.relocation import relocate
-from ocmm_core.calibration.relocation_data import Relocation, RelocationOptions
+from ocmm_core.calibration.bundle import explain_points, scale_between
+from ocmm_core.calibration.monitor import camera_changes
+from ocmm_core.calibration.pivot import PivotSweep, calibrate_probe
+from ocmm_core.calibration.relocation import RelocationOptions, relocate
+from ocmm_core.calibration.relocation._data import Relocation
 from ocmm_core.errors import CalibrationError
 from tests.core.calibration import swept_probe
 

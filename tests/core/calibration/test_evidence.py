@@ -14,14 +14,21 @@ import pytest
 
 from benchmarks.evidence import KINDS, run, set_back
 from benchmarks.evidence_site import NOW, RIG_DOCUMENT, Store, cameras_in, probe_in
-from ocmm_core.calibration import evidence
-from ocmm_core.calibration.chain_seal import NAME as SEAL
-from ocmm_core.calibration.evidence import EvidenceCheck, KeptFile
-from ocmm_core.calibration.history import CalibrationStore, Event, EventKind, State
-from ocmm_core.calibration.in_use import Word, judge, open_calibration
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.records import CameraRecord
-from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.calibration.records import NAME as SEAL
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    Event,
+    EventKind,
+    ProbeStore,
+    State,
+    Word,
+    judge,
+    open_calibration,
+    record_hash,
+)
+from ocmm_core.calibration.records import _evidence as evidence
+from ocmm_core.calibration.records._evidence import EvidenceCheck, KeptFile
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import StorageError
 from tests.core.calibration.made_records import MADE, make_record, make_verification
@@ -252,7 +259,6 @@ def blind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let all files look unchanged from outside, as after an edit that kept everything."""
     monkeypatch.setattr(evidence, "stamp_of", lambda path: (1, 2, 3, 4))
     monkeypatch.setattr(evidence, "PATROL_S", 0.0)
-
 
 
 @pytest.mark.usefixtures("blind")

@@ -10,19 +10,19 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import (
+from ocmm_core.calibration.records import (
     CalibrationInUse,
+    CalibrationStore,
     CalibrationView,
     Word,
     default_folder,
     judge,
     open_calibration,
     open_design,
+    record_hash,
     store_folder,
 )
-from ocmm_core.calibration.sealed import record_hash
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from tests.core.calibration.made_records import MADE, make_record, make_verification
@@ -78,9 +78,7 @@ def test_the_record_in_force_is_measured_with(tmp_path: Path) -> None:
     assert in_use.rig.identity == store.active_hash
     # What goes into the job file is the whole record, and its hash is that of the record.
     assert hashlib.sha256(in_use.rig_text.encode()).hexdigest() == store.active_hash
-    assert np.array_equal(
-        in_use.rig.parameter_covariance, load_rig(DOCUMENT).parameter_covariance
-    )
+    assert np.array_equal(in_use.rig.parameter_covariance, load_rig(DOCUMENT).parameter_covariance)
     view = seen(in_use)
     assert (view.word, view.hindrance, view.warnings) == (Word.VALID, None, ())
 

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.camera_network import calibrate_rig
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.cameras import KnownPointsProcedure, calibrate_rig
+from ocmm_core.calibration.records import CalibrationStore
 from tests.core.calibration.known_points import observe, rig
 
 NOW = datetime(2026, 3, 1, 8, tzinfo=UTC)

@@ -9,20 +9,19 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.layout import (
+from ocmm_core.calibration.probe_design import (
     Postures,
     View,
     tilt_map,
     tip_number,
     volume_map,
+    wrong_labels,
 )
-from ocmm_core.calibration.layout_labels import nearest_labelling, wrong_labels
-from ocmm_core.camera.model import CameraModel, project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.probe_design._layout_labels import nearest_labelling
+from ocmm_core.camera import CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, RigidTransform, rigid_fit
-from ocmm_core.tracking.body import ProbeBody, load_probe, nearest_ambiguity
-from ocmm_core.tracking.pose import solve
+from ocmm_core.tracking import ProbeBody, load_probe, nearest_ambiguity, solve
 
 SIGMA_PX = 0.0105
 POSTURES = Postures((45.0, 45.0, 10.0), np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]]))

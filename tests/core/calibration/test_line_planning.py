@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.line_planning import (
+from ocmm_core.calibration.verification._line_planning import (
     CORNER_NAMES,
     CORNER_SHARE,
     MIN_ANGLE,
@@ -13,7 +13,7 @@ from ocmm_core.calibration.line_planning import (
     corner_distances,
     plan_lines,
 )
-from ocmm_core.calibration.verification import judge_placement, reached_corners
+from ocmm_core.calibration.verification._verification import judge_placement, reached_corners
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 

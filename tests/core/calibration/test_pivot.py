@@ -6,31 +6,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.pivot import calibrate_probe, tip_of_arms
-from ocmm_core.calibration.pivot_bundle import (
-    PivotState,
-    adjust_pivot,
-    chi2_of_cameras,
-    normals_at,
-)
-from ocmm_core.calibration.pivot_centre import (
-    common_centre,
-    moments_of,
-    sphere_centres,
-    thesis_pivot,
-)
-from ocmm_core.calibration.pivot_covariance import geometry_in
-from ocmm_core.calibration.pivot_coverage import preview_pivot
-from ocmm_core.calibration.pivot_data import (
+from ocmm_core.calibration.pivot import (
     PivotCalibration,
     PivotLimits,
     PivotOptions,
     PivotSweep,
+    adjust_pivot,
+    calibrate_probe,
+    common_centre,
+    moments_of,
+    preview_pivot,
+    sphere_centres,
+    start_pivot,
+    thesis_pivot,
+    validate_pivot,
 )
-from ocmm_core.calibration.pivot_start import start_pivot
-from ocmm_core.calibration.pivot_validation import validate_pivot
-from ocmm_core.camera.model import N_PARAMETERS, project
-from ocmm_core.camera.rig import Rig
+from ocmm_core.calibration.pivot._bundle import PivotState, chi2_of_cameras, normals_at
+from ocmm_core.calibration.pivot._covariance import geometry_in
+from ocmm_core.calibration.pivot._pivot import tip_of_arms
+from ocmm_core.camera import N_PARAMETERS, Rig, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rotation_from_vector
 from tests.core.calibration.swept_probe import (
@@ -242,9 +236,7 @@ def test_ghosts_and_hidden_spots_are_named() -> None:
 
 
 def test_ball_that_jumped_out_for_a_while_is_named() -> None:
-    frames = _with(
-        sweep(2000, 30.0, 7), 800, sweep(150, 30.0, 8, _moved(0.25, 0.0, 0.0))
-    )
+    frames = _with(sweep(2000, 30.0, 7), 800, sweep(150, 30.0, 8, _moved(0.25, 0.0, 0.0)))
 
     found = calibrate_probe(rig(), probe(), frames)
 
@@ -256,9 +248,7 @@ def test_ball_that_jumped_out_for_a_while_is_named() -> None:
 
 
 def test_moving_cone_is_refused_although_no_frame_shows_it() -> None:
-    frames = _with(
-        sweep(2000, 30.0, 9), 1000, sweep(1000, 30.0, 10, _moved(0.03, 0.02, 0.0))
-    )
+    frames = _with(sweep(2000, 30.0, 9), 1000, sweep(1000, 30.0, 10, _moved(0.03, 0.02, 0.0)))
 
     error = _refused(frames)
 
@@ -482,9 +472,7 @@ def test_three_leds_before_four_cameras_that_do_not_see_everything() -> None:
     )
     frames.uv[rng.random(frames.uv.shape[:3]) < 0.1] = np.nan
 
-    found = calibrate_probe(
-        replace(known, parameter_covariance=np.zeros((56, 56))), body, frames
-    )
+    found = calibrate_probe(replace(known, parameter_covariance=np.zeros((56, 56))), body, frames)
 
     assert found.chi2 / found.dof == pytest.approx(1.0, abs=0.05)
     assert len(found.left_out) < 30

@@ -7,12 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.pivot import calibrate_probe
-from ocmm_core.calibration.pivot_bundle import adjust_pivot, inverse_pinned, normals_at
-from ocmm_core.calibration.pivot_coverage import preview_pivot
-from ocmm_core.calibration.pivot_data import PivotOptions, PivotSweep
-from ocmm_core.calibration.pivot_pattern import spot_influences
-from ocmm_core.calibration.pivot_start import start_pivot
+from ocmm_core.calibration.pivot import (
+    PivotOptions,
+    PivotSweep,
+    adjust_pivot,
+    calibrate_probe,
+    preview_pivot,
+    start_pivot,
+)
+from ocmm_core.calibration.pivot._bundle import inverse_pinned, normals_at
+from ocmm_core.calibration.pivot._pattern import spot_influences
 from tests.core.calibration.swept_probe import (
     CONE_WORLD,
     SIGMA_PX,

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.pivot_covariance import pose_pivot_covariance
-from ocmm_core.calibration.pivot_poses import pivot_of_poses
+from ocmm_core.calibration.pivot import pivot_of_poses
+from ocmm_core.calibration.pivot._covariance import pose_pivot_covariance
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from tests.core.calibration.swept_probe import attitudes

@@ -9,35 +9,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.beam import (
-    Bar,
-    Panel,
-    compression,
-    make_beam,
-    sag,
-    side_load,
-    upright_shortening,
-)
-from ocmm_core.calibration.probe_design import ProbeDesign, load_design, shipped_design
-from ocmm_core.calibration.probe_shape import (
+from ocmm_core.calibration.probe_design import (
+    ProbeDesign,
+    Temperature,
     Warmth,
     body_in_use,
     bow_shape,
+    compression,
     force_shapes,
     growth_shape,
+    load_design,
+    sag,
     sag_shape,
+    shipped_design,
+    side_load,
     tip_shift,
-    warmth_shapes,
+    upright_shortening,
 )
-from ocmm_core.calibration.thermal import Temperature
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.calibration.probe_design._beam import Bar, Panel, make_beam
+from ocmm_core.calibration.probe_design._shape import warmth_shapes
+from ocmm_core.camera import load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pose import solve
-from ocmm_core.tracking.sensitivity import tip_sensitivity
+from ocmm_core.tracking import ProbeBody, load_probe, solve, tip_sensitivity
 
 THESIS_G = 9.8
 HANDLE = 145.0

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.in_use import Word
-from ocmm_core.calibration.probe_in_use import (
+from ocmm_core.calibration.records import (
     ProbeInUse,
+    ProbeStore,
     ProbeView,
+    Word,
     judge_probe,
     open_probe,
     open_probe_design,
     probe_store_folder,
     require_records,
 )
-from ocmm_core.calibration.probe_store import ProbeStore
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError
 from tests.core.calibration.made_probe_records import (

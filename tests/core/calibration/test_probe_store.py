@@ -10,10 +10,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.probe_records import ProbeRecord, TipRecord, probe_from_records
-from ocmm_core.calibration.probe_store import ProbeStore, standing_of_tip
-from ocmm_core.calibration.sealed import record_hash
+from ocmm_core.calibration.records import (
+    ProbeRecord,
+    ProbeStore,
+    State,
+    TipRecord,
+    probe_from_records,
+    record_hash,
+)
+from ocmm_core.calibration.records._probe_store import standing_of_tip
 from ocmm_core.errors import CalibrationError, StorageError
 from tests.core.calibration.made_probe_records import (
     MADE,

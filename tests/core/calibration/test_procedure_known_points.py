@@ -7,23 +7,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.collecting import RestingSpots
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.procedure import Decision, Kind
-from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure, _chain
-from ocmm_core.calibration.reference_points import ReferencePoints
-from ocmm_core.calibration.sealed import record_hash
-from ocmm_core.calibration.session_events import (
+from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints
+from ocmm_core.calibration.cameras._procedure_known_points import _chain
+from ocmm_core.calibration.guided import (
     Decided,
+    Decision,
+    Kind,
+    RestingSpots,
     SessionLine,
     is_ended,
     sessions,
     utc_text,
 )
-from ocmm_core.camera.model import project
+from ocmm_core.calibration.records import State, record_hash
+from ocmm_core.camera import project
 from ocmm_core.errors import CalibrationError, StorageError
-from ocmm_core.simulation.calibrating import CalibratingRig, ShowTarget
-from ocmm_core.simulation.world import WorldOptions
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, ShowTarget
+from ocmm_core.simulation.scene import WorldOptions
 from tests.core.calibration.procedure_site import Bench, show
 
 

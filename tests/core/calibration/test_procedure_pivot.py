@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.pivot_views import SweepPhase, led_paths
-from ocmm_core.calibration.pivot_watch import BATCH
-from ocmm_core.calibration.procedure import Decision
-from ocmm_core.calibration.session_events import sessions
+from ocmm_core.calibration.guided import Decision, sessions
+from ocmm_core.calibration.records import State
+from ocmm_core.calibration.sweeping import BATCH, SweepPhase, led_paths
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.pivot_scenes import SweepProbe
+from ocmm_core.simulation.calibration_scenes import SweepProbe
 from tests.core.calibration.pivot_site import (
     CONE,
     OTHER_CONE,

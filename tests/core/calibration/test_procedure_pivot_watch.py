@@ -9,19 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.pivot_data import PivotSweep
-from ocmm_core.calibration.pivot_map import CELL_RAD, sphere_map, where_missing
-from ocmm_core.calibration.pivot_validation import attitude_between
-from ocmm_core.calibration.pivot_views import SweepPhase
-from ocmm_core.calibration.pivot_watch import BATCH, POSE_TURN, SweepWatch
-from ocmm_core.calibration.procedure_pivot import PivotProcedure
-from ocmm_core.calibration.sweep_table import load_sweeps, write_sweeps
+from ocmm_core.calibration.pivot import PivotSweep, attitude_between, load_sweeps, write_sweeps
+from ocmm_core.calibration.sweeping import BATCH, CELL_RAD, PivotProcedure, SweepPhase
+from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
+from ocmm_core.calibration.sweeping._watch import POSE_TURN, SweepWatch
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.calibrating import CalibratingRig, Wave
-from ocmm_core.simulation.pivot_scenes import Jump, SweepProbe
-from ocmm_core.tracking.body import load_probe
-from ocmm_core.tracking.identify import IdentifyOptions, identify
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, Jump, SweepProbe, Wave
+from ocmm_core.tracking import IdentifyOptions, identify, load_probe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
 
 TAKING = 6.0

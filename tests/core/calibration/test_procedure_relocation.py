@@ -8,25 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.artefacts import load_bar
-from ocmm_core.calibration.collecting import STILL_FRAMES, ProbeSpots
-from ocmm_core.calibration.coverage import coverage
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.labelling import label_roughly
-from ocmm_core.calibration.procedure_relocation import RelocationProcedure
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
-from ocmm_core.calibration.reference_points import ReferencePoints
-from ocmm_core.calibration.relocation_findings import bar_ends
-from ocmm_core.calibration.relocation_state import SeatTaken
-from ocmm_core.calibration.session_events import to_spots
-from ocmm_core.camera.model import on_sensor, project
-from ocmm_core.camera.rig import MAX_SLOTS, Rig
-from ocmm_core.cli.calibrate_run import take_relocation_shots
-from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_relocation
+from ocmm_core.calibration.cameras import ReferencePoints
+from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpots, coverage, to_spots
+from ocmm_core.calibration.guided._labelling import label_roughly
+from ocmm_core.calibration.records import State, load_bar
+from ocmm_core.calibration.relocation import RelocationProcedure
+from ocmm_core.calibration.relocation._findings import bar_ends
+from ocmm_core.calibration.relocation._state import SeatTaken
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import MAX_SLOTS, Rig, on_sensor, project
+from ocmm_core.cli.calibrate import take_relocation_shots
+from ocmm_core.composition import VirtualSite, scenes_of_relocation
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.calibrating import Wave
+from ocmm_core.simulation.calibration_scenes import Wave
 from tests.core.calibration.procedure_site import (
     PROBE_DOCUMENT,
     RIG_DOCUMENT,

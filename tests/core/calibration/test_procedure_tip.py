@@ -10,17 +10,19 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure_tip import TipQualificationProcedure
-from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
-from ocmm_core.calibration.sphere_layout import CHECK_RINGS, QUALIFICATION_RINGS
-from ocmm_core.calibration.tip_qualification import TipLimits
-from ocmm_core.calibration.tip_views import CheckVerdict, Phase
-from ocmm_core.cli.tip_scenes import scene_of_tip
+from ocmm_core.calibration.records import ProbeStore, State
+from ocmm_core.calibration.tip import (
+    CHECK_RINGS,
+    QUALIFICATION_RINGS,
+    CheckVerdict,
+    Phase,
+    TipCheckProcedure,
+    TipLimits,
+    TipQualificationProcedure,
+)
+from ocmm_core.composition import scene_of_tip
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibrating import CalibratingRig, TouchSeats
-from ocmm_core.simulation.tip_scenes import TipFault
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, TipFault, TouchSeats
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
 from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld

@@ -10,26 +10,21 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.line_planning import MIN_ANGLE, plan_lines
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CameraRecord,
     Check,
+    State,
     entry_of,
     rig_from_record,
 )
-from ocmm_core.calibration.verification import (
-    Limits,
-    fit_sphere,
-    judge_nest,
-    judge_placement,
-)
-from ocmm_core.camera.rig import Rig
+from ocmm_core.calibration.verification import Limits, VerificationProcedure, fit_sphere
+from ocmm_core.calibration.verification._line_planning import MIN_ANGLE, plan_lines
+from ocmm_core.calibration.verification._verification import judge_nest, judge_placement
+from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import RigidTransform
-from ocmm_core.simulation.calibrating import TouchSeats
+from ocmm_core.simulation.calibration_scenes import TouchSeats
 from tests.core.calibration.procedure_site import Bench, show
 
 VOLUME = np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])

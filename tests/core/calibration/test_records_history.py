@@ -9,10 +9,17 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.history import CalibrationStore, State
-from ocmm_core.calibration.records import CameraRecord, rig_from_record
-from ocmm_core.calibration.sealed import load, save, seal, unseal
-from ocmm_core.camera.model import project
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    State,
+    load,
+    rig_from_record,
+    save,
+    seal,
+)
+from ocmm_core.calibration.records._sealed import unseal
+from ocmm_core.camera import project
 from ocmm_core.errors import CalibrationError
 from tests.core.calibration.made_records import MADE, RIG, make_record, make_verification
 

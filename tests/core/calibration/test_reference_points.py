@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.reference_points import (
+from ocmm_core.calibration.cameras import (
     ReferencePoints,
     SpotTable,
     load_reference_points,

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.length_precision import length_sigma
-from ocmm_core.calibration.relocation import relocate
-from ocmm_core.calibration.relocation_data import (
+from ocmm_core.calibration.guided import length_sigma
+from ocmm_core.calibration.relocation import (
     GeometryMode,
     KeptByPoints,
     LengthBar,
@@ -17,9 +16,10 @@ from ocmm_core.calibration.relocation_data import (
     Observations,
     ProbeFrames,
     RelocationOptions,
-    SetByPoints,
+    relocate,
 )
-from ocmm_core.camera.model import N_PARAMETERS
+from ocmm_core.calibration.relocation._data import SetByPoints
+from ocmm_core.camera import N_PARAMETERS
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
 from tests.core.calibration.waved_probe import (

@@ -7,15 +7,14 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.repeats import (
-    REPEAT_CHANCE,
+from ocmm_core.calibration.guided import (
     JudgedRepeat,
     Repeat,
     RestingPosition,
     judge_repeats,
-    moved_between,
     repeat_finding,
 )
+from ocmm_core.calibration.guided._repeats import REPEAT_CHANCE, moved_between
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 

@@ -5,18 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.camera_model_fit import fit_camera
-from ocmm_core.calibration.camera_network import RigCalibration, calibrate_rig
-from ocmm_core.calibration.evaluation import error_map, split
-from ocmm_core.calibration.findings import Finding, let_pass
-from ocmm_core.calibration.guards import judge_fit
-from ocmm_core.calibration.length_precision import length_sigma
-from ocmm_core.calibration.lens import LensCamera, see
-from ocmm_core.calibration.reference_points import ReferencePoints, SpotTable
-from ocmm_core.camera.model import N_PARAMETERS, project
+from ocmm_core.calibration.cameras import (
+    LensCamera,
+    ReferencePoints,
+    SpotTable,
+    calibrate_rig,
+    fit_camera,
+)
+from ocmm_core.calibration.cameras._evaluation import error_map, split
+from ocmm_core.calibration.cameras._guards import judge_fit
+from ocmm_core.calibration.cameras._lens import see
+from ocmm_core.calibration.cameras._network import RigCalibration
+from ocmm_core.calibration.guided import length_sigma
+from ocmm_core.calibration.records import Finding, let_pass
+from ocmm_core.camera import N_PARAMETERS, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.pose import triangulate
+from ocmm_core.tracking import triangulate
 from tests.core.calibration.difficult_lenses import parameter_errors
 from tests.core.calibration.known_points import SIGMA_PX, distorted, observe, rig
 from tests.core.calibration.thesis_volumes import TABLE_1_UM, cost_of, table_1

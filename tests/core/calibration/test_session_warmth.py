@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_core.calibration.procedure_known_points import KnownPointsProcedure
+from ocmm_core.calibration.cameras import KnownPointsProcedure
 from tests.core.calibration.procedure_site import Bench
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.shot_table import Shot, load_shots, write_shots
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.calibration.guided import Shot, load_shots, write_shots
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 

@@ -8,31 +8,30 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.articulation import articulate, place_of_ball
-from ocmm_core.calibration.chance import range_limit, square_limit
-from ocmm_core.calibration.findings import Finding
-from ocmm_core.calibration.probe_records import TipRecord
-from ocmm_core.calibration.records import Check
-from ocmm_core.calibration.sphere_layout import (
+from ocmm_core.calibration.guided import (
+    Touch,
+    articulate,
+    joint_covariance,
+    place_of_ball,
+    range_limit,
+)
+from ocmm_core.calibration.guided._chance import square_limit
+from ocmm_core.calibration.records import Check, Finding, TipRecord
+from ocmm_core.calibration.tip import (
     CHECK_RINGS,
     QUALIFICATION_RINGS,
-    TOLERANCE,
-    cone_layout,
-    frame_about,
-    match_places,
-    sphere_layout,
-)
-from ocmm_core.calibration.tip_check import Judged, decide_check
-from ocmm_core.calibration.tip_errors import sigma_of_difference
-from ocmm_core.calibration.tip_fit import fit_ball_on, predicted_covariance
-from ocmm_core.calibration.tip_qualification import (
+    CheckVerdict,
     TipLimits,
     conforms,
+    frame_about,
     qualification_checks,
-    sphere_warnings,
+    sphere_layout,
 )
-from ocmm_core.calibration.tip_views import CheckVerdict
-from ocmm_core.calibration.touches import Touch, joint_covariance
+from ocmm_core.calibration.tip._check import Judged, decide_check
+from ocmm_core.calibration.tip._errors import sigma_of_difference
+from ocmm_core.calibration.tip._fit import fit_ball_on, predicted_covariance
+from ocmm_core.calibration.tip._qualification import sphere_warnings
+from ocmm_core.calibration.tip._sphere_layout import TOLERANCE, cone_layout, match_places
 from ocmm_core.calibration.verification import fit_sphere
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import rotation_from_vector

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.calibration.blows import BlowSense
-from ocmm_core.calibration.probe_store import MONITOR, ProbeStore, TipEventKind
-from ocmm_core.calibration.procedure_tip_check import TipCheckProcedure
-from ocmm_core.cli.tip_scenes import scene_of_tip
+from ocmm_core.calibration.guided import BlowSense
+from ocmm_core.calibration.records import MONITOR, ProbeStore, TipEventKind
+from ocmm_core.calibration.tip import TipCheckProcedure
+from ocmm_core.composition import scene_of_tip
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibrating import CalibratingRig
-from ocmm_core.simulation.tip_scenes import TipFault
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, TipFault
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
 

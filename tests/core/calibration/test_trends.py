@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.records import rig_from_record
-from ocmm_core.calibration.trends import trends
-from ocmm_core.camera.model import N_PARAMETERS
+from ocmm_core.calibration.records._trends import trends
+from ocmm_core.camera import N_PARAMETERS
 from tests.core.calibration.made_records import (
     MADE,
     RIG,
@@ -60,8 +60,11 @@ def test_a_replaced_camera_begins_a_course_of_its_own() -> None:
 
 def test_of_a_verification_the_error_nearest_to_its_limit_counts() -> None:
     verification = make_verification(make_record())
-    far, near = verification.checks[0], msgspec.structs.replace(
-        verification.checks[0], name="sphere", measured_mm=399.998, limit_mm=0.003
+    far, near = (
+        verification.checks[0],
+        msgspec.structs.replace(
+            verification.checks[0], name="sphere", measured_mm=399.998, limit_mm=0.003
+        ),
     )
     found = trends([], [msgspec.structs.replace(verification, checks=(far, near))])
     (sample,) = found.error.samples

@@ -11,33 +11,37 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.artefacts import LengthBar, load_bar
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.line_planning import plan_lines
-from ocmm_core.calibration.procedure_verification import VerificationProcedure
+from ocmm_core.calibration.guided import SeatVisited, to_spots
 from ocmm_core.calibration.records import (
     ArtefactUse,
+    LengthBar,
+    State,
     VerificationRecord,
     entry_of,
+    load_bar,
+    load_named,
+    record_hash,
     rig_from_record,
+    save,
 )
-from ocmm_core.calibration.sealed import load_named, record_hash, save
-from ocmm_core.calibration.seats import SeatVisited
-from ocmm_core.calibration.session_events import to_spots
-from ocmm_core.calibration.sphere_layout import QUALIFICATION_RINGS, frame_about, sphere_layout
-from ocmm_core.calibration.verification import Limits, fit_sphere, form_of, judge_nest
-from ocmm_core.calibration.verification_artefacts import judge_independence
-from ocmm_core.calibration.verification_state import (
-    VerificationBegun,
-    VerificationState,
-    third_of,
-)
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.tip import QUALIFICATION_RINGS, frame_about, sphere_layout
+from ocmm_core.calibration.verification import Limits, VerificationProcedure, fit_sphere
+from ocmm_core.calibration.verification._artefacts import judge_independence
+from ocmm_core.calibration.verification._line_planning import plan_lines
+from ocmm_core.calibration.verification._state import VerificationBegun, VerificationState, third_of
+from ocmm_core.calibration.verification._verification import form_of, judge_nest
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.resting_spots import Holds, RestingSpots, places_of_bar
-from ocmm_core.simulation.verifying import FRAMES, nudge, verify_at_once
+from ocmm_core.simulation.calibration_scenes import (
+    FRAMES,
+    Holds,
+    RestingSpots,
+    nudge,
+    places_of_bar,
+    verify_at_once,
+)
 from tests.core.calibration.made_records import make_record
 from tests.core.calibration.procedure_site import BEGIN, RIG_DOCUMENT, SEED, Bench
 

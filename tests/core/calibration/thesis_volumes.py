@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.camera_network import calibrate_rig
-from ocmm_core.calibration.evaluation import axis_errors, error_map, split, subset
-from ocmm_core.camera.model import PARAMETERS, project
-from ocmm_core.camera.rig import Rig
+from ocmm_core.calibration.cameras import calibrate_rig
+from ocmm_core.calibration.cameras._evaluation import axis_errors, error_map, split, subset
+from ocmm_core.camera import PARAMETERS, Rig, project
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.pose import triangulate
+from ocmm_core.tracking import triangulate
 from tests.core.calibration.known_points import SIGMA_PX, observe, rig, slab
 from tests.core.calibration.waved_probe import length_errors
 

@@ -11,29 +11,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.artefacts import Sphere, load_sphere
-from ocmm_core.calibration.probe_records import TipRecord
-from ocmm_core.calibration.sphere_layout import (
+from ocmm_core.calibration.guided import Touch, touch_of
+from ocmm_core.calibration.records import Sphere, TipRecord, load_sphere
+from ocmm_core.calibration.tip import (
     CHECK_RINGS,
     QUALIFICATION_RINGS,
-    Rings,
-    cone_layout,
+    TipLimits,
     frame_about,
-    round_equator,
     sphere_layout,
 )
-from ocmm_core.calibration.tip_check import DIAMETER_SIGMA_MM, TipCheckDecision, decide_check
-from ocmm_core.calibration.tip_errors import sigma_of_difference, sigma_with_sphere
-from ocmm_core.calibration.tip_fit import BallFit, fit_ball_on, predicted_errors
-from ocmm_core.calibration.tip_qualification import TipLimits
-from ocmm_core.calibration.touches import Touch, touch_of
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.calibration.tip._check import DIAMETER_SIGMA_MM, TipCheckDecision, decide_check
+from ocmm_core.calibration.tip._errors import sigma_of_difference, sigma_with_sphere
+from ocmm_core.calibration.tip._fit import BallFit, fit_ball_on, predicted_errors
+from ocmm_core.calibration.tip._sphere_layout import Rings, cone_layout, round_equator
+from ocmm_core.camera import Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Points3, rotation_from_vector, unit
-from ocmm_core.simulation.attitude import attitude_at
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pose import solve
+from ocmm_core.simulation.scene import attitude_at
+from ocmm_core.tracking import ProbeBody, load_probe, solve
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.swept_probe import disturbed
 
@@ -98,7 +93,10 @@ class TipWorld:
         return 0.5 * self.sphere.diameter + self.body.tip_radius
 
     def on_sphere(
-        self, rings: Rings, rng: np.random.Generator, sigma_limit: float,
+        self,
+        rings: Rings,
+        rng: np.random.Generator,
+        sigma_limit: float,
         against: TipRecord | None = None,
     ) -> Plan:
         """Return touches in a layout, and more on the equator until the diameter is known."""
@@ -178,9 +176,7 @@ class TipWorld:
     def check(
         self, touches: tuple[Touch, ...], cone: tuple[Touch, ...], qualification: TipRecord
     ) -> TipCheckDecision:
-        return decide_check(
-            touches, cone, self.sphere, qualification, self.rig, self.body, 20.0
-        )
+        return decide_check(touches, cone, self.sphere, qualification, self.rig, self.body, 20.0)
 
     def _touching(self, directions: Points3, rng: np.random.Generator) -> Plan:
         off = directions + _PLACE_RAD * rng.standard_normal(directions.shape)

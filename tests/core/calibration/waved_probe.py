@@ -9,24 +9,31 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.bundle_state import BundleState
-from ocmm_core.calibration.length_precision import random_lines
-from ocmm_core.calibration.relocation_data import (
+from ocmm_core.calibration.bundle import BundleState
+from ocmm_core.calibration.guided import random_lines
+from ocmm_core.calibration.relocation import (
     KeptByCameras,
     LengthBar,
     Observations,
     ProbeFrames,
-    Relocation,
     ShownBar,
-    TouchedBar,
 )
-from ocmm_core.calibration.relocation_frame import motion_to_world
-from ocmm_core.camera.model import N_PARAMETERS, PARAMETERS, CameraModel, on_sensor, project
-from ocmm_core.camera.rig import CalibrationDesign, Rig, known_points_covariance, load_rig
+from ocmm_core.calibration.relocation._data import Relocation, TouchedBar
+from ocmm_core.calibration.relocation._frame import motion_to_world
+from ocmm_core.camera import (
+    N_PARAMETERS,
+    PARAMETERS,
+    CalibrationDesign,
+    CameraModel,
+    Rig,
+    known_points_covariance,
+    load_rig,
+    on_sensor,
+    project,
+)
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Pixels, Points3, rotation_from_vector, rotation_xyz
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pose import triangulate
+from ocmm_core.tracking import ProbeBody, load_probe, triangulate
 
 SIGMA_PX = 0.0105
 LED_SIGMA = 0.0005

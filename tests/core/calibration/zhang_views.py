@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.dlt import cloud_of, pose_of_plane
-from ocmm_core.camera.model import CameraModel
+from ocmm_core.calibration.cameras import cloud_of
+from ocmm_core.calibration.cameras._dlt import pose_of_plane
+from ocmm_core.camera import CameraModel
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 
 PIXEL = CameraModel(

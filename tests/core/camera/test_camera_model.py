@@ -5,22 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.camera.model import (
+from ocmm_core.camera import (
     N_PARAMETERS,
-    PACKED_SIZE,
     PARAMETERS,
     CameraModel,
     distort,
     distortion_jacobian,
-    from_pixels,
     ideal_from_pixels,
+    load_rig,
     on_sensor,
     project,
     projection_jacobians,
-    to_pixels,
-    undistort,
 )
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera._model import PACKED_SIZE, from_pixels, to_pixels, undistort
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Points3
 

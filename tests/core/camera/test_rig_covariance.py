@@ -5,14 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.camera.model import (
+from ocmm_core.camera import (
     N_PARAMETERS,
+    CalibrationDesign,
     CameraModel,
+    known_points_covariance,
+    load_rig,
     on_sensor,
     project,
     projection_jacobians,
 )
-from ocmm_core.camera.rig import CalibrationDesign, known_points_covariance, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Pixels, Points3

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ocmm_core.camera.finder import SpotFinder
-from ocmm_core.camera.spots import SpotBlock, SpotOptions, SpotStatus, Window
+from ocmm_core.camera import SpotBlock, SpotFinder, SpotOptions, SpotStatus, Window
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from tests.core.camera.spot_pictures import LIGHT, picture, spot

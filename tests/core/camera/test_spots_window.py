@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.camera.finder import NO_BLACK, measure_window
-from ocmm_core.camera.spots import SpotOptions, SpotReading, SpotStatus
+from ocmm_core.camera import NO_BLACK, SpotOptions, SpotStatus, measure_window
+from ocmm_core.camera._spots import SpotReading
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from tests.core.camera.spot_pictures import LIGHT, picture, spot
@@ -201,9 +201,7 @@ def test_a_larger_window_gives_the_same() -> None:
         light = spot(middle + 0.3, middle - 0.2, (size, size), 12.0 * LIGHT)
         reading = look(light, options=SpotOptions(window=size))
         assert reading.status is SpotStatus.GOOD
-        np.testing.assert_allclose(
-            reading.uv, [100 + middle + 0.3, 200 + middle - 0.2], atol=0.03
-        )
+        np.testing.assert_allclose(reading.uv, [100 + middle + 0.3, 200 + middle - 0.2], atol=0.03)
 
 
 @pytest.mark.parametrize(

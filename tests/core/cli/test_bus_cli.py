@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_core.cli.bus import bus_app
-from ocmm_core.cli.pictures import encode_pgm, encode_png
+from ocmm_core.cli.terminal._pictures import encode_pgm, encode_png
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from tests.core.acquisition.test_capture import bringup, steady, write_pcap

@@ -11,14 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.reference_points import (
-    ReferencePoints,
-    write_reference_points,
-    write_spots,
-)
-from ocmm_core.calibration.session_events import sessions
-from ocmm_core.calibration.shot_table import Shot, write_shots
+from ocmm_core.calibration.cameras import ReferencePoints, write_reference_points, write_spots
+from ocmm_core.calibration.guided import Kind, Shot, sessions, write_shots
 from tests.core.calibration.procedure_site import Bench, recorded
 from tests.core.cli.conftest import Ocmm
 from tests.host import HANG_S

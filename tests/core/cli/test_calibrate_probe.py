@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.pivot_data import PivotSweep
-from ocmm_core.calibration.probe_store import ProbeStore
-from ocmm_core.calibration.procedure import Kind
-from ocmm_core.calibration.session_events import sessions
-from ocmm_core.calibration.sweep_table import write_sweeps
+from ocmm_core.calibration.guided import Kind, sessions
+from ocmm_core.calibration.pivot import PivotSweep, write_sweeps
+from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.geometry import Float
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench
 from tests.core.cli.conftest import Ocmm

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.calibration.baseline_file import load_baseline
+from ocmm_core.calibration.monitor import load_baseline
 from ocmm_core.documents import resource
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.tracking import load_probe
 from tests.core.cli.conftest import Ocmm
 from tests.core.station.test_station_calibration import calibrate, fresh_record
 from tests.host import HANG_S

@@ -11,14 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.acquisition.recorder import FrameRecorder
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import store_folder
-from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.compose import StationRequest, calibration_of, script_of
+from ocmm_core.acquisition.recording import FrameRecorder
+from ocmm_core.calibration.records import CalibrationStore, store_folder
+from ocmm_core.camera import load_rig
+from ocmm_core.composition import StationRequest, calibration_of, script_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.source import SimulatedSource
+from ocmm_core.simulation.scene import SimulatedSource
 from tests.core.calibration.fresh_tips import Tips
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.cli.conftest import Ocmm
@@ -155,9 +154,7 @@ def test_a_temperature_that_is_none_begins_no_session(
 ) -> None:
     calibrate(tmp_path / "cal")
     for command in ("verify", "relocate"):
-        done = ocmm_here(
-            "calibrate", command, "--calibrations", "cal", "--temperature", celsius
-        )
+        done = ocmm_here("calibrate", command, "--calibrations", "cal", "--temperature", celsius)
         assert done.returncode == 2
         assert " ".join(done.stderr.split()) == (
             f"ocmm: The temperature of the surroundings is given as {celsius} °C. "

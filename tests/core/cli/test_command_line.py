@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.documents import resource
-from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage import JobFile
 from tests.core.cli.conftest import Ocmm
 from tests.host import on_linux_only
 

@@ -7,7 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
-from ocmm_core.cli.measure_parts import await_part
+from ocmm_core.cli.measure import await_part
 from ocmm_core.errors import MeasuringError
 
 

@@ -9,13 +9,13 @@ from xml.etree import ElementTree
 
 import pytest
 
-from ocmm_core.cli.climate import ClimateRequest, climate_in_use
+from ocmm_core.composition import ClimateRequest, climate_in_use
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.measuring.temperature import CLIMATE_EVENT, climate_of_text
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.measuring import CLIMATE_EVENT, climate_of_text
+from ocmm_core.storage import JobFile
+from ocmm_core.tracking import load_probe
 from tests.core.calibration.made_probe_records import make_probe_record
 from tests.core.cli.conftest import Ocmm
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli.app import app
+from ocmm_core.cli import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from tests.core.calibration.fresh_tips import TIP, Tips

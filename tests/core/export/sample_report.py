@@ -8,19 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.export.profile import Profile
-from ocmm_core.export.registry import write_report
-from ocmm_core.export.report_data import Instrument, ReportData, report_data
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape, element, make_fit
+from ocmm_core.export import write_report
+from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
+from ocmm_core.features.shapes import NominalFeature, Shape, element, make_fit
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.view import FeatureState, FeatureView, JobView
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.temperature import Climate
-from ocmm_core.storage.rows import JobHead
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.measuring import Climate, MeasuredPoint
+from ocmm_core.storage import JobHead
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+from ocmm_core.tolerances.zones import Characteristic
 
 # A quarter turn about z and a shift: part x is world y, part y is minus world x.
 PART_FROM_WORLD = RigidTransform(

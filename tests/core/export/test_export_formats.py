@@ -20,14 +20,18 @@ from lxml import etree
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.export import files
-from ocmm_core.export.aqdef import read_transfer
-from ocmm_core.export.json_schema import read_report
-from ocmm_core.export.names import check_file_stem, clean_text, spreadsheet_text
-from ocmm_core.export.profile import load_profile, polyworks_profile
-from ocmm_core.export.registry import EXPORTERS, preview, preview_text
-from ocmm_core.export.report_data import ReportData
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.export import EXPORTERS, preview, preview_text
+from ocmm_core.export import _files as files
+from ocmm_core.export.report import (
+    ReportData,
+    clean_text,
+    load_profile,
+    polyworks_profile,
+    read_report,
+)
+from ocmm_core.export.report._aqdef import read_transfer
+from ocmm_core.export.report._names import check_file_stem, spreadsheet_text
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.export.sample_report import (
     HEAD,
     result,
@@ -236,9 +240,7 @@ def test_nothing_hides_in_a_name(tmp_path_factory: pytest.TempPathFactory, where
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_nothing_hides_in_free_text(
-    tmp_path_factory: pytest.TempPathFactory, name: str
-) -> None:
+def test_nothing_hides_in_free_text(tmp_path_factory: pytest.TempPathFactory, name: str) -> None:
     data = with_name(with_name(sample_report(), "operator", name), "serial", name)
     check_harmless(tmp_path_factory.mktemp("fuzz"), data)
 

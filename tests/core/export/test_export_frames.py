@@ -11,11 +11,10 @@ import msgspec
 import numpy as np
 
 from ocmm_core.documents import resource
-from ocmm_core.export.json_schema import read_report
-from ocmm_core.export.report_data import Instrument, ReportData, report_data
+from ocmm_core.export.report import Instrument, ReportData, read_report, report_data
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.view import FeatureState, FeatureView
-from ocmm_core.measuring.temperature import Climate
+from ocmm_core.measuring import Climate
 from tests.core.export.sample_report import HEAD, PART_FROM_WORLD, sample_report, sample_view
 from tests.core.export.sample_report import write_incomplete as write_report
 

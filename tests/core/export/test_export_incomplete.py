@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.export.registry import EXPORTERS, write_report
-from ocmm_core.inspection.view import FeatureState
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.export import EXPORTERS, write_report
+from ocmm_core.inspection.evaluation import FeatureState
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.export.sample_report import result, sample_report, sample_view
 
 

@@ -16,14 +16,12 @@ import pytest
 from ocmm_core import __version__
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export import files
-from ocmm_core.export.delimited import told
-from ocmm_core.export.profile import load_profile, polyworks_profile
-from ocmm_core.export.registry import preview, preview_text
-from ocmm_core.export.report_data import ReportData
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape, element
-from ocmm_core.tolerances.result import U_WORDS, Verdict
+from ocmm_core.export import _files as files
+from ocmm_core.export import preview, preview_text
+from ocmm_core.export.report import ReportData, load_profile, polyworks_profile
+from ocmm_core.export.report._delimited import told
+from ocmm_core.features.shapes import NominalFeature, Shape, element
+from ocmm_core.tolerances.decisions import U_WORDS, Verdict
 from tests.core.export.sample_report import (
     COLD,
     HEAD,

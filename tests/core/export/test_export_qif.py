@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from ocmm_core.export.qif_check import NAMESPACE, check_qif
-from ocmm_core.export.qif_document import make_document
-from ocmm_core.export.report_data import ReportData
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape, element
-from ocmm_core.inspection.view import JobView
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.export.qif._check import NAMESPACE, check_qif
+from ocmm_core.export.qif._document import make_document
+from ocmm_core.export.report import ReportData
+from ocmm_core.features.shapes import NominalFeature, Shape, element
+from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tolerances.zones import Characteristic
 from tests.core.export.sample_report import (
     feature,
     point,

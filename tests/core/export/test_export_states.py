@@ -18,22 +18,25 @@ from lxml import etree
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export import files
-from ocmm_core.export.aqdef import read_transfer
-from ocmm_core.export.json_schema import read_report
-from ocmm_core.export.profile import Profile, load_profile, polyworks_profile
-from ocmm_core.export.qif_check import NAMESPACE
-from ocmm_core.export.registry import EXPORTERS, preview, preview_text
-from ocmm_core.export.report_data import ReportData
-from ocmm_core.export.tables import (
+from ocmm_core.export import EXPORTERS, preview, preview_text
+from ocmm_core.export import _files as files
+from ocmm_core.export.qif._check import NAMESPACE
+from ocmm_core.export.report import (
+    Profile,
+    ReportData,
+    load_profile,
+    polyworks_profile,
+    read_report,
+)
+from ocmm_core.export.report._aqdef import read_transfer
+from ocmm_core.export.report._tables import (
     FEATURE_COLUMNS,
     JOB_STATE,
     POINT_COLUMNS,
     REPORT_COLUMNS,
 )
-from ocmm_core.inspection.view import FeatureState, JobView
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartWord
+from ocmm_core.inspection.evaluation import FeatureState, JobView
+from ocmm_core.tolerances.decisions import PartWord, Verdict
 from tests.core.export.sample_report import HEAD, RESULTS, result, sample_report, sample_view
 from tests.core.export.sample_report import write_incomplete as write_report
 
@@ -125,9 +128,7 @@ def words_of(path: Path) -> list[str]:
     return [cell for line in lines for cell in re.split("[,;]+", line)]
 
 
-@pytest.mark.parametrize(
-    "verdict", [Verdict.NOT_MEASURED, Verdict.PROVISIONAL, Verdict.NOT_PROVEN]
-)
+@pytest.mark.parametrize("verdict", [Verdict.NOT_MEASURED, Verdict.PROVISIONAL, Verdict.NOT_PROVEN])
 def test_what_is_not_decided_passes_and_fails_in_no_format_by_no_profile(
     tmp_path: Path, verdict: Verdict
 ) -> None:
@@ -138,9 +139,7 @@ def test_what_is_not_decided_passes_and_fails_in_no_format_by_no_profile(
             for text in words_of(path):
                 assert not DECIDED.search(text), (path.name, text)
         told = {path.suffix: path for path in paths}
-        (status,) = {
-            one.text for one in etree.parse(told[".qif"]).iter(f"{Q}InspectionStatusEnum")
-        }
+        (status,) = {one.text for one in etree.parse(told[".qif"]).iter(f"{Q}InspectionStatusEnum")}
         assert status == "UNKNOWN"
         assert read_report(told[".json"].read_bytes()).results[0].verdict == verdict.value
         transfer = read_transfer(told[".dfq"].read_bytes())

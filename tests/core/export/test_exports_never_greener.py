@@ -11,15 +11,13 @@ import openpyxl
 import pytest
 from lxml import etree
 
-from ocmm_core.export.aqdef import read_transfer
-from ocmm_core.export.json_schema import read_report
-from ocmm_core.export.profile import polyworks_profile
-from ocmm_core.export.qif_check import NAMESPACE
-from ocmm_core.export.registry import EXPORTERS
-from ocmm_core.inspection.view import FeatureState, JobView
-from ocmm_core.station.stream_messages import verdict_line
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import WORST_FIRST
+from ocmm_core.export import EXPORTERS
+from ocmm_core.export.qif._check import NAMESPACE
+from ocmm_core.export.report import polyworks_profile, read_report
+from ocmm_core.export.report._aqdef import read_transfer
+from ocmm_core.inspection.evaluation import FeatureState, JobView
+from ocmm_core.station.stream import verdict_line
+from ocmm_core.tolerances.decisions import WORST_FIRST, Verdict
 from tests.core.export.sample_report import sample_report
 from tests.generated_jobs import generated_job
 
@@ -126,13 +124,13 @@ def test_every_workbook_says_what_is_true() -> None:
     for seed in range(0, JOBS, SHEETS):
         job, nominals = generated_job(seed)
         word, _, verdicts = expected(job)
-        ((_, content),) = EXPORTERS["xlsx"].contents(
-            (sample_report(job, nominals=nominals),), polyworks_profile()
-        ).items()
+        ((_, content),) = (
+            EXPORTERS["xlsx"]
+            .contents((sample_report(job, nominals=nominals),), polyworks_profile())
+            .items()
+        )
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=False)
-        cells = [
-            str(cell.value) for sheet in book for row in sheet.iter_rows() for cell in row
-        ]
+        cells = [str(cell.value) for sheet in book for row in sheet.iter_rows() for cell in row]
         assert word in cells, seed
         told = Counter(cell for cell in cells if cell in set(TEST.values()))
         assert told == Counter(TEST[verdict] for verdict in verdicts), seed

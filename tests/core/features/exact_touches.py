@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, Points3, RigidTransform
-from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint
 from tests.core.features.shape_samples import (
     HALF_ANGLE,
     OUTLINES,

@@ -4,19 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    POINT,
-    Shape,
-    element,
-)
-from ocmm_core.features.shapes import (
-    HALF_ANGLE as ANGLE_PLACE,
-)
-from ocmm_core.features.shapes import (
-    RADIUS as RADIUS_PLACE,
-)
+from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, Shape, element
+from ocmm_core.features.shapes import HALF_ANGLE as ANGLE_PLACE
+from ocmm_core.features.shapes import RADIUS as RADIUS_PLACE
 from ocmm_core.geometry import Float, Points3, RigidTransform, rotation_from_vector
 
 ALL_SHAPES = tuple(Shape)

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint
 from tests.core.features.exact_touches import (
     TIP_RADIUS,
     flat_touches,
@@ -99,9 +98,7 @@ def test_outlines_are_projected_onto_a_face(shape: Shape) -> None:
 def test_a_ball_that_cannot_touch_the_end_of_an_ellipse_gives_none() -> None:
     # The ends of the ellipse have a radius of 2 mm.
     points = shape_touches("HOLE", Shape.ELLIPSE, "inner", somewhere(np.random.default_rng(13)))
-    points = [
-        replace(p, tip_world=p.tip_world + 0.6 * p.direction, tip_radius=2.1) for p in points
-    ]
+    points = [replace(p, tip_world=p.tip_world + 0.6 * p.direction, tip_radius=2.1) for p in points]
     error = _error([shape_nominal("HOLE", Shape.ELLIPSE, "inner")], points)
     assert error.code == "feature.ball_too_large"
     assert error.what.startswith("HOLE: ")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.features.points_file import read_points_file
-from ocmm_core.features.shapes import Criterion, Shape
-from ocmm_core.features.verify import Convention, verify_folder, verify_pair
+from ocmm_core.features.measured import Convention, verify_folder
+from ocmm_core.features.measured._verify import verify_pair
+from ocmm_core.features.shapes import Criterion, Shape, read_points_file
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, ideal_points, somewhere
 
 RNG = np.random.default_rng(5)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.features.fit import certificate, fit_shape
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Criterion, Shape
+from ocmm_core.features.zones import certificate
 from ocmm_core.geometry import Float, Points3
 from tests.core.features.exact_zones import narrowest_ring, narrowest_width
 from tests.core.features.shape_samples import somewhere

@@ -8,31 +8,45 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError, InputError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.construct import (
-    Bisector,
-    BoltCircle,
-    ConeSection,
+from ocmm_core.features.measured import (
+    ActualFeature,
     Construction,
     FitThrough,
-    HiddenPoint,
     Intersection,
     Midpoint,
     Offset,
     PartOf,
+    actual_features,
+    constructed_features,
+    construction_fault,
+    nominal_geometries,
+    probed_features,
+    shapes_with,
+)
+from ocmm_core.features.measured._construct import (
+    Bisector,
+    BoltCircle,
+    ConeSection,
+    HiddenPoint,
     Projection,
     Symmetry,
     in_order,
     needed_features,
-    probed_features,
 )
-from ocmm_core.features.construct_checks import construction_fault, shapes_with
-from ocmm_core.features.construct_fit import fit_through_centres, hole_angles
-from ocmm_core.features.constructed import construct, constructed_features, nominal_geometries
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, RADIUS, Fit, Shape, element
+from ocmm_core.features.measured._construct_fit import fit_through_centres, hole_angles
+from ocmm_core.features.measured._constructed import construct
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    POINT,
+    RADIUS,
+    Fit,
+    NominalFeature,
+    Shape,
+    element,
+)
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint
 from tests.core.features.exact_touches import nominal, nudged, round_touches
 from tests.core.features.shape_samples import somewhere
 
@@ -420,9 +434,7 @@ def test_one_cylinder_through_the_points_of_two_bores() -> None:
         at = motion.compose(RigidTransform(np.eye(3), np.array([0.0, 0.0, height])))
         points += round_touches(name, Shape.CYLINDER, 30.0, "inner", at, first=1 + 12 * index)
         features.append(nominal(name, Shape.CYLINDER, 30.0, "inner"))
-    item = FitThrough(
-        name="both", features=("low", "high"), shape=Shape.CYLINDER, through="points"
-    )
+    item = FitThrough(name="both", features=("low", "high"), shape=Shape.CYLINDER, through="points")
 
     def both(touched: list[MeasuredPoint]) -> ActualFeature:
         found = constructed_features([item], actual_features(features, touched), {})["both"]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import fit_shape, unambiguous
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Points3
 from tests.core.features.shape_samples import ALL_SHAPES, RADIUS, ideal_points, somewhere

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ocmm_core.features.fit import fit_circle_projected, fit_shape
+from ocmm_core.features.elements import fit_circle_projected
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from tests.core.features.shape_samples import (
     ALL_SHAPES,

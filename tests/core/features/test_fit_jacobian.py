@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.features.fit import distance_derivatives, fit_circle_projected, fit_shape
+from ocmm_core.features.elements import distance_derivatives, fit_circle_projected
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, Points3
 from tests.core.features.shape_samples import ALL_SHAPES, RADIUS, ideal_points, somewhere

@@ -14,8 +14,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from ocmm_core.features.fit import fit_ellipse, fit_shape
-from ocmm_core.features.fit.ellipse_kernel import ellipse_foot
+from ocmm_core.features.elements import fit_ellipse
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.search._ellipse_kernel import ellipse_foot
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, Points3, rotation_from_vector
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points, somewhere
@@ -77,7 +78,7 @@ def _ellipse(point: Numbers, p: Numbers) -> Any:
     for _ in range(4):
         c, s = mp.cos(turn), mp.sin(turn)
         slope = (x - a * c) * -a * s + (y - b * s) * b * c
-        bend = -(a * s) ** 2 - (b * c) ** 2 - (x - a * c) * a * c - (y - b * s) * b * s
+        bend = -((a * s) ** 2) - (b * c) ** 2 - (x - a * c) * a * c - (y - b * s) * b * s
         turn -= slope / bend
     c, s = mp.cos(turn), mp.sin(turn)
     side = 1 if (x / a) ** 2 + (y / b) ** 2 > 1 else -1

@@ -5,18 +5,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.features.fit import fit_cylinder, fit_shape, torus
-from ocmm_core.features.fit.axis_kernel import CONE, CYLINDER, RING, TORUS
-from ocmm_core.features.fit.common import centred
-from ocmm_core.features.fit.ellipse_kernel import ellipse_foot
-from ocmm_core.features.fit.flat_kernel import (
+from ocmm_core.features.elements import _torus as torus
+from ocmm_core.features.elements import fit_cylinder
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.search import (
     BALL,
+    CONE,
+    CYLINDER,
     DISC,
     ELLIPSE,
+    RING,
     ROUND_ENDS,
     SQUARE_ENDS,
+    TORUS,
+    centred,
+    derivatives,
+    minimise,
 )
-from ocmm_core.features.fit.solver import derivatives, minimise, moved
+from ocmm_core.features.search._ellipse_kernel import ellipse_foot
+from ocmm_core.features.search._solver import moved
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points

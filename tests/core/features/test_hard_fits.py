@@ -13,20 +13,14 @@ from benchmarks.hard_fits import judge
 from benchmarks.hard_reference import reference_of
 from benchmarks.hard_samples import SHAPES, hard_set
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.fit import (
-    distance_derivatives,
-    fit_circle_free,
-    fit_shape,
-    unambiguous,
-)
-from ocmm_core.features.fit.rivals import undecided
-from ocmm_core.features.points_file import read_points_file
+from ocmm_core.features.elements import distance_derivatives, fit_circle_free
+from ocmm_core.features.measured import ActualFeature, actual_features, fit_shape
+from ocmm_core.features.search import unambiguous, undecided
 from ocmm_core.features.shapes import RADIUS as RADIUS_PLACE
 from ocmm_core.features.shapes import SECOND as SECOND_PLACE
-from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.features.shapes import Criterion, Fit, Shape, read_points_file
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint
 from tests.core.features.exact_touches import TIP_RADIUS, nominal, round_touches
 from tests.core.features.shape_samples import RADIUS, SECOND, ideal_points, somewhere
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.features.fit import distance_derivatives, fit_shape
-from ocmm_core.features.outliers import outliers
+from ocmm_core.features.elements import distance_derivatives
+from ocmm_core.features.measured import fit_shape, outliers
 from ocmm_core.features.shapes import Shape
 from tests.core.features.shape_samples import ideal_points, somewhere
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.features.fit import fit_circle, fit_circle_free
-from ocmm_core.features.points_file import read_points
+from ocmm_core.features.elements import fit_circle, fit_circle_free
+from ocmm_core.features.measured import Convention, verify_folder
+from ocmm_core.features.measured._verify import verify_pair
 from ocmm_core.features.shapes import Shape
-from ocmm_core.features.verify import Convention, verify_folder, verify_pair
+from ocmm_core.features.shapes._points_file import read_points
 from ocmm_core.geometry import Float, Points3
 from tests.core.features.shape_samples import (
     HALF_ANGLE,

@@ -11,14 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import (
-    certificate,
-    fit_line,
-    fit_shape,
-    fit_zone,
-    fit_zone_line_in_plane,
-)
+from ocmm_core.features.elements import fit_line
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.features.zones import certificate, fit_zone, fit_zone_line_in_plane
 from ocmm_core.geometry import Float, Points3
 from tests.core.features.exact_zones import in_fifty_digits, narrowest_ring, narrowest_width
 from tests.core.features.shape_samples import somewhere

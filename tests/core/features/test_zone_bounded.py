@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import certificate, fit_shape
+from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.features.zones import certificate
 from ocmm_core.geometry import Float, Points3
 from tests.core.features.exact_zones import largest_inside, smallest_around
 from tests.core.features.shape_samples import somewhere

@@ -7,19 +7,13 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.fit import (
-    certificate,
-    distance_derivatives,
-    fit_ellipse,
-    fit_shape,
-    fit_zone,
-)
-from ocmm_core.features.fit.zone_forces import least_held
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.nominal_checks import shape_fault
-from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.features.elements import distance_derivatives, fit_ellipse
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.shapes import Criterion, Fit, NominalFeature, Shape, shape_fault
+from ocmm_core.features.zones import certificate, fit_zone
+from ocmm_core.features.zones._forces import least_held
 from ocmm_core.geometry import Float, Points3, RigidTransform
-from ocmm_core.tolerances.form import form
+from ocmm_core.tolerances.kinds import form
 from tests.core.features.exact_outlines import (
     ellipse_in_fifty_digits,
     even_zone,
@@ -257,9 +251,7 @@ def test_form_and_its_gradient(shape: Shape, side: str) -> None:
     if side == "inner":
         normals = -normals
     probed = (ideal + rng.uniform(-0.02, 0.02, n)[:, None] * normals, normals)
-    part = KnownPart().add(
-        "it", shape, probed, side=side, length=2.0 * RADIUS, width=2.0 * SECOND
-    )
+    part = KnownPart().add("it", shape, probed, side=side, length=2.0 * RADIUS, width=2.0 * SECOND)
     item = asked("form", "it")
     found = form(item, part.actual()["it"])
     assert found.association == "minimum zone"

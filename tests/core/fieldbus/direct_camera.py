@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from ocmm_core.fieldbus.camera_slave import (
+from ocmm_core.fieldbus.device import (
     INPUT_DTYPE,
     INPUT_START,
     MAILBOX_BYTES,
@@ -15,12 +15,10 @@ from ocmm_core.fieldbus.camera_slave import (
     OUTPUT_STRUCT,
     SYNC_MANAGERS,
 )
-from ocmm_core.fieldbus.object_access import Progress
-from ocmm_core.fieldbus.sdo import SdoRead, SdoTransfer, SdoWrite
-from ocmm_core.simulation import registers as reg
-from ocmm_core.simulation.camera_store import CameraStore
-from ocmm_core.simulation.pattern import CameraFrames, TestPattern
-from ocmm_core.simulation.software_camera import SoftwareCamera
+from ocmm_core.fieldbus.objects import Progress
+from ocmm_core.fieldbus.objects._sdo import SdoRead, SdoTransfer, SdoWrite
+from ocmm_core.simulation.slave import CameraFrames, CameraStore, SoftwareCamera, TestPattern
+from ocmm_core.simulation.slave import registers as reg
 
 SERIAL = 1001
 STEP_NS = 1_000_000

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_core.fieldbus.camera_slave import OUTPUT_STRUCT
-from ocmm_core.fieldbus.tally import N_INDICES, AnswerTally
+from ocmm_core.fieldbus.device import OUTPUT_STRUCT
+from ocmm_core.fieldbus.wire._tally import N_INDICES, AnswerTally
 
 
 def answer(index: int, token: int, *, first: bool = True) -> bytes:

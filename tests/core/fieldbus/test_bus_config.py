@@ -5,9 +5,9 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from ocmm_core.acquisition.bus_config import BusConfig, read_config
+from ocmm_core.acquisition.bus_process import BusConfig, read_config
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus.identity import CameraIdentity, FoundDevice, assign
+from ocmm_core.fieldbus.device import CameraIdentity, FoundDevice, assign
 
 GOOD = BusConfig(interface="eth7", ring_path="/nowhere", cameras=(CameraIdentity("left", 1001, 1),))
 

@@ -11,19 +11,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ocmm_core.camera.model import ideal_from_pixels
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import ideal_from_pixels, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus import camera_client as client
-from ocmm_core.fieldbus import camera_slave as model
-from ocmm_core.fieldbus.camera_objects import ErrorCode, configuration_values
-from ocmm_core.fieldbus.intrinsics import BLOB_BYTES, Intrinsics
-from ocmm_core.fieldbus.profile_objects import CALIBRATION, CONFIGURATION, SNAPSHOT, BlackImage
-from ocmm_core.simulation import registers as reg
-from ocmm_core.simulation.camera_sensor import SENSOR_PX, SimpleSensor
-from ocmm_core.simulation.camera_store import CameraStore
-from ocmm_core.simulation.pattern import TestPattern
+from ocmm_core.fieldbus.device import (
+    BLOB_BYTES,
+    CALIBRATION,
+    CONFIGURATION,
+    SNAPSHOT,
+    BlackImage,
+    ErrorCode,
+    Intrinsics,
+    configuration_values,
+)
+from ocmm_core.fieldbus.device import _camera_slave as model
+from ocmm_core.fieldbus.objects import _camera_client as client
+from ocmm_core.simulation.slave import SENSOR_PX, CameraStore, SimpleSensor, TestPattern
+from ocmm_core.simulation.slave import registers as reg
 from tests.core.fieldbus.direct_camera import SERIAL, DirectCamera
 
 DATE_S = 1_790_000_000

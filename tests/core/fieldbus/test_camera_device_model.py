@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import SUBPIXEL, FrameFlag, quantise
-from ocmm_core.camera.rig import MAX_CAMERAS, MAX_SLOTS
+from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus import camera_slave as model
-from ocmm_core.fieldbus.camera_objects import object_dictionary
-from ocmm_core.fieldbus.mapping import IO_MAP_BYTES
-from ocmm_core.simulation import sii
-from ocmm_core.simulation.frame_buffer import OVERRUN_FLAG
-from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.software_camera import SoftwareCamera
+from ocmm_core.fieldbus.device import _camera_slave as model
+from ocmm_core.fieldbus.device import object_dictionary
+from ocmm_core.fieldbus.wire._mapping import IO_MAP_BYTES
+from ocmm_core.simulation.slave import OVERRUN_FLAG, SoftwareCamera, TestPattern, sii
 
 
 def bits(pdos: tuple[model.Pdo, ...]) -> int:
@@ -149,7 +146,5 @@ def test_no_changed_bit_of_the_input_goes_unnoticed() -> None:
 def test_corrected_image_points_survive_the_wire() -> None:
     uv = np.linspace(-12.3, 12.3, 3 * 16).reshape(3, 8, 2)
     mode = model.CameraMode.CORRECTED
-    frames = model.encode_frames(
-        np.full(3, 0xFF, np.uint16), np.zeros(3, np.uint16), uv, mode
-    )
+    frames = model.encode_frames(np.full(3, 0xFF, np.uint16), np.zeros(3, np.uint16), uv, mode)
     np.testing.assert_allclose(model.decode_spots(frames, mode), uv, rtol=0.0, atol=2.0**-25)

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus import camera_slave as model
-from ocmm_core.fieldbus.camera_objects import (
+from ocmm_core.fieldbus.device import (
+    CALIBRATION,
+    CONFIGURATION,
+    COUNTERS,
     HISTORY,
     INPUT_SYNC,
+    SNAPSHOT,
     SYNC_MISSED,
     SYNC_MODE,
     ErrorCode,
@@ -19,10 +22,10 @@ from ocmm_core.fieldbus.camera_objects import (
     configuration_values,
     object_dictionary,
 )
-from ocmm_core.fieldbus.emergency import parse_emergency
-from ocmm_core.fieldbus.profile_objects import CALIBRATION, CONFIGURATION, COUNTERS, SNAPSHOT
-from ocmm_core.simulation import registers as reg
-from ocmm_core.simulation.camera_store import CameraStore
+from ocmm_core.fieldbus.device import _camera_slave as model
+from ocmm_core.fieldbus.objects._emergency import parse_emergency
+from ocmm_core.simulation.slave import CameraStore
+from ocmm_core.simulation.slave import registers as reg
 from tests.core.fieldbus.direct_camera import SERIAL, STEP_NS, DirectCamera
 
 NO_DATA = {(SNAPSHOT, 10)}

@@ -9,8 +9,18 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.fieldbus.alarms import Alarm
-from ocmm_core.fieldbus.camera_slave import (
+from ocmm_core.fieldbus.cycle import (
+    Answer,
+    CameraRecord,
+    Fault,
+    Schedule,
+    Trouble,
+    advance,
+    first_frame,
+    judge,
+)
+from ocmm_core.fieldbus.cycle._watch import BusView, CameraView
+from ocmm_core.fieldbus.device import (
     DATA_CRC_AT,
     FRAME_DTYPE,
     FRAMES_PER_CYCLE,
@@ -21,17 +31,7 @@ from ocmm_core.fieldbus.camera_slave import (
     Header,
     data_crc,
 )
-from ocmm_core.fieldbus.health import (
-    Answer,
-    CameraRecord,
-    Fault,
-    Schedule,
-    Trouble,
-    advance,
-    first_frame,
-    judge,
-)
-from ocmm_core.fieldbus.watch import BusView, CameraView
+from ocmm_core.fieldbus.report import Alarm
 
 PERIOD = 125_000
 START = 700_000_000_000

@@ -8,11 +8,12 @@ from xml.etree import ElementTree
 import pytest
 
 from ocmm_core.documents import resource
-from ocmm_core.fieldbus import camera_slave as model
-from ocmm_core.fieldbus.camera_objects import ERROR_TEXTS, ErrorCode, object_dictionary
-from ocmm_core.fieldbus.esi import ESI_FILE, esi_document
-from ocmm_core.fieldbus.object_page import PAGE, object_page
-from ocmm_core.simulation.sii import sii_image
+from ocmm_core.fieldbus.device import ErrorCode, object_dictionary
+from ocmm_core.fieldbus.device import _camera_slave as model
+from ocmm_core.fieldbus.device._camera_objects import ERROR_TEXTS
+from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document
+from ocmm_core.fieldbus.device._object_page import PAGE, object_page
+from ocmm_core.simulation.slave import sii_image
 
 Element = ElementTree.Element
 
@@ -54,7 +55,7 @@ def categories(image: bytes) -> list[tuple[int, bytes]]:
 
 
 def test_the_files_in_the_repository_are_the_generated_ones() -> None:
-    hint = "run: python -m ocmm_core.fieldbus.object_page"
+    hint = "run: python -m ocmm_core.fieldbus.device._object_page"
     assert resource(*ESI_FILE).read_bytes() == esi_document(), hint
     assert PAGE.read_text("utf-8") == object_page(), hint
 

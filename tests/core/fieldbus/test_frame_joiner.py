@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.acquisition.join import FrameJoiner
+from ocmm_core.acquisition.frames import FrameJoiner
 from ocmm_core.errors import AcquisitionError
-from ocmm_core.simulation.pattern import TestPattern
+from ocmm_core.simulation.slave import TestPattern
 
 START, PERIOD = 10_000_000_000, 125_000
 

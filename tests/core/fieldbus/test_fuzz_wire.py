@@ -18,9 +18,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ocmm_core.camera.rig import MAX_SLOTS
+from ocmm_core.camera import MAX_SLOTS
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.camera_slave import (
+from ocmm_core.fieldbus.cycle import Answer, CameraRecord, Schedule, advance, judge
+from ocmm_core.fieldbus.cycle._watch import BusView, CameraView, StateWatch
+from ocmm_core.fieldbus.device import (
     DATA_CRC,
     DATA_CRC_AT,
     FRAME_DTYPE,
@@ -30,30 +32,38 @@ from ocmm_core.fieldbus.camera_slave import (
     MAILBOX_BYTES,
     SII_BYTES,
     CameraStatus,
+    DiagnosisMessage,
     Header,
+    Intrinsics,
     check_data_crc,
     data_crc,
     decode_spots,
     encode_frames,
 )
-from ocmm_core.fieldbus.datagrams import Command, Datagram, decode_frame, encode_frame, frame_index
-from ocmm_core.fieldbus.diagnosis import DiagnosisMessage
-from ocmm_core.fieldbus.eeprom import EepromRead
-from ocmm_core.fieldbus.emergency import parse_emergency
-from ocmm_core.fieldbus.health import Answer, CameraRecord, Schedule, advance, judge
-from ocmm_core.fieldbus.intrinsics import Intrinsics
-from ocmm_core.fieldbus.mailbox_line import MailboxAreas, MailboxLine
-from ocmm_core.fieldbus.object_entries import Access, octets, variable
-from ocmm_core.fieldbus.scan import decode_scan, scan_devices
-from ocmm_core.fieldbus.sdo import MAX_COUNTER, SdoRead, SdoTransfer, SdoWrite
-from ocmm_core.fieldbus.service import ServiceChannel
-from ocmm_core.fieldbus.watch import BusView, CameraView, StateWatch
-from ocmm_core.simulation.coe import CoeServer
-from ocmm_core.simulation.esc import Esc
-from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.segment import Segment
-from ocmm_core.simulation.sii import sii_image
-from ocmm_core.simulation.software_camera import SoftwareCamera
+from ocmm_core.fieldbus.device._object_entries import Access, octets, variable
+from ocmm_core.fieldbus.objects import MailboxAreas
+from ocmm_core.fieldbus.objects._emergency import parse_emergency
+from ocmm_core.fieldbus.objects._mailbox_line import MailboxLine
+from ocmm_core.fieldbus.objects._sdo import MAX_COUNTER, SdoRead, SdoTransfer, SdoWrite
+from ocmm_core.fieldbus.wire import (
+    Command,
+    Datagram,
+    EepromRead,
+    ServiceChannel,
+    decode_frame,
+    decode_scan,
+    encode_frame,
+    frame_index,
+    scan_devices,
+)
+from ocmm_core.simulation.slave import (
+    CoeServer,
+    Esc,
+    Segment,
+    SoftwareCamera,
+    TestPattern,
+    sii_image,
+)
 from tests.core.fieldbus.fuzzing import outcomes, spoiled
 
 FRAMES, IMAGES, ANSWERS, REQUESTS, SERVICE, SII, BLOCKS = (
@@ -150,9 +160,9 @@ def _signed(image: bytes) -> bytes:
     return bytes(content)
 
 
-def _seen(frames: np.ndarray[tuple[int], np.dtype[np.void]]) -> np.ndarray[
-    tuple[int, int], np.dtype[np.bool_]
-]:
+def _seen(
+    frames: np.ndarray[tuple[int], np.dtype[np.void]],
+) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
     seen: np.ndarray[tuple[int, int], np.dtype[np.bool_]] = (
         frames["valid"][:, None] >> np.arange(MAX_SLOTS, dtype=np.uint16)
     ) & 1 == 1

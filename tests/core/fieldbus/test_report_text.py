@@ -10,19 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocmm_core import __version__
-from ocmm_core.fieldbus.alarms import TEXTS, Alarm
 from ocmm_core.fieldbus.report import (
     EDGES_US,
+    TEXTS,
+    Alarm,
     BusEvent,
     BusPhase,
     BusReport,
     CameraReport,
     Histogram,
-)
-from ocmm_core.fieldbus.report_text import report_text
-from ocmm_core.fieldbus.report_words import (
     Link,
     microseconds,
+    report_text,
     shares,
     trouble_words,
     wire_picture,

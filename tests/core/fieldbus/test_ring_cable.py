@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ocmm_core.fieldbus.datagrams import Command, Datagram, encode_frame
-from ocmm_core.fieldbus.ring_cable import RingCable
+from ocmm_core.fieldbus.wire import Command, Datagram, encode_frame
+from ocmm_core.fieldbus.wire._ring_cable import RingCable
 
 STATUS = 0x0130
 FIRST, SECOND = 0, 1

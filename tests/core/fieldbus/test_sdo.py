@@ -8,11 +8,16 @@ from collections.abc import Callable
 import pytest
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.camera_objects import DictionaryObject, ObjectEntry
-from ocmm_core.fieldbus.camera_slave import DataType
-from ocmm_core.fieldbus.emergency import parse_emergency
-from ocmm_core.fieldbus.sdo import MAX_COUNTER, SdoRead, SdoTransfer, SdoWrite, mailbox_counter
-from ocmm_core.simulation.coe import CoeServer
+from ocmm_core.fieldbus.device import DataType, DictionaryObject, ObjectEntry
+from ocmm_core.fieldbus.objects._emergency import parse_emergency
+from ocmm_core.fieldbus.objects._sdo import (
+    MAX_COUNTER,
+    SdoRead,
+    SdoTransfer,
+    SdoWrite,
+    mailbox_counter,
+)
+from ocmm_core.simulation.slave import CoeServer
 
 INDEX = 0x8010
 ROOM = 1 << 16

@@ -10,18 +10,21 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from ocmm_core.fieldbus.alarms import Alarm
-from ocmm_core.fieldbus.datagrams import Command, Datagram, frame_index
-from ocmm_core.fieldbus.mailbox_line import MailboxAreas
-from ocmm_core.fieldbus.objects import ObjectService, Request
-from ocmm_core.fieldbus.requests import EepromRequest, ObjectReply, ObjectRequest
-from ocmm_core.fieldbus.service import FIRST_INDEX, Job, ServiceChannel
-from ocmm_core.fieldbus.watch import StateWatch
-from ocmm_core.simulation import registers as reg
-from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.segment import Segment
-from ocmm_core.simulation.sii import SYNC_MANAGERS, sii_image
-from ocmm_core.simulation.software_camera import SoftwareCamera
+from ocmm_core.fieldbus.cycle._watch import StateWatch
+from ocmm_core.fieldbus.device import SYNC_MANAGERS
+from ocmm_core.fieldbus.objects import (
+    EepromRequest,
+    MailboxAreas,
+    ObjectReply,
+    ObjectRequest,
+    ObjectService,
+)
+from ocmm_core.fieldbus.objects._objects import Request
+from ocmm_core.fieldbus.report import Alarm
+from ocmm_core.fieldbus.wire import Command, Datagram, Job, ServiceChannel, frame_index
+from ocmm_core.fieldbus.wire._service import FIRST_INDEX
+from ocmm_core.simulation.slave import Segment, SoftwareCamera, TestPattern, sii_image
+from ocmm_core.simulation.slave import registers as reg
 
 NAMES = ("left", "right")
 STATIONS = (0x1001, 0x1002)

@@ -7,13 +7,16 @@ import struct
 import numpy as np
 import pytest
 
-from ocmm_core.fieldbus.camera_slave import COUNTER_MODULUS, FRAME_DTYPE
-from ocmm_core.simulation import registers as reg
-from ocmm_core.simulation.frame_buffer import FIFO_FRAMES, FrameBuffer
-from ocmm_core.simulation.pattern import TestPattern
-from ocmm_core.simulation.segment import Command, Segment
-from ocmm_core.simulation.sii import SYNC_MANAGERS
-from ocmm_core.simulation.software_camera import SoftwareCamera
+from ocmm_core.fieldbus.device import COUNTER_MODULUS, FRAME_DTYPE, SYNC_MANAGERS
+from ocmm_core.simulation.slave import (
+    FIFO_FRAMES,
+    Command,
+    FrameBuffer,
+    Segment,
+    SoftwareCamera,
+    TestPattern,
+)
+from ocmm_core.simulation.slave import registers as reg
 
 PERIOD = 125_000
 

@@ -5,17 +5,14 @@ from __future__ import annotations
 import pytest
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.alarms import Alarm
-from ocmm_core.fieldbus.health import Fault, Trouble
-from ocmm_core.fieldbus.report import BusPhase
-from ocmm_core.fieldbus.supervisor import (
+from ocmm_core.fieldbus.cycle import Fault, Next, Supervisor, Trouble
+from ocmm_core.fieldbus.cycle._supervisor import (
     FIRST_PAUSE_NS,
     LIFT_PATIENCE_NS,
     LONGEST_PAUSE_NS,
     PATIENCE_NS,
-    Next,
-    Supervisor,
 )
+from ocmm_core.fieldbus.report import Alarm, BusPhase
 
 MS = 1_000_000
 

@@ -7,9 +7,9 @@ from collections import deque
 import pytest
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.fieldbus.objects import Request
-from ocmm_core.fieldbus.requests import ObjectReply, ObjectRequest, decode_request
-from ocmm_core.fieldbus.thermometer import INTERVAL_NS, Thermometer
+from ocmm_core.fieldbus.objects import ObjectReply, ObjectRequest, Thermometer, decode_request
+from ocmm_core.fieldbus.objects._objects import Request
+from ocmm_core.fieldbus.objects._thermometer import INTERVAL_NS
 
 
 class Queue:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ocmm_core.acquisition.launch import RECIPE
-from ocmm_core.fieldbus.alarms import TEXTS, Alarm
+from ocmm_core.acquisition.bus_process import RECIPE
+from ocmm_core.fieldbus.report import TEXTS, Alarm
 
 _ROOT = Path(__file__).resolve().parents[3]
 _PAGE = _ROOT / "docs" / "wire.md"

@@ -6,18 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring.trigger import Touch, TouchCollector
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pipeline import TrackingPipeline
+from ocmm_core.measuring import Touch, TouchCollector
+from ocmm_core.simulation.scene import VirtualRig, load_part
+from ocmm_core.storage import JobFile, make_head
+from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe
 
 PLAN = resource("plans", "quick.toml")
 RIG = resource("rigs", "recommended.toml")

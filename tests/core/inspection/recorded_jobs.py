@@ -9,14 +9,17 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import store_folder
-from ocmm_core.calibration.records import ArtefactUse, CameraRecord, rig_from_record
-from ocmm_core.calibration.sealed import canonical
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.calibration.records import (
+    ArtefactUse,
+    CalibrationStore,
+    CameraRecord,
+    canonical,
+    rig_from_record,
+    store_folder,
+)
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
+from ocmm_core.storage import JobFile, make_head
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
 

@@ -8,18 +8,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from ocmm_core.alignment.frame_document import frame_document, load_frame, save_frame
-from ocmm_core.alignment.rules import SavedFrame, simulated_frame
-from ocmm_core.cli.app import app
+from ocmm_core.alignment import SavedFrame, frame_document, load_frame, save_frame, simulated_frame
+from ocmm_core.cli import app
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, make_head
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
 
 DATUMS = '[alignment]\ntype = "datum reference frame"\ndatums = ["BED", "SPHERE"]\n'
@@ -38,9 +36,7 @@ def _job(bench: Bench, alignment: str) -> Path:
     path.write_text(PLAN.read_text() + "\n" + alignment)
     head = make_head(plan=path, rig=RIG, probe=PROBE, operator="me", part="P", serial="7")
     with JobFile.create(bench.folder / "job.ocmm", head) as job:
-        session = InspectionSession(
-            load_plan(path), bench.rig, bench.body, job, SessionOptions()
-        )
+        session = InspectionSession(load_plan(path), bench.rig, bench.body, job, SessionOptions())
         for touch in bench.touches:
             assert isinstance(session.take_touch(touch), MeasuredPoint)
     return bench.folder / "job.ocmm"

@@ -8,15 +8,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.calibration.sealed import record_hash
-from ocmm_core.cli.app import app
-from ocmm_core.export.registry import write_report
-from ocmm_core.export.report_data import report_of_job
-from ocmm_core.inspection.compare import compare_jobs
-from ocmm_core.inspection.quarantine import Ward, event_text
-from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.calibration.records import record_hash
+from ocmm_core.cli import app
+from ocmm_core.export import write_report
+from ocmm_core.export.report import report_of_job
+from ocmm_core.inspection.archive import ReopenedJob, compare_jobs, reopen_job
+from ocmm_core.inspection.evaluation import Ward, event_text
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
 from tests.core.inspection.recorded_jobs import Cameras
 

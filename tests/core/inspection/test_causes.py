@@ -19,12 +19,10 @@ from benchmarks.cause_scenes import (
     is_right,
     make_job,
 )
-from ocmm_core.inspection.amounts import amount_words, beyond_limit
-from ocmm_core.inspection.cause import Cause, Explanation
-from ocmm_core.inspection.explain import EXPLAINED, explanations_of
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import not_measured
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation, explanations_of
+from ocmm_core.inspection.causes._amounts import amount_words, beyond_limit
+from ocmm_core.tolerances.decisions import Verdict, not_measured
+from ocmm_core.tolerances.zones import Characteristic
 
 # For hangs only: the first job computes its sensitivities, beside whatever else runs.
 pytestmark = pytest.mark.timeout(300)

@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli.app import app
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.cli import app
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.compare import compare_folder, compare_jobs
-from ocmm_core.inspection.reopen import ReopenedJob, reopen_job
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.archive import ReopenedJob, compare_folder, compare_jobs, reopen_job
+from ocmm_core.tolerances.decisions import Verdict
 from tests.host import HANG_S
 
 PLAN = resource("plans", "quick.toml")

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from ocmm_core.features.fit import fit_shape
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, perpendicular_pair
-from ocmm_core.inspection.coverage import coverage_of
-from ocmm_core.inspection.view import Coverage
+from ocmm_core.inspection.evaluation import coverage_of
+from ocmm_core.inspection.evaluation._view import Coverage
 from tests.core.inspection.test_guidance import point_at
 
 RADIUS = 10.0

@@ -8,30 +8,28 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import actual_features
-from ocmm_core.features.fit import fit_shape
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.features.measured import actual_features, fit_shape
+from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.inspection.any_order import Contact, touched_feature
-from ocmm_core.inspection.coverage import coverage_of
-from ocmm_core.inspection.guidance import (
+from ocmm_core.inspection.evaluation import (
+    Progress,
     Whereabouts,
+    coverage_of,
     cue,
-    nearest,
+    nearness,
+    places_of,
     targets_of,
     whereabouts,
 )
+from ocmm_core.inspection.evaluation._guidance import nearest
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.progress import Progress
-from ocmm_core.inspection.surfaces import nearness, places_of
-from ocmm_core.measuring.point import MeasuredPoint, Refusal
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.rig import TrueTouch, VirtualRig
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.inspection.session._any_order import Contact, touched_feature
+from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.simulation.scene import TrueTouch, VirtualRig, load_part
+from ocmm_core.tracking import load_probe
 
 pytestmark = pytest.mark.numerics
 
@@ -112,8 +110,9 @@ def test_a_size_that_is_not_known_gives_no_targets() -> None:
 @lru_cache(maxsize=1)
 def demo() -> tuple[Plan, RigidTransform, tuple[TrueTouch, ...], float]:
     plan = load_plan(resource("plans", "demo.toml"))
-    part, body = load_part(resource("parts", "demo.toml")), load_probe(
-        resource("probes", "standard.toml")
+    part, body = (
+        load_part(resource("parts", "demo.toml")),
+        load_probe(resource("probes", "standard.toml")),
     )
     script = [(feature.name, feature.points) for feature in plan.features]
     virtual = VirtualRig(
@@ -143,9 +142,7 @@ def test_the_feature_that_is_touched_is_found_by_where_the_ball_is() -> None:
 def test_a_touch_far_from_everything_belongs_to_nothing() -> None:
     plan, where, _, radius = demo()
     far = where.inverse().apply(np.array([0.0, 0.0, 300.0]))
-    refused = touched_feature(
-        plan, where, Contact(far, (), radius, 0.0), Progress(names_of(plan))
-    )
+    refused = touched_feature(plan, where, Contact(far, (), radius, 0.0), Progress(names_of(plan)))
     assert isinstance(refused, Refusal)
     assert "10 mm" in refused.what
 
@@ -197,9 +194,12 @@ def test_the_place_of_the_part_is_found_before_the_datums_are_all_measured() -> 
     assert place.approximate
     corner = np.array([100.0, 50.0, 20.0])
     # The part differs from its plan by some hundredths of a millimetre.
-    assert np.linalg.norm(
-        place.T_nominal_from_world.inverse().apply(corner) - where.inverse().apply(corner)
-    ) < 0.2
+    assert (
+        np.linalg.norm(
+            place.T_nominal_from_world.inverse().apply(corner) - where.inverse().apply(corner)
+        )
+        < 0.2
+    )
     few = [point for point in points if point.feature in ("BED", "SPHERE")]
     assert whereabouts(plan, actual_features(plan.features, few)) is None
     assert isinstance(actual_features(plan.features, few)["BORE_C"], FitError)

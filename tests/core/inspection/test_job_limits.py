@@ -6,17 +6,14 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.limits import FOR_COMPARISON, LIMITS_EVENT
-from ocmm_core.inspection.options import SessionOptions
-from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import FOR_COMPARISON, LIMITS_EVENT, SessionOptions
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring.stable_point import PointOptions
-from ocmm_core.measuring.trigger import TouchCollector
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tracking.pipeline import TrackingOptions, TrackingPipeline
+from ocmm_core.measuring import PointOptions, TouchCollector
+from ocmm_core.simulation.scene import VirtualRig, load_part
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tracking import TrackingOptions, TrackingPipeline
 from tests.core.inspection.conftest import FRAME_RATE_HZ, Bench
 
 STRICT = SessionOptions(max_form=1e-4, point=PointOptions(max_uncertainty=0.14))

@@ -7,22 +7,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_design import load_design
-from ocmm_core.calibration.probe_shape import Warmth, body_in_use, growth_shape
-from ocmm_core.calibration.thermal import Expansion, Temperature
+from ocmm_core.calibration.probe_design import (
+    Expansion,
+    Temperature,
+    Warmth,
+    body_in_use,
+    growth_shape,
+    load_design,
+)
 from ocmm_core.documents import resource
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.temperature import CLIMATE_EVENT, Climate, PartWarmth, climate_of_text
-from ocmm_core.measuring.trigger import TouchCollector
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.pipeline import TrackingPipeline
+from ocmm_core.measuring import (
+    CLIMATE_EVENT,
+    Climate,
+    MeasuredPoint,
+    PartWarmth,
+    TouchCollector,
+    climate_of_text,
+)
+from ocmm_core.simulation.scene import VirtualRig, load_part
+from ocmm_core.storage import JobFile
+from ocmm_core.tracking import ProbeBody, TrackingPipeline
 from tests.core.inspection.conftest import FRAME_RATE_HZ, Bench
 
 STEEL = Expansion("steel", 11.5e-6, 1.0e-6)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.documents import resource
-from ocmm_core.inspection.acceptance import Meant
-from ocmm_core.inspection.any_order import Contact
-from ocmm_core.inspection.meaning import meant_for
+from ocmm_core.inspection.evaluation import Progress
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.progress import Progress
-from ocmm_core.measuring.point import Refusal, RefusalCode
+from ocmm_core.inspection.session._acceptance import Meant
+from ocmm_core.inspection.session._any_order import Contact
+from ocmm_core.inspection.session._meaning import meant_for
+from ocmm_core.measuring import Refusal, RefusalCode
 
 
 def _meant(wanted: str) -> Meant | Refusal:

@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.outliers import outliers
-from ocmm_core.inspection.surfaces import places_of
+from ocmm_core.inspection.evaluation import outliers, places_of
 from tests.core.inspection.test_guidance import BALL, point_at
 
 NOISE_MM = 0.05

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli.plan import plan_app
+from ocmm_core.cli.measure import plan_app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
@@ -22,7 +22,9 @@ def run(*arguments: str) -> str:
 
 def test_a_plan_is_imported_checked_and_not_overwritten(tmp_path: Path) -> None:
     table, plan = tmp_path / "t.csv", tmp_path / "bracket.toml"
-    table.write_text("name,shape,x,y,z,diameter,side\nTOP,Plane,0,0,5,,\nBORE,Circle,1,2,5,8,inner\n")
+    table.write_text(
+        "name,shape,x,y,z,diameter,side\nTOP,Plane,0,0,5,,\nBORE,Circle,1,2,5,8,inner\n"
+    )
     assert "2 features" in run("import", str(table), "-o", str(plan), "--part", "P 1")
     loaded = load_plan(plan)
     assert (loaded.name, loaded.part) == ("bracket", "P 1")

@@ -10,32 +10,32 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.rules import DatumAlignment, DatumReferenceFrame
+from ocmm_core.alignment import DatumAlignment, DatumReferenceFrame
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.features.actual import actual_features
-from ocmm_core.features.construct import Intersection, Offset
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import Intersection, Offset, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.plan_csv import features_from_csv
-from ocmm_core.inspection.plan_edit import (
+from ocmm_core.inspection.evaluation import places_of
+from ocmm_core.inspection.plan import (
+    Plan,
     add_characteristic,
     add_construction,
     add_feature,
+    features_from_csv,
+    features_from_step,
+    load_plan,
     move_item,
     new_plan,
     remove_item,
-    rename_item,
     replace_item,
+    save_plan,
+    taught_plan,
 )
-from ocmm_core.inspection.plan_file import plan_text, save_plan
-from ocmm_core.inspection.plan_step import features_from_step
-from ocmm_core.inspection.step_checks import picture_fault
-from ocmm_core.inspection.surfaces import places_of
-from ocmm_core.inspection.teach import taught_plan
-from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.inspection.plan._edit import rename_item
+from ocmm_core.inspection.plan._file import plan_text
+from ocmm_core.inspection.plan._step_checks import picture_fault
+from ocmm_core.tolerances.zones import Characteristic
 from tests.core.inspection.test_guidance import BALL, point_at
 from tests.host import needs_package
 
@@ -159,9 +159,7 @@ def test_a_way_that_says_nothing_about_a_shape_is_refused(
 ) -> None:
     diameter = 10.0 if shape is Shape.SPHERE else 0.0
     with pytest.raises(InputError, match="compensation"):
-        add_feature(
-            plan, face("D", shape=shape, diameter=diameter, points=6, compensation=method)
-        )
+        add_feature(plan, face("D", shape=shape, diameter=diameter, points=6, compensation=method))
 
 
 CSV = """name;shape;x;y;z;i;j;k;diameter;side;points;text
@@ -249,9 +247,7 @@ def test_without_the_extra_a_model_is_refused_with_what_to_install(
         features_from_step(path)
 
 
-def test_reading_a_model_can_be_given_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_reading_a_model_can_be_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # A reader that never comes back; the reading process has the same path.
     (tmp_path / "OCP.py").write_text("import time\ntime.sleep(600)\n")
     monkeypatch.syspath_prepend(tmp_path)

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError, InputError
-from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import RigidTransform
-from ocmm_core.inspection.evaluation import alignment_of, checked_features, frame_of
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions, checked_features, frame_of
+from ocmm_core.inspection.evaluation._evaluation import alignment_of
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.evaluation import Evaluation
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.zones import Evaluation
 from tests.core.features.exact_touches import flat_touches, nudged, round_touches
 from tests.core.features.shape_samples import somewhere
 
@@ -173,8 +173,11 @@ def test_a_result_rests_on_all_that_was_probed_for_it(tmp_path: Path) -> None:
         ('features = ["A", "TOP"]', 'features = ["A", "TARGET"]', "in a circle"),
         ('name = "HOLE"', 'name = "A"', "repeats the name 'A'"),
         ('name = "HOLE"', 'name = "=A"', "constructions[1].name"),
-        ('kind = "projection"\nfeatures = ["A", "TOP"]',
-         'kind = "offset"\ndistance = 1.0\nfeatures = ["TOP"]', "names a plane, but needs"),
+        (
+            'kind = "projection"\nfeatures = ["A", "TOP"]',
+            'kind = "offset"\ndistance = 1.0\nfeatures = ["TOP"]',
+            "names a plane, but needs",
+        ),
         ('features = ["TARGET", "B"]', 'features = ["AIM", "B"]', "'AIM'"),
         ('type = "best fit"', 'type = "best"', "alignment"),
         ('points = ["HOLE", "B", "C"]', 'points = ["HOLE", "B", "TOP"]', "alignment.points"),

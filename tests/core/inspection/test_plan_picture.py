@@ -9,11 +9,17 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.plan_edit import with_alignment, with_head
-from ocmm_core.inspection.plan_file import save_plan
-from ocmm_core.inspection.plan_picture import carry_pictures, with_picture, without_file
-from ocmm_core.inspection.plan_shelf import plans_in
+from ocmm_core.inspection.plan import (
+    Plan,
+    carry_pictures,
+    load_plan,
+    plans_in,
+    save_plan,
+    with_alignment,
+    with_head,
+    with_picture,
+    without_file,
+)
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"\0" * 40
 JPEG = b"\xff\xd8\xff\xe0" + b"\0" * 40

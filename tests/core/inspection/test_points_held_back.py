@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from ocmm_core.inspection.quarantine import held_back
+from ocmm_core.inspection.evaluation import FeatureView, held_back
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import FeatureView
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobEvent
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobEvent, JobFile
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from tests.core.inspection.conftest import Bench
 
 REASON = "Camera left or camera right has changed since the calibration: yaw about 20 µrad."

@@ -12,17 +12,24 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
-from ocmm_core.calibration.history import State
-from ocmm_core.calibration.sealed import canonical, load, record_hash
-from ocmm_core.cli.app import app
+from ocmm_core.calibration.records import State, canonical, load, record_hash
+from ocmm_core.cli import app
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.recall import Places, decide, recall
-from ocmm_core.inspection.recall_artefact import artefact_wrong
-from ocmm_core.inspection.recall_record import Outcome, RecalledJob, RecallRecord
-from ocmm_core.inspection.recall_words import headline, job_line, not_judged
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.archive import (
+    Outcome,
+    Places,
+    RecalledJob,
+    RecallRecord,
+    artefact_wrong,
+    decide,
+    headline,
+    job_line,
+    not_judged,
+    recall,
+    reopen_job,
+)
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
 from tests.core.inspection.recorded_jobs import BAR, Cameras
 

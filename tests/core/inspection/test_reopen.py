@@ -14,40 +14,42 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.calibration.probe_design import load_design
-from ocmm_core.calibration.probe_in_use import TEXT_SCHEMA, ProbeText
-from ocmm_core.calibration.probe_records import probe_from_records
-from ocmm_core.calibration.probe_shape import Warmth, body_in_use, contact_force
-from ocmm_core.calibration.records import rig_from_record
-from ocmm_core.calibration.sealed import canonical
-from ocmm_core.calibration.thermal import Expansion, Temperature
-from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.app import app
+from ocmm_core.calibration.probe_design import (
+    Expansion,
+    Temperature,
+    Warmth,
+    body_in_use,
+    contact_force,
+    load_design,
+)
+from ocmm_core.calibration.records import (
+    TEXT_SCHEMA,
+    ProbeText,
+    canonical,
+    probe_from_records,
+    rig_from_record,
+)
+from ocmm_core.camera import load_rig
+from ocmm_core.cli import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.export.json_schema import read_report
-from ocmm_core.export.registry import EXPORTERS, write_report
-from ocmm_core.export.report_data import report_of_job
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.export import EXPORTERS, write_report
+from ocmm_core.export.report import read_report, report_of_job
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import JobView, SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import JobView
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.temperature import Climate, PartWarmth
-from ocmm_core.measuring.trigger import Touch
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartWord
-from ocmm_core.tracking.body import load_probe
+from ocmm_core.measuring import Climate, MeasuredPoint, PartWarmth, Touch
+from ocmm_core.storage import JobFile, make_head
+from ocmm_core.tolerances.decisions import PartWord, Verdict
+from ocmm_core.tracking import load_probe
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.made_records import make_record
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
 
 _HOLD = """
 import sys
-from ocmm_core.storage.job_file import JobFile
+from ocmm_core.storage._job_file import JobFile
 job = JobFile.open(sys.argv[1])
 print("open", flush=True)
 sys.stdin.readline()
@@ -126,7 +128,7 @@ def test_a_job_that_is_being_measured_is_seen_as_it_stands(bench: Bench, job: Jo
     first = reopen_job(job.path)
     assert len(first.points) == 3
     # The lock of the program that measures, here this very process, is still there.
-    script = f"from ocmm_core.storage.job_file import JobFile; JobFile.open({str(job.path)!r})"
+    script = f"from ocmm_core.storage._job_file import JobFile; JobFile.open({str(job.path)!r})"
     other = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
     )

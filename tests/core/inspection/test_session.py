@@ -10,21 +10,16 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datums import DatumAlignment
-from ocmm_core.alignment.rules import SavedFrame
+from ocmm_core.alignment import DatumAlignment, SavedFrame
 from ocmm_core.errors import MeasuringError
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
-from ocmm_core.inspection.job_view import view_of
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.evaluation import FeatureState, JobView, SessionOptions
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import FeatureState, JobView
-from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
-from ocmm_core.measuring.stable_point import PointOptions
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartWord
+from ocmm_core.inspection.session._job_view import view_of
+from ocmm_core.measuring import MeasuredPoint, PointOptions, Refusal, RefusalCode
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import PartWord, Verdict
+from ocmm_core.tolerances.zones import Characteristic
 from tests.core.inspection.conftest import Bench
 
 
@@ -88,7 +83,7 @@ def test_whoever_looks_never_holds_up_a_touch(
         assert go_on.wait(10.0)
         return view_of(*arguments)
 
-    monkeypatch.setattr("ocmm_core.inspection.session.view_of", slow)
+    monkeypatch.setattr("ocmm_core.inspection.session._session.view_of", slow)
     seen: list[JobView] = []
     thread = threading.Thread(target=lambda: seen.append(session.view))
     thread.start()

@@ -10,24 +10,20 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datums import DatumAlignment
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.alignment import DatumAlignment
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.batch import next_serial, parts_of_batch
-from ocmm_core.inspection.header import HEADER_EVENT, check_header, header_text
-from ocmm_core.inspection.options import SessionOptions
-from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.plan_file import save_plan
-from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import JobHeader
-from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.archive import next_serial, parts_of_batch
+from ocmm_core.inspection.evaluation import JobHeader, SessionOptions
+from ocmm_core.inspection.plan import Plan, load_plan, save_plan
+from ocmm_core.inspection.session import HEADER_EVENT, InspectionSession, check_header, header_text
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.simulation.scene import load_part
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
 from tests.host import HANG_S
 
@@ -281,5 +277,3 @@ def test_names_of_the_header_are_such_that_every_export_takes(name: str, field: 
         return
     with pytest.raises(InputError):
         check_header(replace(header, **{field: name}))
-
-

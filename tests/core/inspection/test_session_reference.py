@@ -9,28 +9,33 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.inspection.reopen import reopen_job
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
-from ocmm_core.measuring.trigger import Touch, TouchCollector
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.rig import TrueTouch, VirtualRig
-from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobReference, make_head
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tracking.body import load_probe
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.reference import relative_sensitivity
-from ocmm_core.tracking.reference_body import load_reference
-from ocmm_core.tracking.reference_home import home_of
-from ocmm_core.tracking.result import ReferenceHome
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, Touch, TouchCollector
+from ocmm_core.simulation.scene import (
+    ScriptedNudge,
+    ScriptedOcclusion,
+    TrueTouch,
+    VirtualRig,
+    WorldOptions,
+    load_part,
+)
+from ocmm_core.storage import JobFile, JobReference, make_head
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tracking import (
+    ReferenceHome,
+    TrackingPipeline,
+    home_of,
+    load_probe,
+    load_reference,
+    relative_sensitivity,
+)
 
 PLAN = resource("plans", "quick.toml")
 RIG = resource("rigs", "recommended.toml")

@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import InputError, MeasuringError
-from ocmm_core.inspection.quarantine import Ward
+from ocmm_core.inspection.evaluation import FeatureState, JobView, Ward
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import FeatureState, JobView
-from ocmm_core.measuring.point import MeasuredPoint, Refusal, RefusalCode
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartWord
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import PartWord, Verdict
 from tests.core.inspection.conftest import Bench
 
 

@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.quarantine import Ward
+from ocmm_core.inspection.evaluation import FeatureState, JobView, Ward
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import FeatureState, JobView
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartWord
+from ocmm_core.tolerances.decisions import PartWord, Verdict
 from tests.core.inspection.conftest import Bench
 
 WALKS, STEPS = 30, 25

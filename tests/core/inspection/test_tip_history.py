@@ -9,15 +9,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.calibration.probe_in_use import open_probe
-from ocmm_core.cli.app import app
-from ocmm_core.export.report_data import report_of_job
-from ocmm_core.inspection.options import SessionOptions
-from ocmm_core.inspection.reopen import reopen_job
+from ocmm_core.calibration.records import open_probe
+from ocmm_core.cli import app
+from ocmm_core.export.report import report_of_job
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.storage import JobFile, make_head
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
 

@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from ocmm_core.documents import resource
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.inspection.any_order import Contact, touched_feature
+from ocmm_core.inspection.evaluation import Progress, places_of
 from ocmm_core.inspection.plan import Plan, load_plan
-from ocmm_core.inspection.progress import Progress
-from ocmm_core.inspection.surfaces import places_of
-from ocmm_core.measuring.point import Refusal
+from ocmm_core.inspection.session._any_order import Contact, touched_feature
+from ocmm_core.measuring import Refusal
 
 RADIUS = 2.0
 WHERE = RigidTransform(np.eye(3), np.zeros(3))

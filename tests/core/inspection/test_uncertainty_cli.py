@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli.app import app
+from ocmm_core.cli import app
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.inspection.uncertainty import job_uncertainty
-from ocmm_core.measuring.point import MeasuredPoint
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import job_uncertainty
+from ocmm_core.measuring import MeasuredPoint
 from tests.core.inspection.conftest import Bench
 
 
@@ -36,9 +36,7 @@ def run(*arguments: str) -> str:
 
 def test_budgets_and_tasks_are_those_of_the_results(measured: Path) -> None:
     job = reopen_job(measured)
-    found = job_uncertainty(
-        job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
-    )
+    found = job_uncertainty(job.plan, job.points, job.sensitivities, job.rig, job.body, job.options)
     stated = [item for item in job.view.characteristics if item.uncertainty is not None]
     assert set(found.budgets) == {item.name for item in stated}
     for item in stated:
@@ -58,9 +56,7 @@ def test_the_command_prints_rows_rule_and_simulation(measured: Path) -> None:
     assert re.search(r"TUR \d", told)
     job = reopen_job(measured)
     size = next(item.name for item in job.plan.characteristics if item.kind == "diameter")
-    told = run(
-        str(measured), "--only", size, "--monte-carlo", "--trials", "10000", "--digits", "1"
-    )
+    told = run(str(measured), "--only", size, "--monte-carlo", "--trials", "10000", "--digits", "1")
     assert "10000" in told
     assert "seed 1" in told
     with pytest.raises(InputError, match="no characteristic called 'nothing'"):

@@ -5,11 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.result import FrameStatus, TrackBlock
+from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, load_probe
 
 SIGMA_MM = np.array([0.010, 0.040, 0.010])
 """Scatter of one frame: the depth is known worst."""

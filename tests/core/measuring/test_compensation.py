@@ -10,12 +10,18 @@ import pytest
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.measuring.compensation import METHODS, Side, shank_axis, side_of
-from ocmm_core.measuring.point import Refusal, RefusalCode
-from ocmm_core.measuring.stable_point import PointOptions
-from ocmm_core.measuring.trigger import Touch, TouchCollector
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.result import TrackBlock, cut
+from ocmm_core.measuring import (
+    METHODS,
+    PointOptions,
+    Refusal,
+    RefusalCode,
+    Side,
+    Touch,
+    TouchCollector,
+    side_of,
+)
+from ocmm_core.measuring._compensation import shank_axis
+from ocmm_core.tracking import ProbeBody, TrackBlock, cut
 
 pytestmark = pytest.mark.numerics
 

@@ -7,17 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_design import load_design
-from ocmm_core.calibration.probe_shape import ContactForce, contact_force
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig
+from ocmm_core.calibration.probe_design import ContactForce, contact_force, load_design
+from ocmm_core.camera import Rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.measuring.contributions import FORCE, contributions
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.uncertainty import joint_covariance
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+from ocmm_core.measuring import MeasuredPoint, contributions, joint_covariance
+from ocmm_core.measuring._contributions import FORCE
+from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivity
 from tests.core.measuring.test_temperature import point
 
 TIPS = np.array([[20.0, 0.0, 10.0], [40.0, 0.0, 10.0]])

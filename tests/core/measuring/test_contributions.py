@@ -7,31 +7,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_design import ProbeDesign, load_design
-from ocmm_core.calibration.probe_shape import Warmth, body_in_use, contact_force
-from ocmm_core.calibration.thermal import Expansion, Temperature
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig
+from ocmm_core.calibration.probe_design import (
+    Expansion,
+    ProbeDesign,
+    Temperature,
+    Warmth,
+    body_in_use,
+    contact_force,
+    load_design,
+)
+from ocmm_core.camera import Rig, project
 from ocmm_core.documents import resource
-from ocmm_core.measuring.contributions import (
+from ocmm_core.measuring import (
     CAMERAS,
-    FORCE,
     IMAGE_NOISE,
-    PART,
-    PATTERN,
-    PROBE,
     TIP_RADIUS,
-    WARMTH,
-    WEIGHT,
     Contribution,
+    MeasuredPoint,
+    PartWarmth,
     ProbeState,
     contributions,
+    joint_covariance,
+    sum_of,
 )
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.temperature import PartWarmth
-from ocmm_core.measuring.uncertainty import joint_covariance, sum_of
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+from ocmm_core.measuring._contributions import FORCE, PART, PATTERN, PROBE, WARMTH, WEIGHT
+from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivity
 from tests.core.measuring.test_temperature import point
 
 TIPS = np.array([[20.0, 0.0, 10.0], [40.0, 5.0, 10.0], [30.0, 60.0, -20.0]])

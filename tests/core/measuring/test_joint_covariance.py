@@ -5,21 +5,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.uncertainty import (
+from ocmm_core.measuring import (
+    MeasuredPoint,
     joint_covariance,
     point_uncertainty,
     systematic_covariance,
 )
-from ocmm_core.simulation.artefacts import Part, load_part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.world import WorldOptions
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.identify import ordered_spots
-from ocmm_core.tracking.sensitivity import TipSensitivity, tip_sensitivity
+from ocmm_core.simulation.scene import Part, VirtualRig, WorldOptions, load_part
+from ocmm_core.tracking import ProbeBody, TipSensitivity, ordered_spots, tip_sensitivity
 
 WORLDS = 300
 TOUCHES = (("BED", 1), ("SPHERE", 1))

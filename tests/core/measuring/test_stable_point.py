@@ -5,11 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.measuring.point import Refusal, RefusalCode
-from ocmm_core.measuring.stable_point import PointOptions, StablePoint, average
-from ocmm_core.tracking.result import FrameStatus, TrackBlock, cut
+from ocmm_core.measuring import PointOptions, Refusal, RefusalCode, StablePoint, average
+from ocmm_core.tracking import FrameStatus, TrackBlock, cut
 
 N = 2000
 OPTIONS = PointOptions()

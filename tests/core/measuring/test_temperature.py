@@ -7,20 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_shape import Warmth
-from ocmm_core.calibration.thermal import Expansion, Temperature
+from ocmm_core.calibration.probe_design import Expansion, Temperature, Warmth
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.temperature import (
+from ocmm_core.measuring import (
     Climate,
+    MeasuredPoint,
     PartWarmth,
     check_part,
     climate_of_text,
     record_text,
     reported_points,
-    scale_movement,
 )
+from ocmm_core.measuring._temperature import scale_movement
 
 ALUMINIUM = Expansion("aluminium", 23.1e-6, 1.0e-6)
 WARM = PartWarmth(Temperature(25.0, 0.5, "test"), ALUMINIUM, compensated=True)

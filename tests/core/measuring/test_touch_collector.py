@@ -8,9 +8,9 @@ import pytest
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.stable_point import PointOptions
-from ocmm_core.measuring.trigger import MIN_FRAMES, Touch, TouchCollector, approach_direction
-from ocmm_core.tracking.result import ARRAYS, FrameStatus, TrackBlock, cut, join, pick
+from ocmm_core.measuring import PointOptions, Touch, TouchCollector, approach_direction
+from ocmm_core.measuring._trigger import MIN_FRAMES
+from ocmm_core.tracking import ARRAYS, FrameStatus, TrackBlock, cut, join, pick
 
 PERIOD_S = 125e-6
 WINDOW = 2000

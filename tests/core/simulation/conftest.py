@@ -4,13 +4,11 @@ from collections.abc import Callable
 
 import pytest
 
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.simulation.artefacts import Part, load_part
-from ocmm_core.simulation.operator import Touches
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.world import WorldOptions
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.simulation.scene import Part, VirtualRig, WorldOptions, load_part
+from ocmm_core.simulation.scene._operator import Touches
+from ocmm_core.tracking import ProbeBody, load_probe
 
 EVERY_SURFACE: Touches = (
     ("BED", 9),

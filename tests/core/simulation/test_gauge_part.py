@@ -7,17 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.cli.truth import true_values
+from ocmm_core.composition import true_values
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import RADIUS, SECOND, Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import RADIUS, SECOND, NominalFeature, Shape
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.surfaces import HOLES, free_width
-from ocmm_core.simulation.touches import sample
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.simulation.scene import load_part, sample
+from ocmm_core.simulation.scene._surfaces import HOLES, free_width
 from tests.core.features.exact_touches import touches
 
 TIP_RADIUS = 3.0

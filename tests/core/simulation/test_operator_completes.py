@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.documents import resource
-from ocmm_core.simulation.artefacts import load_part
-from ocmm_core.simulation.operator import Missing, Operator
+from ocmm_core.simulation.scene import Missing, load_part
+from ocmm_core.simulation.scene._operator import Operator
 
 PART = load_part(resource("parts", "gauge.toml"))
 RADIUS = 3.0

@@ -8,19 +8,18 @@ import numpy as np
 import pytest
 
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.artefacts import (
+from ocmm_core.simulation.scene import Part, VirtualRig
+from ocmm_core.simulation.scene._operator import Touches
+from ocmm_core.simulation.scene._surfaces import (
     Artefact,
     BoreEntry,
     ConeEntry,
     CylinderEntry,
     LineEntry,
-    Part,
     PlaneEntry,
     PointEntry,
     SphereEntry,
 )
-from ocmm_core.simulation.operator import Touches
-from ocmm_core.simulation.rig import VirtualRig
 
 MakeRig = Callable[..., VirtualRig]
 

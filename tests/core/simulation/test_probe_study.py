@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.pivot_centre import moments_of
+from ocmm_core.calibration.pivot import moments_of
 from ocmm_core.cli.study import probe_calibration
-from ocmm_core.cli.svg import histogram
+from ocmm_core.cli.terminal import histogram
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.probe_study import ProbeStudy, draw_targets, run_study
+from ocmm_core.simulation.scene import ProbeStudy, draw_targets, run_study
 from tests.core.calibration.swept_probe import probe, rig
 
 THESIS = ProbeStudy(
@@ -120,6 +120,8 @@ def test_histogram_shows_every_value() -> None:
     text = histogram(values, "a < b", "", "x", bins=30)
 
     tree = ET.fromstring(text)  # noqa: S314 - written above
-    bars = [float(bar.get("height", 0)) for bar in tree.iter("{http://www.w3.org/2000/svg}rect")][1:]
+    bars = [float(bar.get("height", 0)) for bar in tree.iter("{http://www.w3.org/2000/svg}rect")][
+        1:
+    ]
     unit = min(bars)
     assert sum(round(bar / unit) for bar in bars) == len(values)

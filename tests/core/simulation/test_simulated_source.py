@@ -9,14 +9,16 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.acquisition.frames import CycleVerdict
-from ocmm_core.acquisition.ring import FrameRing
-from ocmm_core.acquisition.source import FrameSource
-from ocmm_core.acquisition.worker import AcquisitionWorker, StopReason, read_status
+from ocmm_core.acquisition.frames import (
+    AcquisitionWorker,
+    CycleVerdict,
+    FrameRing,
+    FrameSource,
+    StopReason,
+    read_status,
+)
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.operator import Missing
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.source import SimulatedSource
+from ocmm_core.simulation.scene import Missing, SimulatedSource, VirtualRig
 from tests.host import HANG_S
 
 MakeRig = Callable[..., VirtualRig]

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.camera.model import distort, project
-from ocmm_core.camera.rig import load_rig
+from ocmm_core.camera import distort, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.artefacts import Part, load_part
-from ocmm_core.tracking.body import load_probe, nearest_ambiguity
+from ocmm_core.simulation.scene import Part, load_part
+from ocmm_core.tracking import load_probe, nearest_ambiguity
 
 KINDS = {
     "Plane": "plane", "Sphere": "sphere", "Circle": "bore", "Cylinder": "cylinder",

@@ -9,15 +9,19 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.artefacts import Part
-from ocmm_core.simulation.rig import RigScript, VirtualRig, decode_script
-from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.simulation.scene import (
+    Part,
+    RigScript,
+    ScriptedOcclusion,
+    VirtualRig,
+    WorldOptions,
+    decode_script,
+)
+from ocmm_core.tracking import ProbeBody, load_probe
 
 MakeRig = Callable[..., VirtualRig]
 

@@ -8,13 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.camera.model import PARAMETERS, CameraModel
-from ocmm_core.camera.rig import Rig, SpotNoise
+from ocmm_core.camera import PARAMETERS, CameraModel, Rig, SpotNoise
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.spot_pattern import draw_pattern
-from ocmm_core.simulation.world import World, WorldOptions, draw_world, white_noise
-from ocmm_core.tracking.body import ProbeBody
+from ocmm_core.simulation.scene import (
+    VirtualRig,
+    World,
+    WorldOptions,
+    draw_pattern,
+    draw_world,
+    white_noise,
+)
+from ocmm_core.tracking import ProbeBody
 
 MakeRig = Callable[..., VirtualRig]
 

@@ -9,14 +9,13 @@ from typing import Any
 
 import pytest
 
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InternalError, OcmmError, StorageError
-from ocmm_core.inspection.view import JobHeader, StatusWord
-from ocmm_core.inspection.withdrawn import withdrawn
-from ocmm_core.measuring.point import Refusal
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.inspection.evaluation import JobHeader, StatusWord, withdrawn
+from ocmm_core.measuring import Refusal
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import Verdict
 
 PATIENCE_S = 60.0
 HEADER = JobHeader("Ada", "DEMO_PART", "A-2", "12", "first")
@@ -61,15 +60,15 @@ def _raising(*_: Any, **__: Any) -> Any:
 
 
 STEPS = (
-    "ocmm_core.station.station.InspectionSession",
-    "ocmm_core.station.station.ChangeWatch",
-    "ocmm_core.station.station.ProbeWatch",
-    "ocmm_core.station.probe_watch.ProbeWatch.start",
-    "ocmm_core.station.station.InspectionSession.note_calibration",
-    "ocmm_core.station.station.InspectionSession.note_limits",
-    "ocmm_core.station.station.drop_if_empty",
-    "ocmm_core.station.frame_loop.FrameLoop.between",
-    "ocmm_core.station.jobs.header_text",
+    "ocmm_core.station._station.InspectionSession",
+    "ocmm_core.station._station.ChangeWatch",
+    "ocmm_core.station._station.ProbeWatch",
+    "ocmm_core.station._probe_watch.ProbeWatch.start",
+    "ocmm_core.station._station.InspectionSession.note_calibration",
+    "ocmm_core.station._station.InspectionSession.note_limits",
+    "ocmm_core.station._station.drop_if_empty",
+    "ocmm_core.station._frame_loop.FrameLoop.between",
+    "ocmm_core.station._jobs.header_text",
 )
 
 
@@ -135,7 +134,7 @@ def test_a_paused_job_is_measured_on_where_the_other_plan_cannot_be(
         resource("plans", "quick.toml").read_text("utf-8").replace("QUICK", "OTHER"), "utf-8"
     )
     with monkeypatch.context() as patch:
-        patch.setattr("ocmm_core.station.station.drop_if_empty", _raising)
+        patch.setattr("ocmm_core.station._station.drop_if_empty", _raising)
         with pytest.raises(InternalError, match="The job before is measured as it was"):
             station.change_plan(other, HEADER)
     assert not station.job().paused
@@ -154,7 +153,7 @@ def test_failed_stays_until_a_new_start_and_takes_no_point(
     station.start()
     _until(lambda: station.live().tip_world is not None)
     with monkeypatch.context() as patch:
-        patch.setattr("ocmm_core.tracking.pipeline.TrackingPipeline.process", _raising)
+        patch.setattr("ocmm_core.tracking._pipeline.TrackingPipeline.process", _raising)
         _until(lambda: station.live().status is StatusWord.FAILED)
     # What failed works again, and still nothing comes back.
     time.sleep(0.1)
@@ -172,7 +171,9 @@ def test_a_start_that_fails_is_failed_and_not_waiting(
     built: BuiltStation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     station = built.station
-    monkeypatch.setattr("ocmm_core.inspection.session.InspectionSession.note_climate", _raising)
+    monkeypatch.setattr(
+        "ocmm_core.inspection.session._session.InspectionSession.note_climate", _raising
+    )
     with pytest.raises(InternalError, match="The start failed: RuntimeError: injected"):
         station.start()
     assert station.live().status is StatusWord.FAILED
@@ -182,7 +183,7 @@ def test_a_step_that_nobody_foresaw_to_fail_stops_the_measuring(
     built: BuiltStation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     station = built.station
-    monkeypatch.setattr("ocmm_core.inspection.step_log.StepLog.undo", _raising)
+    monkeypatch.setattr("ocmm_core.inspection.session._step_log.StepLog.undo", _raising)
     with pytest.raises(InternalError, match="The change of the job failed"):
         station.undo()
     assert station.live().status is StatusWord.FAILED
@@ -199,7 +200,7 @@ def test_a_touch_that_cannot_be_stored_is_no_fault_of_the_station(
         raise StorageError("job.full", "The disk is full.", "Make room.")
 
     with monkeypatch.context() as patch:
-        patch.setattr("ocmm_core.storage.job_file.insert_point", full)
+        patch.setattr("ocmm_core.storage._job_file.insert_point", full)
         station.start()
         _until(lambda: len(told) >= 1)
     _until(lambda: len(station.stored_job()[1]) >= 1)

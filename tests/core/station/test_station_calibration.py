@@ -11,21 +11,23 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from ocmm_core.calibration.camera_memory import compare_with_cameras
-from ocmm_core.calibration.history import CalibrationStore
-from ocmm_core.calibration.in_use import Word, open_calibration, store_folder
-from ocmm_core.calibration.records import CameraRecord
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    Word,
+    compare_with_cameras,
+    open_calibration,
+    store_folder,
+)
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions, StatusWord
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import StatusWord
-from ocmm_core.measuring.point import MeasuredPoint, Refusal
-from ocmm_core.station.calibration_watch import CalibrationWatch
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.verdict import PartWord
+from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.station._calibration_watch import CalibrationWatch
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import PartWord, Verdict
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.fieldbus.direct_camera import DirectCamera
 from tests.host import HANG_S, private_network

@@ -8,16 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.calibration.history import EventKind, State
-from ocmm_core.calibration.sealed import record_hash
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.calibration.records import EventKind, State, record_hash
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions, StatusWord
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import StatusWord
-from ocmm_core.simulation.world import ScriptedBump, WorldOptions
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.simulation.scene import ScriptedBump, WorldOptions
+from ocmm_core.storage import JobFile
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.calibration.made_records import make_verification
 from tests.core.station.test_station_calibration import calibrate, fresh_record, wait_until
 

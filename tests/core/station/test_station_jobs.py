@@ -10,16 +10,20 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from ocmm_core.calibration.thermal import Expansion, Temperature
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.calibration.probe_design import Expansion, Temperature
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.plan import Material, load_plan
-from ocmm_core.inspection.plan_climate import climate_for, material_expansion
-from ocmm_core.inspection.plan_file import save_plan
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.inspection.view import JobHeader
-from ocmm_core.measuring.temperature import Climate, PartWarmth
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import JobHeader
+from ocmm_core.inspection.plan import (
+    Material,
+    climate_for,
+    load_plan,
+    material_expansion,
+    save_plan,
+)
+from ocmm_core.measuring import Climate, PartWarmth
 from tests.host import HANG_S
 
 PATIENCE_S = HANG_S

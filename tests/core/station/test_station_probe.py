@@ -12,23 +12,19 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.calibration.in_use import Word
-from ocmm_core.calibration.probe_in_use import open_probe, open_probe_design
-from ocmm_core.calibration.probe_store import TipEventKind
-from ocmm_core.camera.rig import load_rig
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.calibration.records import TipEventKind, Word, open_probe, open_probe_design
+from ocmm_core.camera import load_rig
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError, MeasuringError
-from ocmm_core.inspection.options import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions, StatusWord
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.view import StatusWord
-from ocmm_core.measuring.point import MeasuredPoint, Refusal
-from ocmm_core.simulation.world import WorldOptions
-from ocmm_core.station.probe_watch import ProbeWatch
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import make_head
-from ocmm_core.tolerances.result import Verdict
+from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.simulation.scene import WorldOptions
+from ocmm_core.station._probe_watch import ProbeWatch
+from ocmm_core.storage import JobFile, make_head
+from ocmm_core.tolerances.decisions import Verdict
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.calibration.made_probe_records import make_probe_record
 from tests.host import HANG_S

@@ -8,19 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.reopen import reopen_job
-from ocmm_core.inspection.view import JobHeader, StatusWord
-from ocmm_core.measuring.point import Refusal, RefusalCode
-from ocmm_core.simulation.world import (
-    ScriptedBump,
-    ScriptedNudge,
-    ScriptedOcclusion,
-    WorldOptions,
-)
-from ocmm_core.storage.job_file import JobFile
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import JobHeader, StatusWord
+from ocmm_core.measuring import Refusal, RefusalCode
+from ocmm_core.simulation.scene import ScriptedBump, ScriptedNudge, ScriptedOcclusion, WorldOptions
+from ocmm_core.storage import JobFile
 from tests.core.station.test_station_calibration import wait_until
 from tests.host import HANG_S
 

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.cli.compose import BuiltStation, StationRequest, build_station
+from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.measuring.point import MeasuredPoint, Refusal
-from ocmm_core.simulation.kernels import BUTTON_DOWN_S
-from ocmm_core.simulation.world import ScriptedNudge, WorldOptions
+from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.simulation.scene import BUTTON_DOWN_S, ScriptedNudge, WorldOptions
 from tests.host import HANG_S
 
 RATE_HZ = 2000

@@ -16,17 +16,16 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.cli.compose import StationRequest, build_station
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
-from ocmm_core.inspection.view import JobHeader, JobView
-from ocmm_core.station import stream_client
-from ocmm_core.station.probe_button import ButtonChange, ButtonWatch
-from ocmm_core.station.station import MeasuringStation
-from ocmm_core.station.stream_client import LONGEST_REQUEST, MOST_WAITING, StreamClient
-from ocmm_core.station.stream_log import BLOCK, IN_MEMORY, StreamLog
-from ocmm_core.station.stream_server import StreamOptions, StreamServer
-from ocmm_core.station.verdict_watch import VerdictWatch
+from ocmm_core.inspection.evaluation import JobHeader, JobView
+from ocmm_core.station import MeasuringStation
+from ocmm_core.station.stream import ButtonChange, ButtonWatch, StreamOptions, StreamServer
+from ocmm_core.station.stream import _client as stream_client
+from ocmm_core.station.stream._client import LONGEST_REQUEST, MOST_WAITING, StreamClient
+from ocmm_core.station.stream._log import BLOCK, IN_MEMORY, StreamLog
+from ocmm_core.station.stream._verdict_watch import VerdictWatch
 from tests.host import HANG_S
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test

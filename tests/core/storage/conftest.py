@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.rows import JobHead
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobHead
 
 
 def sample_point(number: int) -> MeasuredPoint:

@@ -12,10 +12,8 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.errors import StorageError
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.glance import glance
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobHead
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, JobHead, glance
 
 NUMBERS = (1, 2, 3)
 _READ = """
@@ -25,9 +23,7 @@ sqlite3.connect(sys.argv[1], timeout=0).execute("SELECT * FROM head")
 
 
 @pytest.fixture
-def closed(
-    tmp_path: Path, head: JobHead, make_point: Callable[[int], MeasuredPoint]
-) -> Path:
+def closed(tmp_path: Path, head: JobHead, make_point: Callable[[int], MeasuredPoint]) -> Path:
     """Return a job file that was closed a while ago."""
     path = tmp_path / "jobs" / "a.ocmm"
     path.parent.mkdir()

@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.errors import StorageError
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.migrations import APPLICATION_ID, MIGRATIONS, bring_up_to_date
-from ocmm_core.storage.rows import JobHead
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, JobHead
+from ocmm_core.storage._migrations import APPLICATION_ID, MIGRATIONS, bring_up_to_date
 
 MakePoint = Callable[[int], MeasuredPoint]
 

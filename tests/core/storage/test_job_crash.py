@@ -13,9 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobHead
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, JobHead
 from tests.host import HANG_S, private_mounts
 
 MakePoint = Callable[[int], MeasuredPoint]
@@ -25,9 +24,9 @@ _CHILD_IMPORTS = """
 import resource, sys
 import numpy as np
 from ocmm_core.errors import StorageError
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobHead
+from ocmm_core.measuring._point import MeasuredPoint
+from ocmm_core.storage._job_file import JobFile
+from ocmm_core.storage._rows import JobHead
 """
 _APPEND_FOR_EVER = """
 with JobFile.open(sys.argv[1]) as job:

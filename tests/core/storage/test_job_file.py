@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobHead, make_head
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, JobHead, make_head
 from tests.host import HANG_S
 
 MakePoint = Callable[[int], MeasuredPoint]

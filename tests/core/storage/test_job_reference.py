@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import StorageError
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.audit import insert_audited
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.migrations import MIGRATIONS, bring_up_to_date
-from ocmm_core.storage.rows import JobHead, JobReference, row_from_head, row_from_point
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, JobHead, JobReference
+from ocmm_core.storage._audit import insert_audited
+from ocmm_core.storage._migrations import MIGRATIONS, bring_up_to_date
+from ocmm_core.storage._rows import row_from_head, row_from_point
 
 MakePoint = Callable[[int], MeasuredPoint]
 

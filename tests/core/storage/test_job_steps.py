@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import StorageError
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.storage.job_file import JobFile
-from ocmm_core.storage.rows import JobHead
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, JobHead
 
 MakePoint = Callable[[int], MeasuredPoint]
 

@@ -7,11 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from ocmm_core.alignment.datums import DatumAlignment
-from ocmm_core.features.actual import ActualFeature
+from ocmm_core.alignment import DatumAlignment
+from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.zone_frame import Frames
+from ocmm_core.tolerances.zones import Frames
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import PLACES, KnownPart, ball, edge, face, motion, ring
 

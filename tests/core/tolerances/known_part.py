@@ -7,12 +7,11 @@ from collections.abc import Callable, Sequence
 import msgspec
 import numpy as np
 
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.zones import Characteristic
 from tests.core.features.exact_touches import touches
 
 PLACES = (

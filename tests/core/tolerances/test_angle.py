@@ -9,15 +9,15 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.rules import BoundAlignment, DatumAlignment, DatumReferenceFrame
+from ocmm_core.alignment import BoundAlignment, DatumAlignment, DatumReferenceFrame
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.nominal import nominal_geometry
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import Shape, nominal_geometry
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.evaluate import evaluate, involved_features
-from ocmm_core.tolerances.interval import Length, expanded
-from ocmm_core.tolerances.results import evaluate_all
+from ocmm_core.tolerances.decisions import evaluate_all
+from ocmm_core.tolerances.kinds import evaluate, involved_features
+from ocmm_core.tolerances.uncertainty import expanded
+from ocmm_core.tolerances.uncertainty._interval import Length
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 

@@ -9,20 +9,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from ocmm_core.features.actual import ActualFeature
-from ocmm_core.measuring.contributions import (
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.measuring import (
     CAMERAS,
     IMAGE_NOISE,
     TIP_RADIUS,
     Contribution,
+    MeasuredPoint,
+    sum_of,
 )
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.measuring.uncertainty import sum_of
-from ocmm_core.tolerances.budget import Budget, budget_of
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.results import evaluate_all
-from ocmm_core.tolerances.sampling import FormSample, form_samples, widened
+from ocmm_core.tolerances.decisions import evaluate_all
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.uncertainty import Budget, FormSample, budget_of, form_samples, widened
+from ocmm_core.tolerances.zones import Characteristic
 from tests.core.tolerances.test_monte_carlo import (
     ASKED,
     JOB_FEATURES,
@@ -113,8 +112,7 @@ def test_form_is_what_noise_does_not_explain() -> None:
     drawn = []
     for _ in range(60):
         moved = [
-            replace(p, tip_world=p.tip_world + 0.005 * rng.normal() * p.direction)
-            for p in of_ball
+            replace(p, tip_world=p.tip_world + 0.005 * rng.normal() * p.direction) for p in of_ball
         ]
         drawn.append(scatter(moved))
     own = scatter(of_ball)

@@ -8,13 +8,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.tolerances.capability import (
-    FEWEST_VALUES,
-    RUN,
-    Signal,
-    capability,
-    control_chart,
-)
+from ocmm_core.tolerances.decisions import capability, control_chart
+from ocmm_core.tolerances.decisions._capability import FEWEST_VALUES, RUN, Signal
 
 ROUNDING = 1e-12
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.features.shapes import Shape, element
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.checks import characteristic_fault
+from ocmm_core.tolerances.kinds import characteristic_fault
+from ocmm_core.tolerances.zones import Characteristic
 
 SHAPES = {
     "top": Shape.PLANE,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature
+from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
-from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.kinds import evaluate
 from tests.core.tolerances.known_errors import RULE, measured
 from tests.core.tolerances.known_part import KnownPart, asked, ball, face, motion, ring
 

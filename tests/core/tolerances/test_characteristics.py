@@ -7,14 +7,16 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datums import DatumAlignment
-from ocmm_core.alignment.rules import BoundAlignment
-from ocmm_core.features.nominal import nominal_geometry
-from ocmm_core.features.shapes import Shape
-from ocmm_core.tolerances.characteristic import COAXIAL, ORIENTATIONS, Characteristic
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.evaluation import Evaluation
-from ocmm_core.tolerances.surface import surface_points
+from ocmm_core.alignment import BoundAlignment, DatumAlignment
+from ocmm_core.features.shapes import Shape, nominal_geometry
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.zones import (
+    COAXIAL,
+    ORIENTATIONS,
+    Characteristic,
+    Evaluation,
+    surface_points,
+)
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_errors import (
     RULE,

@@ -13,13 +13,12 @@ from benchmarks.decision_parts import GROUPS
 from benchmarks.decisions import run
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.characteristic import Association
-from ocmm_core.tolerances.decision import PROBABILITY
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.extent import Extent, Rank
-from ocmm_core.tolerances.interval import Length, Normal, expanded, within
-from ocmm_core.tolerances.sampling import form_samples
-from ocmm_core.tolerances.spread import spreads_of
+from ocmm_core.tolerances.decisions._decision import PROBABILITY
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.uncertainty import Normal, expanded, form_samples, spreads_of
+from ocmm_core.tolerances.uncertainty._extent import Extent, Rank
+from ocmm_core.tolerances.uncertainty._interval import Length, within
+from ocmm_core.tolerances.zones import Association
 from tests.core.tolerances.known_part import PLACES, KnownPart, asked, motion, ring
 
 
@@ -117,9 +116,7 @@ def test_the_greatest_and_the_smallest_of_many_sizes(kind: str, greatest: bool) 
     for _ in range(draws):
         true = _form(kind, n, rng) * (1.0 if greatest else -1.0)
         sizes = true + rng.normal(size=n)
-        real, value = (
-            (true.max(), sizes.max()) if greatest else (true.min(), sizes.min())
-        )
+        real, value = (true.max(), sizes.max()) if greatest else (true.min(), sizes.min())
         spread = Rank(float(value), 1.0, sizes, np.eye(n), greatest)
         covered += abs(value - real) <= expanded(spread, spread.value)
         plain += abs(value - real) <= 2.0

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.decision import (
-    PROBABILITY,
-    Decision,
+from ocmm_core.tolerances.decisions import (
+    LOWEST_TUR,
+    CharacteristicResult,
     Rule,
+    Verdict,
     decide,
     make_result,
     not_measured,
@@ -20,10 +20,10 @@ from ocmm_core.tolerances.decision import (
     rule_id,
     rule_words,
 )
-from ocmm_core.tolerances.evaluation import Evaluation
-from ocmm_core.tolerances.interval import Normal, normal_probability
-from ocmm_core.tolerances.result import LOWEST_TUR, CharacteristicResult, Verdict
-from ocmm_core.tolerances.spread import Spreads
+from ocmm_core.tolerances.decisions._decision import PROBABILITY, Decision
+from ocmm_core.tolerances.uncertainty import Normal, Spreads
+from ocmm_core.tolerances.uncertainty._interval import normal_probability
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 pytestmark = pytest.mark.numerics
 

@@ -9,20 +9,16 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment import DatumAlignment
 from ocmm_core.errors import FitError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.characteristic import Characteristic
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.evaluation import Evaluation
-from ocmm_core.tolerances.floor import noise_floor
-from ocmm_core.tolerances.measure import geometry_value
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.results import evaluate_all
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.decisions import Verdict, evaluate_all
+from ocmm_core.tolerances.kinds import evaluate, geometry_value
+from ocmm_core.tolerances.uncertainty import noise_floor
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
 from tests.core.features.exact_touches import (
     flat_touches,
     moved,

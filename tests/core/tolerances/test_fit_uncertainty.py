@@ -9,13 +9,10 @@ import pytest
 from scipy.stats import t as student
 
 from benchmarks.fit_coverage import Cell, run
-from ocmm_core.features.fit import fit_shape
-from ocmm_core.features.second_order import beyond_first_order
+from ocmm_core.features.measured import beyond_first_order, fit_shape
 from ocmm_core.features.shapes import Criterion, Shape
-from ocmm_core.tolerances.fit_uncertainty import fit_uncertainty
-from ocmm_core.tolerances.interval import TWO_SIDED
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.results import evaluate_all
+from ocmm_core.tolerances.decisions import Verdict, evaluate_all
+from ocmm_core.tolerances.uncertainty import TWO_SIDED, fit_uncertainty
 from tests.core.features.shape_samples import FITTED, ideal_points, somewhere
 from tests.core.tolerances.known_part import KnownPart, asked
 

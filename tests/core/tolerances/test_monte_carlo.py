@@ -10,23 +10,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.alignment.datums import DatumAlignment
+from ocmm_core.alignment import DatumAlignment
 from ocmm_core.errors import MeasuringError
-from ocmm_core.features.actual import ActualFeature, actual_features
-from ocmm_core.features.nominal import NominalFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import ActualFeature, actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.measuring.point import MeasuredPoint
-from ocmm_core.tolerances.characteristic import Characteristic
+from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.monte_carlo import (
     MonteCarloOptions,
+    Task,
     factor_of,
     simulate,
-    tolerance_of,
+    simulate_elsewhere,
 )
-from ocmm_core.tolerances.monte_carlo_model import refits_of
-from ocmm_core.tolerances.monte_carlo_process import simulate_elsewhere
-from ocmm_core.tolerances.monte_carlo_trials import Task, quick_model, slow_trials
+from ocmm_core.tolerances.monte_carlo._model import refits_of
+from ocmm_core.tolerances.monte_carlo._monte_carlo import tolerance_of
+from ocmm_core.tolerances.monte_carlo._trials import quick_model, slow_trials
+from ocmm_core.tolerances.zones import Characteristic
 from tests.core.features.exact_touches import (
     flat_touches,
     moved,
@@ -115,9 +115,7 @@ def test_every_trial_fits_what_the_ordinary_fit_does() -> None:
     assert set(fitted) == {feature.name for feature in FEATURES}
 
 
-def _asked(
-    name: str, kind: str, features: list[str], **more: object
-) -> Characteristic:
+def _asked(name: str, kind: str, features: list[str], **more: object) -> Characteristic:
     fields = {"name": name, "kind": kind, "features": features, "lower": -0.1, "upper": 0.1}
     return Characteristic(**{**fields, **more})  # type: ignore[arg-type]
 
@@ -156,9 +154,7 @@ def _task(asked: Sequence[Characteristic], sigma: float = 0.004) -> Task:
     covariance[-1], covariance[:, -1] = 0.0, 0.0
     covariance[-1, -1] = (0.5 * sigma) ** 2
     form = np.zeros((len(POINTS), 3, 3))
-    return Task(
-        tuple(asked), RULE, tuple(POINTS), _actual(POINTS, JOB_FEATURES), covariance, form
-    )
+    return Task(tuple(asked), RULE, tuple(POINTS), _actual(POINTS, JOB_FEATURES), covariance, form)
 
 
 def test_quick_trials_are_the_slow_ones() -> None:

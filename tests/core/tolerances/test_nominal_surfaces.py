@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.features.actual import ActualFeature
-from ocmm_core.features.construct import FitThrough
-from ocmm_core.features.constructed import constructed_features, nominal_geometries
-from ocmm_core.features.nominal import nominal_geometry
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.measured import (
+    ActualFeature,
+    FitThrough,
+    constructed_features,
+    nominal_geometries,
+)
+from ocmm_core.features.shapes import Shape, nominal_geometry
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.nominal_distance import nominal_distances
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.zones import nominal_distances
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 
@@ -43,8 +45,9 @@ def near(shape: Shape) -> Float:
         heights = np.zeros(24)
     radius = 15.0 + np.tan(np.deg2rad(20.0)) * heights * (shape is Shape.CONE)
     if shape is Shape.TORUS:
-        radius, heights = 15.0 + 4.0 * np.cos(2.4 * np.arange(24)), 4.0 * np.sin(
-            2.4 * np.arange(24)
+        radius, heights = (
+            15.0 + 4.0 * np.cos(2.4 * np.arange(24)),
+            4.0 * np.sin(2.4 * np.arange(24)),
         )
     return np.stack([radius * np.cos(TURN), radius * np.sin(TURN), heights], axis=1)
 

@@ -11,26 +11,26 @@ import numpy as np
 import pytest
 
 from benchmarks.decision_parts import GROUPS, asked, group_of
-from ocmm_core.alignment.checks import alignment_fault
-from ocmm_core.alignment.datums import frame_of
-from ocmm_core.alignment.frame_document import (
+from ocmm_core.alignment import (
+    BestFit,
+    SavedFrame,
+    alignment_fault,
     content_hash,
+    doubt_of,
     frame_document,
+    frame_of,
     is_covariance,
     load_frame,
     save_frame,
     saved_frame,
 )
-from ocmm_core.alignment.frame_doubt import doubt_of
-from ocmm_core.alignment.rules import BestFit, SavedFrame
 from ocmm_core.errors import InputError
-from ocmm_core.features.actual import ActualFeature, actual_features
+from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.geometry import Float
-from ocmm_core.measuring.contributions import FRAME, rigid_movement
-from ocmm_core.tolerances.evaluate import evaluate
-from ocmm_core.tolerances.result import Verdict
-from ocmm_core.tolerances.results import evaluate_all
-from ocmm_core.tolerances.zone_frame import Frames
+from ocmm_core.measuring import FRAME, rigid_movement
+from ocmm_core.tolerances.decisions import Verdict, evaluate_all
+from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.zones import Frames
 
 GROUP = group_of(GROUPS[0])
 PLACE = asked("x of the ball", "coordinate", ["ball"], axis="x")

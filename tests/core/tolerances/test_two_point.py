@@ -12,7 +12,7 @@ import pytest
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.tolerances.evaluate import evaluate
+from ocmm_core.tolerances.kinds import evaluate
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion
 

@@ -6,11 +6,12 @@ from itertools import product
 
 import pytest
 
-from ocmm_core.tolerances.result import CharacteristicResult, Verdict
-from ocmm_core.tolerances.verdict import (
+from ocmm_core.tolerances.decisions import (
     NO_VERDICT,
     WORST_FIRST,
+    CharacteristicResult,
     PartWord,
+    Verdict,
     judge_part,
     summarise,
 )

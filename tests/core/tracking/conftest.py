@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.camera.model import N_PARAMETERS, CameraModel, project
-from ocmm_core.camera.rig import Rig, load_rig
+from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.simulation.artefacts import Part, load_part
-from ocmm_core.tracking.body import ProbeBody, load_probe
+from ocmm_core.simulation.scene import Part, load_part
+from ocmm_core.tracking import ProbeBody, load_probe
 
 LEDS = (
     (-50.0, 30.0, 118.0),

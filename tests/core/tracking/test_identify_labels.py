@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Int, rotation_xyz
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.identify import (
+from ocmm_core.tracking import (
     IdentifyOptions,
-    chi2_limit,
+    ProbeBody,
     identify,
-    nearest_slots,
+    load_probe,
     ordered_spots,
+    solve,
 )
-from ocmm_core.tracking.pose import solve
+from ocmm_core.tracking._identify import chi2_limit, nearest_slots
 
 SIGMA = 0.0316
 """One frame of the shipped rigs: 0.030 px white, 0.010 px pattern."""

@@ -22,11 +22,10 @@ from benchmarks.labels import (
 )
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.tracking.ambiguity import check_distinct
-from ocmm_core.tracking.body import load_probe
-from ocmm_core.tracking.body_tracker import spot_sigma_px
-from ocmm_core.tracking.identify import IdentifyOptions, identify, identify_all
-from ocmm_core.tracking.strobe import NOT_NAMED
+from ocmm_core.tracking import IdentifyOptions, identify, load_probe, spot_sigma_px
+from ocmm_core.tracking._ambiguity import check_distinct
+from ocmm_core.tracking._identify import identify_all
+from ocmm_core.tracking._strobe import NOT_NAMED
 
 PROBES = sorted(resource("probes").glob("*.toml"))
 STANDARD4 = resource("probes", "standard4.toml")

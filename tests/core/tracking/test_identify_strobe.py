@@ -8,17 +8,20 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Int
-from ocmm_core.simulation.artefacts import Part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.result import FrameStatus, TrackBlock, join
-from ocmm_core.tracking.strobe import NOT_NAMED, StrobeCode, StrobeReader, decode, is_lit
+from ocmm_core.simulation.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
+from ocmm_core.tracking import (
+    FrameStatus,
+    ProbeBody,
+    TrackBlock,
+    TrackingPipeline,
+    join,
+    load_probe,
+)
+from ocmm_core.tracking._strobe import NOT_NAMED, StrobeCode, StrobeReader, decode, is_lit
 
 CODE = StrobeCode(16, np.array([0, 4, 8, 12]))
 STROBE = "\n[strobe]\nperiod = 16\ndark = [0, 4, 8, 12]\n"

@@ -9,16 +9,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera.model import project
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.artefacts import Part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.follow_kernel import without_rivals
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.result import FrameStatus, TrackBlock
+from ocmm_core.simulation.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
+from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, TrackingPipeline
+from ocmm_core.tracking.kernels import without_rivals
 
 FRAMES = 2400
 RATE_HZ = 8000

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.kernel import LOST, OK
-from ocmm_core.tracking.pose import Method, PoseBatch, solve, solve_reference
+from ocmm_core.tracking import Method, PoseBatch, ProbeBody, solve
+from ocmm_core.tracking._pose import solve_reference
+from ocmm_core.tracking.kernels import LOST, OK
 
 SIGMA = 0.0105
 LED_MM = 2e-11

@@ -10,12 +10,7 @@ import pytest
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rigid_fit, rotation_from_vector, rotation_xyz
-from ocmm_core.tracking.body import (
-    ProbeBody,
-    load_probe,
-    nearest_ambiguity,
-    satisfies_rules,
-)
+from ocmm_core.tracking import ProbeBody, load_probe, nearest_ambiguity, satisfies_rules
 
 pytestmark = pytest.mark.numerics
 

@@ -11,16 +11,23 @@ import pytest
 
 from benchmarks.reference import FRAMES, PLACE, Bench, measure, resting, share_inside
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera.model import N_PARAMETERS
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import N_PARAMETERS, Rig
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.world import ScriptedNudge, ScriptedOcclusion, WorldOptions
-from ocmm_core.tracking.identify import ordered_spots
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.reference import relative_sensitivity, simultaneous
-from ocmm_core.tracking.reference_home import HOME_NS, home_of
-from ocmm_core.tracking.result import ARRAYS, FrameStatus, TrackBlock, in_rig, join, pick
+from ocmm_core.simulation.scene import ScriptedNudge, ScriptedOcclusion, VirtualRig, WorldOptions
+from ocmm_core.tracking import (
+    ARRAYS,
+    FrameStatus,
+    TrackBlock,
+    TrackingPipeline,
+    home_of,
+    in_rig,
+    join,
+    ordered_spots,
+    pick,
+    relative_sensitivity,
+    simultaneous,
+)
+from ocmm_core.tracking._reference_home import HOME_NS
 
 NUDGE = ScriptedNudge(4000, 0, (0.6e-3, -0.6e-3, 0.6e-3), (0.6, -0.6, 0.6))
 HOME = round(HOME_NS * 8000 / 1e9) + 1
@@ -60,13 +67,7 @@ def part_of(block: FrameBlock, start: int, stop: int) -> FrameBlock:
 def track(bench: Bench, block: FrameBlock, cuts: list[int] | None = None) -> TrackBlock:
     pipeline = TrackingPipeline(bench.rig, bench.body, reference=bench.reference)
     edges = [0, *(cuts or []), len(block)]
-    return join(
-        [
-            pipeline.process(part_of(block, a, b))
-            for a, b in pairwise(edges)
-            if b > a
-        ]
-    )
+    return join([pipeline.process(part_of(block, a, b)) for a, b in pairwise(edges) if b > a])
 
 
 def test_a_nudge_does_not_move_the_tip(bench: Bench) -> None:
@@ -80,9 +81,10 @@ def test_a_nudge_does_not_move_the_tip(bench: Bench) -> None:
     assert np.abs(tracked.tip_world[after] - PLACE).max() < 2e-4
     assert np.abs(simultaneous(tracked).tip_world[after] - PLACE).max() < 2e-4
     # Attitude and origin of the probe are in the same world.
-    tips = np.einsum(
-        "nij,j->ni", tracked.rotation_world_from_probe[after], bench.body.tip_probe
-    ) + tracked.origin_world[after]
+    tips = (
+        np.einsum("nij,j->ni", tracked.rotation_world_from_probe[after], bench.body.tip_probe)
+        + tracked.origin_world[after]
+    )
     assert np.allclose(tips, tracked.tip_world[after], atol=1e-9)
     # The cameras saw it move by a millimetre, and are asked for the measuring volume.
     moved = in_rig(tracked).tip_world[-1] - PLACE
@@ -181,9 +183,7 @@ def test_at_rest_what_is_wrong_with_the_cameras_cancels(bench: Bench) -> None:
     spots = ordered_spots(frames, world.truth.slots).mean(axis=0)
     beside = ordered_spots(frames, world.truth.reference_slots).mean(axis=0)
     home = home_of(beside, FRAMES, bench.rig, bench.reference)
-    relative = relative_sensitivity(
-        spots, beside, home, bench.rig, bench.body, bench.reference
-    )
+    relative = relative_sensitivity(spots, beside, home, bench.rig, bench.body, bench.reference)
     n_probe = int(np.isfinite(spots[..., 0]).sum())
     n = (relative.by_spots.shape[1] - n_probe) // 2
     now, then = relative.by_spots[:, n_probe : n_probe + n], relative.by_spots[:, n_probe + n :]

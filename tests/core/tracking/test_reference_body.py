@@ -10,8 +10,7 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.tracking.body import ProbeBody, load_probe
-from ocmm_core.tracking.reference_body import ReferenceBody, check_together, load_reference
+from ocmm_core.tracking import ProbeBody, ReferenceBody, check_together, load_probe, load_reference
 
 pytestmark = pytest.mark.numerics
 

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from ocmm_core.camera.model import projection_jacobians
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig, projection_jacobians
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.pose import solve
+from ocmm_core.tracking import ProbeBody, solve
 
 SIGMA = 0.0105
 POSES = 20_000

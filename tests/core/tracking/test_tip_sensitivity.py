@@ -6,13 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.camera.model import N_PARAMETERS
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import N_PARAMETERS, Rig
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.pose import reprojection, solve
-from ocmm_core.tracking.sensitivity import tip_sensitivity
+from ocmm_core.tracking import ProbeBody, reprojection, solve, tip_sensitivity
 
 STEPS = np.array([1e-6] * 3 + [1e-3] * 3 + [1e-4, 1e-6, 1e-3, 1e-3, 1e-8, 1e-10, 1e-8, 1e-8])
 """Each moves a pixel by about 1e-3 px; in the order of the camera's parameters."""

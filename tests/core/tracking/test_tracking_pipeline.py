@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera.rig import Rig
+from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int
-from ocmm_core.simulation.artefacts import Part
-from ocmm_core.simulation.rig import VirtualRig
-from ocmm_core.simulation.world import ScriptedOcclusion, WorldOptions
-from ocmm_core.tracking.body import ProbeBody
-from ocmm_core.tracking.pipeline import TrackingPipeline
-from ocmm_core.tracking.result import ARRAYS, FrameStatus, TrackBlock, join
+from ocmm_core.simulation.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
+from ocmm_core.tracking import ARRAYS, FrameStatus, ProbeBody, TrackBlock, TrackingPipeline, join
 
 WRONG_TIP_MM = 1.0
 """Noise and calibration errors of one frame move the tip by some 0.1 mm; a label by more than 1."""
@@ -34,11 +30,7 @@ def track(rig: Rig, body: ProbeBody, block: FrameBlock, cuts: list[int]) -> Trac
     pipeline = TrackingPipeline(rig, body)
     edges = [0, *cuts, len(block)]
     return join(
-        [
-            pipeline.process(part_of(block, slice(a, b)))
-            for a, b in pairwise(edges)
-            if b > a
-        ]
+        [pipeline.process(part_of(block, slice(a, b))) for a, b in pairwise(edges) if b > a]
     )
 
 

@@ -1,0 +1,65 @@
+"""The camera bus as a process of its own: its commands, its rights, and the side that starts it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
+    from ocmm_core.acquisition.bus_process._commands import read_first_line
+    from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
+    from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
+    from ocmm_core.acquisition.bus_process._launch import RECIPE, bus_command
+    from ocmm_core.acquisition.bus_process._realtime import (
+        BUS_PRIORITY,
+        CAMERA_PRIORITY,
+        take_priority,
+    )
+    from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
+    from ocmm_core.acquisition.bus_process._rights import (
+        NEEDED,
+        Capability,
+        give_up_all_but,
+        rights_of,
+    )
+    from ocmm_core.acquisition.bus_process._scan_process import ScanConfig, scan_command
+    from ocmm_core.acquisition.bus_process._service_client import ServiceBus
+else:
+    __getattr__ = door(
+        __name__,
+        _client="Acquisition BusProcess ChildProcess",
+        _commands="read_first_line",
+        _config="BusConfig read_config",
+        _ethercat="EthercatSource",
+        _launch="RECIPE bus_command",
+        _realtime="BUS_PRIORITY CAMERA_PRIORITY take_priority",
+        _remote_objects="RemoteObjects",
+        _rights="Capability NEEDED give_up_all_but rights_of",
+        _scan_process="ScanConfig scan_command",
+        _service_client="ServiceBus",
+    )
+
+__all__ = [
+    "BUS_PRIORITY",
+    "CAMERA_PRIORITY",
+    "NEEDED",
+    "RECIPE",
+    "Acquisition",
+    "BusConfig",
+    "BusProcess",
+    "Capability",
+    "ChildProcess",
+    "EthercatSource",
+    "RemoteObjects",
+    "ScanConfig",
+    "ServiceBus",
+    "bus_command",
+    "give_up_all_but",
+    "read_config",
+    "read_first_line",
+    "rights_of",
+    "scan_command",
+    "take_priority",
+]

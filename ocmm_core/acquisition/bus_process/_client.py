@@ -1,0 +1,247 @@
+"""The application's side of the bus process: start it, ask it to stop, learn why it ended."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import subprocess
+import threading
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+from ocmm_core.acquisition.bus_process._commands import LineBuffer
+from ocmm_core.acquisition.bus_process._config import BusConfig
+from ocmm_core.acquisition.bus_process._launch import bus_command
+from ocmm_core.acquisition.bus_process._remote_objects import ObjectLine
+from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, StopReason, Word, leave_error
+from ocmm_core.errors import AcquisitionError, BusError
+from ocmm_core.failure import EXIT_INTERNAL, contained
+
+_KILL_S = 2.0
+_SEND_S = 2.0
+_READ_BYTES = 65536
+
+
+class Acquisition(Protocol):
+    """Something that fills a ring: a worker in a thread, or a process."""
+
+    def start(self) -> None:
+        """Begin; what goes wrong later is told by the ring."""
+        ...
+
+    def request_stop(self) -> None:
+        """Ask for the end; returns at once."""
+        ...
+
+    def join(self, timeout_s: float) -> bool:
+        """Wait for the end and say whether it came in time."""
+        ...
+
+
+class ChildProcess:
+    """A process that fills a ring, fed with lines of JSON and watched until it ends.
+
+    Parameters
+    ----------
+    command
+        What to start.
+    first_lines
+        What to write to its standard input, which then stays open for requests: its end tells
+        the process that this one is gone.
+    ring
+        The ring it fills; this process keeps it.
+    """
+
+    def __init__(self, command: Sequence[str], first_lines: bytes, ring: FrameRing) -> None:
+        self._command = list(command)
+        self._first_lines = first_lines
+        self._ring = ring
+        self._process: subprocess.Popen[bytes] | None = None
+        self._watch: threading.Thread | None = None
+        self._stop_asked = False
+        self._objects = ObjectLine()
+        self._sending = threading.Lock()
+        self._fed = threading.Event()
+        self._cut = False
+
+    @property
+    def pid(self) -> int | None:
+        """Return the process number, or None before the start."""
+        return None if self._process is None else self._process.pid
+
+    @property
+    def objects(self) -> ObjectLine:
+        """Return the requests for camera objects that are under way; see `RemoteObjects`."""
+        return self._objects
+
+    def start(self) -> None:
+        """Start the process.
+
+        Raises
+        ------
+        BusError
+            It cannot be started.
+        """
+        if self._process is not None:
+            raise AcquisitionError(
+                "acquisition.started", "The acquisition was started already.", "Make a new one."
+            )
+        self._ring.set_word(Word.STATE, AcquisitionState.OPENING)
+        try:
+            self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+                self._command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+            )
+        except OSError as error:
+            raise BusError(
+                "bus.start",
+                f"'{self._command[0]}' cannot be started ({error.strerror}).",
+                "Install the program completely.",
+            ) from error
+        self._watch = threading.Thread(
+            target=self._watch_over, args=(self._process,), name="ocmm-bus-watch"
+        )
+        self._watch.start()
+
+    def request_stop(self) -> None:
+        """Ask the process to end after its present cycle."""
+        self._stop_asked = True
+        self._ring.set_word(Word.STOP_REQUEST, 1)
+
+    def close_input(self) -> None:
+        """End the process's input, as if this program had ended; no more requests then."""
+        if self._process is not None and self._process.stdin is not None:
+            with self._sending, contextlib.suppress(BrokenPipeError):
+                self._process.stdin.close()
+
+    def join(self, timeout_s: float) -> bool:
+        """Wait for the end; a process that does not end in time is killed.
+
+        Returns
+        -------
+        bool
+            True where it ended by itself in time.
+        """
+        if self._process is None or self._watch is None:
+            return True
+        self._watch.join(timeout_s)
+        in_time = not self._watch.is_alive()
+        if not in_time:
+            self._process.kill()
+            self._watch.join(_KILL_S)
+        return in_time
+
+    def send(self, line: bytes) -> None:
+        """Pass a line on to the process.
+
+        Raises
+        ------
+        BusError
+            The process is not there, or takes nothing.
+        """
+        process = self._process
+        if process is None or process.stdin is None:
+            raise _gone("is not started")
+        deadline = time.monotonic() + _SEND_S
+        if not self._fed.wait(_SEND_S):
+            raise _gone("takes nothing")
+        with self._sending:
+            if process.stdin.closed:
+                raise _gone("has ended")
+            if self._cut:
+                raise _gone("takes nothing")
+            rest = memoryview(line)
+            while rest:
+                left = max(0.0, deadline - time.monotonic())
+                if not select.select([], [process.stdin], [], left)[1]:
+                    # Half a line may be on its way; nothing that follows would be understood.
+                    self._cut = len(rest) < len(line)
+                    raise _gone("takes nothing")
+                try:
+                    rest = rest[os.write(process.stdin.fileno(), rest) :]
+                except BrokenPipeError:
+                    raise _gone("has ended") from None
+
+    def _watch_over(self, process: subprocess.Popen[bytes]) -> None:
+        try:
+            self._until_end(process)
+        except Exception as error:
+            # A process that nobody watches any more must not go on filling the ring.
+            process.kill()
+            process.wait()
+            leave_error(self._ring, error)
+            self._ring.set_word(Word.STOP_REASON, StopReason.FAILED)
+            self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
+            self._objects.end(_gone("has ended"))
+
+    def _until_end(self, process: subprocess.Popen[bytes]) -> None:
+        """Feed the process, wait for its end and leave the reason in the ring."""
+        if process.stdin is None or process.stdout is None or process.stderr is None:
+            return
+        # A process that ended at once says why in its last words.
+        with self._sending:
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.write(self._first_lines)
+                process.stdin.flush()
+            os.set_blocking(process.stdin.fileno(), False)
+        self._fed.set()
+        answers = threading.Thread(
+            target=self._read_answers, args=(process.stdout.fileno(),), name="ocmm-bus-answers"
+        )
+        answers.start()
+        complaint = ""
+        for line in process.stderr:
+            text = line.decode("utf-8", errors="replace").strip()
+            if text and not text.startswith("note: "):
+                complaint = text
+        code = process.wait()
+        answers.join()
+        process.stdout.close()
+        process.stderr.close()
+        self.close_input()
+        if self._ring.word(Word.STATE) == AcquisitionState.STOPPED:
+            return
+        if code and not (self._stop_asked and code < 0):
+            self._ring.set_text(complaint or f"The bus process ended unexpectedly (code {code}).")
+            self._ring.set_word(Word.INTERNAL, int(code == EXIT_INTERNAL))
+            self._ring.set_word(Word.STOP_REASON, StopReason.FAILED)
+        else:
+            self._ring.set_word(Word.STOP_REASON, StopReason.REQUESTED)
+        self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
+
+    def _read_answers(self, descriptor: int) -> None:
+        end = _gone("has ended")
+        try:
+            lines = LineBuffer()
+            while content := os.read(descriptor, _READ_BYTES):
+                for line in lines.push(content):
+                    self._objects.receive(line)
+        except Exception as error:
+            told = contained(error, "Reading the answers of the bus process")
+            end = BusError(told.code, told.what, told.remedy)
+        self._objects.end(end)
+
+
+def _gone(why: str) -> BusError:
+    return BusError(
+        "bus.process", f"The bus process {why}.", "Start the acquisition and repeat the request."
+    )
+
+
+class BusProcess(ChildProcess):
+    """The program ``ocmm-acq`` on an interface of this computer.
+
+    Parameters
+    ----------
+    config
+        What to do there.
+    ring
+        The ring named in it.
+    """
+
+    def __init__(self, config: BusConfig, ring: FrameRing) -> None:
+        super().__init__(bus_command(), config.to_json(), ring)

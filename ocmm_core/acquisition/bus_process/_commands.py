@@ -1,0 +1,265 @@
+"""The bus process's ear and mouth: requests from standard input, answers to standard output.
+
+One thread of its own does all reading, writing and JSON, so that the thread that runs the bus
+cycle never waits and hardly works: it takes a request from a queue and puts an answer into
+another. Both queues are bounded and count what does not fit.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.failure import contained
+from ocmm_core.fieldbus.objects import (
+    MAX_LINE_BYTES,
+    CancelRequest,
+    EepromRequest,
+    ObjectReply,
+    ObjectRequest,
+    decode_request,
+    encode_line,
+)
+
+MAX_REQUESTS = 64
+MAX_REPLIES = 256
+_MAX_CANCELLED = 256
+_READ_BYTES = 65536
+_WRITE_BYTES = 4096
+"""A pipe that can be written to has room for so much at least (POSIX, PIPE_BUF of Linux)."""
+_LAST_WORDS_S = 0.5
+
+
+def read_first_line(descriptor: int) -> bytes:
+    """Return the first line of a stream, and take nothing beyond it."""
+    line = bytearray()
+    while not line.endswith(b"\n") and len(line) < MAX_LINE_BYTES:
+        byte = os.read(descriptor, 1)
+        if not byte:
+            break
+        line += byte
+    return bytes(line)
+
+
+class LineBuffer:
+    """Cuts a stream into lines; a line that is too long is left out and counted.
+
+    Attributes
+    ----------
+    too_long
+        How many lines were left out.
+    """
+
+    def __init__(self, longest: int = MAX_LINE_BYTES) -> None:
+        self._longest = longest
+        self._rest = bytearray()
+        self._skipping = False
+        self.too_long = 0
+
+    def push(self, content: bytes) -> list[bytes]:
+        """Take what came and return the lines that are complete now, without their ends."""
+        *ends, rest = content.split(b"\n")
+        lines = []
+        for end in ends:
+            self._append(end)
+            if not self._skipping:
+                lines.append(bytes(self._rest))
+            self._rest.clear()
+            self._skipping = False
+        self._append(rest)
+        return lines
+
+    def _append(self, part: bytes) -> None:
+        if not self._skipping and len(self._rest) + len(part) > self._longest:
+            self._skipping = True
+            self.too_long += 1
+            self._rest.clear()
+        if not self._skipping:
+            self._rest += part
+
+
+class CommandPort:
+    """Requests in, answers out; see the module.
+
+    Parameters
+    ----------
+    input_, output
+        Descriptors of the streams; they stay open.
+    on_end
+        Called, once and in another thread, when the input ends: whoever asked is gone.
+    on_failure
+        Called before that with what ended the thread, where something nobody foresaw did.
+
+    Attributes
+    ----------
+    refused
+        Requests that could not be read or had no room.
+    dropped
+        Answers that had no room.
+    """
+
+    def __init__(
+        self,
+        input_: int,
+        output: int,
+        on_end: Callable[[], None],
+        on_failure: Callable[[Exception], None] = lambda error: None,
+    ) -> None:
+        self._input = input_
+        self._output = output
+        self._on_end, self._on_failure = on_end, on_failure
+        self._requests: deque[ObjectRequest | EepromRequest] = deque()
+        self._replies: deque[ObjectReply] = deque()
+        self._cancelled: deque[int] = deque(maxlen=_MAX_CANCELLED)
+        self._lines = LineBuffer()
+        self._pending = bytearray()
+        self._deaf = self._mute = False
+        self._closing = False
+        self.refused = 0
+        self.dropped = 0
+        self._bell_out, self._bell_in = os.pipe()
+        os.set_blocking(self._bell_in, False)
+        # A daemon: a process that fails must end without asking this thread.
+        self._thread = threading.Thread(target=self._run, name="ocmm-bus-commands", daemon=True)
+        self._thread.start()
+
+    @classmethod
+    def from_standard_streams(
+        cls,
+        on_end: Callable[[], None],
+        on_failure: Callable[[Exception], None] = lambda error: None,
+    ) -> CommandPort:
+        """Return the port on standard input and output.
+
+        What was read from ``sys.stdin`` before may have taken requests with it; read the
+        configuration with `read_first_line`.
+        """
+        return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
+
+    def take(self) -> ObjectRequest | EepromRequest | None:
+        """Return the next request, or None; never waits."""
+        while True:
+            try:
+                request = self._requests.popleft()
+            except IndexError:
+                return None
+            if not self.is_cancelled(request.number):
+                return request
+
+    def is_cancelled(self, number: int) -> bool:
+        """Return whether nobody waits for this request any more; never waits."""
+        return number in self._cancelled
+
+    def reply(self, reply: ObjectReply) -> None:
+        """Send an answer; never waits.
+
+        Where nobody reads the answers, what tells only progress is left out first.
+        """
+        room = MAX_REPLIES if reply.finished else MAX_REPLIES // 2
+        if self._closing or len(self._replies) >= room:
+            self.dropped += 1
+            return
+        self._replies.append(reply)
+        self._ring()
+
+    def close(self) -> None:
+        """Send what waits, for a moment at most, and end the thread; may be called twice."""
+        if self._closing:
+            return
+        self._closing = True
+        self._ring()
+        self._thread.join(2.0 * _LAST_WORDS_S)
+        if not self._thread.is_alive():
+            os.close(self._bell_in)
+            os.close(self._bell_out)
+
+    def _ring(self) -> None:
+        try:
+            os.write(self._bell_in, b"\x00")
+        except BlockingIOError:
+            # It rings already.
+            return
+
+    def _run(self) -> None:
+        try:
+            while not self._closing:
+                self._step(None)
+            if self._output_waits():
+                self._step(_LAST_WORDS_S)
+            while self._output_waits() and self._step(0.0):
+                pass
+        except Exception as error:
+            # Without this thread nobody would notice that whoever asked is gone.
+            self._on_failure(contained(error, "The line to the application"))
+            self._on_end()
+
+    def _output_waits(self) -> bool:
+        return not self._mute and bool(self._pending or self._replies)
+
+    def _step(self, timeout_s: float | None) -> bool:
+        """Wait for something to do, do it, and say whether there was something."""
+        sources = [self._bell_out] if self._deaf else [self._bell_out, self._input]
+        sinks = [self._output] if self._output_waits() else []
+        readable, writable, _ = select.select(sources, sinks, [], timeout_s)
+        if self._bell_out in readable:
+            os.read(self._bell_out, _READ_BYTES)
+        if self._input in readable:
+            self._listen()
+        if writable:
+            self._speak()
+        return bool(writable)
+
+    def _listen(self) -> None:
+        try:
+            content = os.read(self._input, _READ_BYTES)
+        except OSError:
+            content = b""
+        if not content:
+            self._deaf = True
+            self._on_end()
+            return
+        too_long = self._lines.too_long
+        for line in self._lines.push(content):
+            if line.strip():
+                self._understand(line)
+        if self._lines.too_long > too_long:
+            self._refuse(0, "bus.request", "A request is too long.", "Send less at once.")
+
+    def _understand(self, line: bytes) -> None:
+        try:
+            request = decode_request(line)
+        except OcmmError as error:
+            self._refuse(0, error.code, error.what, error.remedy)
+            return
+        if isinstance(request, CancelRequest):
+            self._cancelled.append(request.number)
+        elif len(self._requests) >= MAX_REQUESTS:
+            self._refuse(
+                request.number,
+                "bus.busy",
+                f"{MAX_REQUESTS} requests to the cameras wait already.",
+                "Wait until they are answered.",
+            )
+        else:
+            self._requests.append(request)
+
+    def _refuse(self, number: int, code: str, what: str, remedy: str) -> None:
+        self.refused += 1
+        self.reply(ObjectReply(number, finished=True, code=code, what=what, remedy=remedy))
+
+    def _speak(self) -> None:
+        if not self._pending:
+            self._pending += encode_line(self._replies.popleft())
+        try:
+            written = os.write(self._output, self._pending[:_WRITE_BYTES])
+        except OSError:
+            # Nobody listens any more; the end of the input tells what to do about that.
+            self._mute = True
+            self._pending.clear()
+            return
+        del self._pending[:written]

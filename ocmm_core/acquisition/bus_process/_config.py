@@ -1,0 +1,66 @@
+"""What the bus process is told to do, as JSON."""
+
+from __future__ import annotations
+
+import msgspec
+
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.device import CameraIdentity
+
+
+class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Configuration of the bus process.
+
+    Attributes
+    ----------
+    interface
+        Network interface of the cameras.
+    ring_path
+        File of the ring that frames and status go into.
+    cameras
+        Cameras of the rig, in its order.
+    frame_period_ns, cycle_period_ns
+        Between two exposures, and between two bus cycles.
+    force
+        Use the interface although the computer uses it for its network.
+    redundant_interface
+        Interface at the other end of the ring; empty without a redundancy cable.
+    """
+
+    interface: str
+    ring_path: str
+    cameras: tuple[CameraIdentity, ...]
+    frame_period_ns: int = 125_000
+    cycle_period_ns: int = 1_000_000
+    force: bool = False
+    redundant_interface: str = ""
+
+    def to_json(self) -> bytes:
+        """Return the configuration as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+def read_config(content: bytes) -> BusConfig:
+    """Return the configuration in ``content``; raise InputError where it is none."""
+    try:
+        config = msgspec.json.decode(content, type=BusConfig)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            "bus.config",
+            f"The configuration of the bus process is not valid: {error}.",
+            "Start the bus process through the program, or correct that field.",
+        ) from error
+    cycle, frame = config.cycle_period_ns, config.frame_period_ns
+    if frame < 50_000 or cycle < 250_000 or cycle % frame or cycle // frame > 8:
+        raise InputError(
+            "bus.periods",
+            f"A bus cycle of {cycle} ns with frames every {frame} ns cannot be kept.",
+            "Let a bus cycle of at least 250 us hold 1 to 8 whole frame periods.",
+        )
+    if not config.cameras:
+        raise InputError(
+            "bus.config",
+            "Field 'cameras' of the bus configuration is empty.",
+            "Name the cameras of the rig.",
+        )
+    return config

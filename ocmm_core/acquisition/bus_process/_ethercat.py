@@ -1,0 +1,337 @@
+"""Frames from the EtherCAT bus: one read is one bus cycle, judged and accounted for."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import (
+    Cycle,
+    CycleVerdict,
+    ExposureCount,
+    FrameJoiner,
+    SourceDescription,
+)
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.cycle import (
+    OPERATION,
+    Answer,
+    BusAccounts,
+    BusSettings,
+    CameraBus,
+    CameraRecord,
+    CyclePacer,
+    Fault,
+    Next,
+    Supervisor,
+    Trouble,
+    advance,
+    first_frame,
+    judge,
+)
+from ocmm_core.fieldbus.device import FRAME_DTYPE, FRAMES_PER_CYCLE, HEADER_STRUCT, decode_spots
+from ocmm_core.fieldbus.objects import ObjectService, Port, Thermometer
+from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report
+from ocmm_core.fieldbus.wire import is_virtual_interface
+
+_VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
+_PASSING = frozenset(
+    {"bus.no_answer", "bus.map", "bus.clock", "bus.state", "bus.duplicate_address"}
+)
+"""May come from a computer that stood still for a moment; the first start tries again."""
+_ANSWER_SHARE = 0.7
+"""Part of a cycle that is spent waiting for the answer."""
+_PHASE_NS = 100_000
+"""After a block of exposures is finished the cameras need a moment to have it ready."""
+_SLICE_NS = 20_000_000
+"""A bring-up goes on for so long before the caller is told that cycles were lost."""
+_REPORT_NS = 50_000_000
+_DRIFT_LIMIT_PPM = 500.0
+
+
+class EthercatSource:
+    """Cameras on an EtherCAT bus, as a `FrameSource`.
+
+    A fault of the bus does not end it: cycles are lost or refused until the cameras are in
+    operation again, brought up anew where that is needed. The cycle follows the bus clock, so
+    that frames are exchanged right after a block of exposures is finished.
+
+    Parameters
+    ----------
+    settings
+        Interface, cameras and periods.
+    publish
+        Gets the encoded `BusReport`, at every change and 20 times a second.
+    port
+        Requests to the cameras that are served beside the cycle.
+    notes
+        What this computer does not allow the process; for the report.
+
+    Attributes
+    ----------
+    lateness_ns
+        How late the last cycle began.
+    """
+
+    def __init__(
+        self,
+        settings: BusSettings,
+        publish: Callable[[bytes], None] | None = None,
+        port: Port | None = None,
+        notes: Sequence[str] = (),
+    ) -> None:
+        self._settings = settings
+        self._publish = publish
+        names = tuple(camera.name for camera in settings.cameras)
+        self._thermometer = Thermometer(port, names)
+        self._objects = ObjectService(self._thermometer, names)
+        self._bus = CameraBus(settings, self._objects)
+        self._accounts = BusAccounts(settings, notes)
+        self._supervisor = Supervisor(time.monotonic_ns())
+        self._exposures = ExposureCount(len(names))
+        self._records: list[CameraRecord] = []
+        self._steps: Iterator[BusPhase] = iter(())
+        self._pacer: CyclePacer | None = None
+        self._published: tuple[BusPhase, str, str] | None = None
+        self._published_ns = 0
+        self.lateness_ns = 0
+
+    @property
+    def description(self) -> SourceDescription:
+        """Return what the source says about itself."""
+        return SourceDescription(
+            name=f"EtherCAT ({self._settings.interface})",
+            camera_serials=tuple(camera.serial for camera in self._settings.cameras),
+            frame_period_ns=self._settings.frame_period_ns,
+            cycle_period_ns=self._settings.cycle_period_ns,
+            live=True,
+            simulated=is_virtual_interface(self._settings.interface),
+        )
+
+    @property
+    def report(self) -> BusReport:
+        """Return what can be said about the bus now."""
+        phase_ns = 0.0 if self._pacer is None else self._pacer.phase_ns
+        return self._accounts.report(
+            self._bus, self._supervisor, self._objects, phase_ns, self._thermometer.celsius
+        )
+
+    def open(self) -> None:
+        """Bring the cameras to operation; raise BusError with the remedy if that fails."""
+        for last in (False, False, True):
+            try:
+                for phase in self._bus.open_steps():
+                    self._supervisor.stepping(phase)
+                    self._tell()
+                break
+            except BusError as error:
+                if error.code in _PASSING and not last:
+                    continue
+                now_ns = time.monotonic_ns()
+                self._supervisor.failed(error, now_ns)
+                self._supervisor.phase = BusPhase.FAILED
+                self._note(self._supervisor.alarm, error.what, now_ns, remedy=error.remedy)
+                self._tell()
+                raise
+        self._begin_session()
+        self._pacer = CyclePacer(self._settings.cycle_period_ns, time.monotonic_ns())
+
+    def read(self) -> Cycle:
+        """Run the next bus cycle, or go on with the recovery of the bus.
+
+        Raises
+        ------
+        BusError
+            The source is not open.
+        """
+        if self._pacer is None or self._exposures.joiner is None:
+            raise BusError("bus.closed", "The camera bus is not open.", "Open it first.")
+        wanted = self._supervisor.next(time.monotonic_ns())
+        cycle = (
+            self._exchange(self._pacer, self._exposures.joiner)
+            if wanted is Next.CYCLE
+            else self._recover(self._pacer)
+        )
+        self._accounts.cycle(cycle.verdict.value, cycle.skipped.value, cycle.elapsed)
+        self._listen()
+        self._tell()
+        return cycle
+
+    def close(self) -> None:
+        """Give the bus back; may be called twice, and after a failed open."""
+        self._bus.close()
+        if self._pacer is not None:
+            self._pacer = None
+            self._supervisor.phase = BusPhase.CLOSED
+            self._tell()
+
+    def _exchange(self, pacer: CyclePacer, joiner: FrameJoiner) -> Cycle:
+        wait = pacer.deadline_ns - time.monotonic_ns()
+        if wait > 0:
+            time.sleep(wait * 1e-9)
+        now_ns = time.monotonic_ns()
+        self.lateness_ns = now_ns - pacer.deadline_ns
+        elapsed = pacer.begin(now_ns)
+        self._accounts.lateness.add(max(0, self.lateness_ns))
+        answer = self._bus.exchange(
+            [record.next_frame for record in self._records],
+            int(_ANSWER_SHARE * self._settings.cycle_period_ns),
+        )
+        passage, clock = self._bus.passage, self._bus.clock
+        if passage is not None and passage.whole:
+            self._accounts.round_trip.add(passage.answered_ns - passage.sent_ns)
+        late = time.monotonic_ns() > pacer.deadline_ns
+        if clock.known:
+            pacer.follow(clock, self._bus.schedule.start_ns + _PHASE_NS)
+        fault = judge(answer, self._records, self._bus.schedule)
+        if fault is not None:
+            return self._refuse(fault, elapsed)
+        self._take(answer, joiner)
+        end_ns = time.monotonic_ns()
+        given = self._exposures.pull()
+        if self._supervisor.good(end_ns):
+            self._note(OPERATION, "The cameras are in operation.", end_ns)
+        if late or elapsed > 1:
+            busy = "The computer was busy and answered the cameras late."
+            self._note(Alarm.HOST_BUSY, busy, end_ns, cycles=elapsed - 1 + late)
+        if self._bus.redundancy_broken:
+            words = "The ring is open: the next fault of a cable stops the measuring."
+            self._note(Alarm.REDUNDANCY, words, end_ns)
+        if abs(clock.drift_ppm) > _DRIFT_LIMIT_PPM:
+            words = f"The bus clock runs {clock.drift_ppm:+.0f} ppm against this computer."
+            self._note(Alarm.CLOCK_DRIFT, words, end_ns)
+        return Cycle(
+            CycleVerdict.LATE if late else CycleVerdict.GOOD,
+            "The computer was busy and answered the cameras late." if late else "",
+            frames=given.frames,
+            elapsed=elapsed,
+            frames_lost=given.lost,
+        )
+
+    def _refuse(self, fault: Fault, elapsed: int) -> Cycle:
+        now_ns = time.monotonic_ns()
+        self._accounts.refused(fault.camera)
+        self._note(fault.alarm, fault.reason, now_ns, camera=fault.camera)
+        self._supervisor.bad(fault, now_ns)
+        return Cycle(_VERDICT[fault.trouble], fault.reason, elapsed=elapsed)
+
+    def _recover(self, pacer: CyclePacer) -> Cycle:
+        """Go on with the bring-up for a moment; every cycle of it is lost."""
+        supervisor = self._supervisor
+        begin_ns = now_ns = time.monotonic_ns()
+        while now_ns - begin_ns < _SLICE_NS:
+            wanted = supervisor.next(now_ns)
+            if wanted is Next.CYCLE:
+                break
+            if wanted is Next.PAUSE:
+                # Nothing is in a hurry now, and elsewhere nobody collects.
+                gc.collect()
+                left_ns = min(supervisor.pause_left_ns(now_ns), _SLICE_NS - (now_ns - begin_ns))
+                time.sleep(max(0, left_ns) * 1e-9)
+            else:
+                self._step(wanted)
+            now_ns = time.monotonic_ns()
+        self._objects.work(now_ns)
+        elapsed = pacer.passed(now_ns)
+        if not elapsed:
+            time.sleep(max(0, pacer.deadline_ns - now_ns) * 1e-9)
+            elapsed = pacer.passed(max(time.monotonic_ns(), pacer.deadline_ns))
+        reason = supervisor.message or "The cameras are being brought to operation."
+        return Cycle(CycleVerdict.LOST, reason, elapsed=max(1, elapsed), skipped=CycleVerdict.LOST)
+
+    def _step(self, wanted: Next) -> None:
+        supervisor = self._supervisor
+        try:
+            if wanted is Next.RESTART:
+                self._steps = self._bus.open_steps()
+            phase = next(self._steps, None)
+        except BusError as error:
+            now_ns = time.monotonic_ns()
+            supervisor.failed(error, now_ns)
+            self._note(supervisor.alarm, error.what, now_ns, remedy=error.remedy)
+            return
+        if phase is not None:
+            supervisor.stepping(phase)
+            return
+        self._begin_session()
+
+    def _begin_session(self) -> None:
+        """Take up the exposures that a bring-up started."""
+        schedule = self._bus.schedule
+        self._records = [CameraRecord(camera.name) for camera in self._settings.cameras]
+        gap = self._exposures.begin(schedule, self._bus.session.start_host_ns)
+        self._accounts.lost(gap)
+        self._supervisor.brought_up(time.monotonic_ns())
+
+    def _take(self, answer: Answer, joiner: FrameJoiner) -> None:
+        """Hand the frames that are new to the joiner, by their counters."""
+        schedule = self._bus.schedule
+        for camera, (header, content) in enumerate(zip(answer.headers, answer.inputs, strict=True)):
+            record = self._records[camera]
+            if self._accounts.taken(record, header, schedule):
+                words = f"Camera '{record.name}' was switched off and on."
+                self._note(Alarm.RESTARTED, words, time.monotonic_ns(), camera=record.name)
+            first = first_frame(header, schedule)
+            known = max(0, record.next_frame - first)
+            frames = np.frombuffer(
+                content, FRAME_DTYPE, count=FRAMES_PER_CYCLE, offset=HEADER_STRUCT.size
+            )[known : header.frames_valid]
+            if len(frames):
+                counter = first + known + np.arange(len(frames))
+                joiner.push(
+                    camera,
+                    schedule.start_ns + counter * schedule.period_ns,
+                    frames["flags"],
+                    frames["valid"],
+                    decode_spots(frames),
+                )
+            self._records[camera] = advance(record, header, schedule)
+
+    def _listen(self) -> None:
+        """Write down what the cameras told and what became of requests."""
+        now_ns = time.monotonic_ns()
+        while self._objects.emergencies:
+            camera, emergency = self._objects.emergencies.popleft()
+            self._accounts.emergency(camera)
+            words = (
+                f"Camera '{camera}' reports an emergency: {emergency.text} "
+                f"({emergency.code:#06x}, error register {emergency.register:#04x})."
+            )
+            self._note(Alarm.EMERGENCY, words, now_ns, camera=camera)
+        while self._objects.failures:
+            camera, reply = self._objects.failures.popleft()
+            self._note(reply.code, reply.what, now_ns, camera=camera, remedy=reply.remedy)
+
+    def _note(
+        self,
+        code: str,
+        what: str,
+        now_ns: int,
+        *,
+        camera: str = "",
+        remedy: str = "",
+        cycles: int = 1,
+    ) -> None:
+        self._accounts.journal.note(
+            code,
+            what,
+            cycle=self._accounts.elapsed,
+            now_ns=now_ns,
+            camera=camera,
+            remedy=remedy,
+            cycles=cycles,
+        )
+
+    def _tell(self) -> None:
+        """Publish the report where something changed or the last one is old."""
+        if self._publish is None:
+            return
+        supervisor, now_ns = self._supervisor, time.monotonic_ns()
+        state = (supervisor.phase, supervisor.alarm, supervisor.camera)
+        if state == self._published and now_ns - self._published_ns < _REPORT_NS:
+            return
+        self._published, self._published_ns = state, now_ns
+        self._publish(encode_report(self.report))

@@ -1,0 +1,71 @@
+"""How the bus process is started: with which interpreter, and therefore with which rights.
+
+On a workstation a copy of the interpreter, made by ``installer/linux/grant-rights.sh``, carries
+the rights of the bus process; the application itself runs with the ordinary one and has none.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from pathlib import Path
+
+from ocmm_core.acquisition.bus_process._rights import NEEDED, granted_by, rights_of
+
+RECIPE = "sudo installer/linux/grant-rights.sh"
+"""What to type where rights are missing."""
+_NAME = "ocmm-acq-python"
+_MODULE = "ocmm_core.acquisition.bus_process._start"
+
+
+def bus_command(interpreter: Path | None = None) -> list[str]:
+    """Return the command that runs the bus process.
+
+    Parameters
+    ----------
+    interpreter
+        Python of the application, by default the one that runs; a copy with rights is looked for
+        beside it.
+    """
+    ordinary = Path(sys.executable) if interpreter is None else interpreter
+    chosen = ordinary
+    if sys.platform == "linux" and os.geteuid() != 0:
+        granted = ordinary.with_name(_NAME)
+        if not why_not(granted, ordinary):
+            chosen = granted
+    # Isolated: what may send raw frames takes no code from the present folder, from the
+    # environment or from the folder of the user's own packages.
+    return [str(chosen), "-I", "-m", _MODULE]
+
+
+def why_not(granted: Path, ordinary: Path) -> str:
+    """Return why ``granted`` cannot be the interpreter of the bus process; empty if it can.
+
+    Parameters
+    ----------
+    granted
+        The copy with rights.
+    ordinary
+        The interpreter that it must be a copy of.
+    """
+    again = f"run {RECIPE} again"
+    try:
+        there, original = granted.stat(), ordinary.stat()
+    except OSError:
+        return f"{granted} does not exist; run {RECIPE}"
+    if not stat.S_ISREG(there.st_mode) or there.st_uid != 0 or there.st_mode & 0o022:
+        return f"{granted} could have been changed by somebody other than root; {again}"
+    if (there.st_size, int(there.st_mtime)) != (original.st_size, int(original.st_mtime)):
+        return f"{granted} is a copy of another Python than {ordinary}; {again}"
+    if not os.access(granted, os.X_OK):
+        return f"this user is not in the group that may run {granted}"
+    if missing := NEEDED - granted_by(granted):
+        return f"{granted} lacks {len(missing)} of {len(NEEDED)} rights; {again}"
+    if os.statvfs(granted).f_flag & os.ST_NOSUID:
+        return f"{granted} lies on a file system that ignores rights (mounted 'nosuid')"
+    own = rights_of()
+    # The kernel does not even start it then.
+    if own.no_new_privileges or not own.bounding >= NEEDED:
+        return "this program was started in a way that forbids these rights to all that it starts"
+    return ""

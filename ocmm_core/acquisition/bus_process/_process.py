@@ -1,0 +1,111 @@
+"""The program ``ocmm-acq``: the camera bus in a process of its own.
+
+It is the only part of the product that needs rights on the network and a real-time priority, and
+the only one that a fault of the EtherCAT library could end. It reads its configuration as one
+line of JSON from a file or from standard input, fills a ring in shared memory and ends when the
+ring says so, on SIGTERM, or when the program that started it is gone (end of standard input).
+"""
+
+from __future__ import annotations
+
+import gc
+import signal
+import sys
+import threading
+from functools import partial
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process._commands import CommandPort, read_first_line
+from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
+from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
+from ocmm_core.acquisition.bus_process._realtime import (
+    BUS_PRIORITY,
+    lock_memory,
+    take_priority,
+    take_processor,
+)
+from ocmm_core.acquisition.frames import (
+    AcquisitionWorker,
+    FrameRing,
+    StopReason,
+    leave_error,
+    read_status,
+)
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.fieldbus.cycle import BusSettings
+
+EXIT_FAILED = 2
+
+
+def main() -> None:
+    """Run the bus process: ``ocmm-acq [--interface NAME | CONFIG.json]``.
+
+    Without a file the configuration comes on standard input. A service names the interface, which
+    whoever connects to it may not choose.
+    """
+    try:
+        sys.exit(_run(sys.argv[1:]))
+    except Exception as error:
+        told = contained(error, "The bus process")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+
+
+def _run(arguments: list[str]) -> int:
+    fixed = arguments[1] if arguments[:1] == ["--interface"] and len(arguments) > 1 else ""
+    from_parent = bool(fixed) or not arguments
+    content = read_first_line(sys.stdin.fileno()) if from_parent else read_bytes(Path(arguments[0]))
+    config = read_config(content)
+    if fixed:
+        config = msgspec.structs.replace(
+            config, interface=fixed, redundant_interface="", force=False
+        )
+    ring = FrameRing.attach(config.ring_path)
+    port: CommandPort | None = None
+    stop = threading.Event()
+    try:
+        notes = tuple(
+            missing
+            for missing in (take_priority(BUS_PRIORITY), lock_memory(), take_processor())
+            if missing
+        )
+        for note in notes:
+            sys.stderr.write(f"note: {note}\n")
+        if from_parent:
+            port = CommandPort.from_standard_streams(stop.set, partial(leave_error, ring))
+        source = EthercatSource(_settings(config), ring.set_report, port, notes)
+        worker = AcquisitionWorker(source, ring, stop)
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda _number, _frame: worker.request_stop())
+        # A collection takes milliseconds; the source makes one where nothing is in a hurry.
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        reason = worker.run()
+        if reason is StopReason.FAILED:
+            sys.stderr.write(f"{ring.text()}\n")
+            return EXIT_INTERNAL if read_status(ring).internal else EXIT_FAILED
+        return 0
+    finally:
+        if port is not None:
+            port.close()
+        ring.close()
+
+
+def _settings(config: BusConfig) -> BusSettings:
+    return BusSettings(
+        config.interface,
+        config.cameras,
+        config.frame_period_ns,
+        config.cycle_period_ns,
+        config.force,
+        config.redundant_interface,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,230 @@
+"""The application's side of camera objects: asked for in one process, fetched by another.
+
+Requests of several threads travel over the one line to the bus process; each waits for the
+answers that carry its own number.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import Protocol
+
+from ocmm_core.errors import BusError, InputError, OcmmError
+from ocmm_core.fieldbus.objects import (
+    MAX_EEPROM_WORDS,
+    MAX_VALUE_BYTES,
+    CancelRequest,
+    EepromRequest,
+    ObjectReply,
+    ObjectRequest,
+    Request,
+    decode_reply,
+    encode_line,
+)
+
+TIMEOUT_S = 10.0
+"""The bus process gives a silent camera up much earlier; this is for a silent bus process."""
+
+Progress = Callable[[int, int], None]
+"""Called with bytes so far and in all; what it raises ends the transfer."""
+
+
+class Sender(Protocol):
+    """Something that takes lines for the bus process."""
+
+    def send(self, line: bytes) -> None:
+        """Pass a line on; raise BusError where that is not possible."""
+        ...
+
+
+class ObjectLine:
+    """Requests under way, by number.
+
+    Attributes
+    ----------
+    garbled
+        Lines that came and were no answers.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._number = 0
+        self._waiting: dict[int, queue.SimpleQueue[ObjectReply | BusError]] = {}
+        self._ended: BusError | None = None
+        self.garbled = 0
+
+    def ask(
+        self,
+        sender: Sender,
+        make: Callable[[int], Request],
+        progress: Progress | None = None,
+        timeout_s: float = TIMEOUT_S,
+    ) -> bytes:
+        """Send a request and wait for its end.
+
+        Parameters
+        ----------
+        sender
+            Where to send it.
+        make
+            Returns the request with the number that it is given.
+        progress
+            Told how far it is.
+        timeout_s
+            How long to wait from one answer to the next.
+
+        Raises
+        ------
+        BusError
+            The camera or the bus process refuses or says nothing; in the end of the process too.
+        """
+        answers: queue.SimpleQueue[ObjectReply | BusError] = queue.SimpleQueue()
+        with self._lock:
+            if self._ended is not None:
+                raise self._ended
+            self._number += 1
+            number = self._number
+            self._waiting[number] = answers
+        finished = False
+        try:
+            sender.send(encode_line(make(number)))
+            while True:
+                reply = _next(answers, timeout_s)
+                if isinstance(reply, BusError):
+                    finished = True
+                    raise reply
+                if reply.finished:
+                    finished = True
+                    return _value(reply)
+                if progress is not None:
+                    progress(reply.done, reply.total)
+        finally:
+            with self._lock:
+                self._waiting.pop(number, None)
+            if not finished:
+                self._cancel(sender, number)
+
+    def receive(self, line: bytes) -> None:
+        """Hand a line of the bus process to whoever waits for it."""
+        try:
+            reply = decode_reply(line)
+        except InputError:
+            self.garbled += 1
+            return
+        with self._lock:
+            answers = self._waiting.get(reply.number)
+        if answers is not None:
+            answers.put(reply)
+
+    def end(self, error: BusError) -> None:
+        """Let everybody who waits, and whoever asks later, see this error."""
+        with self._lock:
+            self._ended = error
+            waiting = list(self._waiting.values())
+        for answers in waiting:
+            answers.put(error)
+
+    def _cancel(self, sender: Sender, number: int) -> None:
+        try:
+            sender.send(encode_line(CancelRequest(number)))
+        except BusError:
+            # The process that would go on with it is gone.
+            return
+
+
+class ObjectProcess(Sender, Protocol):
+    """A process that owns the bus, with the requests that are under way to it."""
+
+    @property
+    def objects(self) -> ObjectLine:
+        """Return the requests under way."""
+        ...
+
+
+class RemoteObjects:
+    """The objects of one camera, through the process that owns the bus.
+
+    Parameters
+    ----------
+    process
+        That process, started.
+    camera
+        Name of the camera in the rig.
+    timeout_s
+        How long to wait from one answer to the next.
+    """
+
+    def __init__(
+        self, process: ObjectProcess, camera: str, *, timeout_s: float = TIMEOUT_S
+    ) -> None:
+        self._process = process
+        self._camera = camera
+        self._timeout_s = timeout_s
+
+    def read(
+        self, index: int, sub: int, *, room: int = MAX_VALUE_BYTES, progress: Progress | None = None
+    ) -> bytes:
+        """Return the value of an entry of at most ``room`` bytes.
+
+        Raises
+        ------
+        BusError
+            The camera refuses, does not answer, or the bus process is gone.
+        """
+        return self._ask(
+            lambda number: ObjectRequest(number, self._camera, index, sub, None, room), progress
+        )
+
+    def write(
+        self, index: int, sub: int, value: bytes, *, progress: Progress | None = None
+    ) -> None:
+        """Write the value of an entry; errors as with `read`."""
+        if len(value) > MAX_VALUE_BYTES:
+            raise InputError(
+                "bus.value",
+                f"A value of {len(value)} bytes is too long for object {index:#06x}:{sub:02x}.",
+                f"Write at most {MAX_VALUE_BYTES} bytes.",
+            )
+        self._ask(
+            lambda number: ObjectRequest(number, self._camera, index, sub, value, 0), progress
+        )
+
+    def eeprom(self, word: int, words: int, *, progress: Progress | None = None) -> bytes:
+        """Return words of the camera's EEPROM; errors as with `read`."""
+        if not (1 <= words <= MAX_EEPROM_WORDS and 0 <= word <= MAX_EEPROM_WORDS - words):
+            raise InputError(
+                "bus.value",
+                f"An EEPROM has no {words} words at {word}.",
+                f"Read within the first {MAX_EEPROM_WORDS} words.",
+            )
+        return self._ask(lambda number: EepromRequest(number, self._camera, word, words), progress)
+
+    def _ask(self, make: Callable[[int], Request], progress: Progress | None) -> bytes:
+        try:
+            return self._process.objects.ask(self._process, make, progress, self._timeout_s)
+        except OcmmError as error:
+            if self._camera in error.what:
+                raise
+            what = f"Camera '{self._camera}': {error.what}"
+            raise BusError(error.code, what, error.remedy) from error
+
+
+def _next(
+    answers: queue.SimpleQueue[ObjectReply | BusError], timeout_s: float
+) -> ObjectReply | BusError:
+    try:
+        return answers.get(timeout=timeout_s)
+    except queue.Empty:
+        raise BusError(
+            "bus.object_timeout",
+            f"The bus process has not answered a request for {timeout_s:g} s.",
+            "Start the acquisition again.",
+        ) from None
+
+
+def _value(reply: ObjectReply) -> bytes:
+    if reply.code:
+        raise BusError(reply.code, reply.what, reply.remedy)
+    return reply.value

@@ -1,0 +1,78 @@
+"""The look at the wire in a process of its own, which has the rights that this needs.
+
+It reads one line of JSON from standard input and writes the devices as one line to standard output.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process._commands import read_first_line
+from ocmm_core.acquisition.bus_process._launch import bus_command
+from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
+from ocmm_core.errors import InputError, InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.fieldbus.wire import RawLine, check_interface, encode_scan, scan_devices
+
+_MODULE = "ocmm_core.acquisition.bus_process._scan_process"
+EXIT_FAILED = 2
+
+
+class ScanConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where to look.
+
+    Attributes
+    ----------
+    interface
+        Network interface of the bus.
+    force
+        Use the interface although the computer uses it for its network.
+    """
+
+    interface: str
+    force: bool = False
+
+    def to_json(self) -> bytes:
+        """Return the configuration as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+def scan_command() -> list[str]:
+    """Return the command that looks at the wire, with the interpreter of the bus process."""
+    return [*bus_command()[:-1], _MODULE]
+
+
+def main() -> None:
+    """Look at the wire; see the module."""
+    try:
+        give_up_all_but(NEEDED)
+        _run(read_first_line(sys.stdin.fileno()))
+    except Exception as error:
+        told = contained(error, "The look at the wire")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+
+
+def _run(content: bytes) -> None:
+    try:
+        config = msgspec.json.decode(content, type=ScanConfig)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            "bus.scan",
+            f"What to look at is not valid: {error}.",
+            "Use the command 'ocmm bus scan'.",
+        ) from error
+    check_interface(config.interface, force=config.force)
+    line = RawLine(config.interface)
+    try:
+        devices = scan_devices(line.exchange)
+    finally:
+        line.close()
+    sys.stdout.buffer.write(encode_scan(devices))
+    sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

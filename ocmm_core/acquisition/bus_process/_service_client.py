@@ -1,0 +1,150 @@
+"""The bus process as a service of this computer, seen from the application.
+
+On the computer of a measuring cell systemd starts the bus process (``installer/linux``), with
+rights that no person has. Whoever may open its socket gets a bus process on the other end that
+speaks as one on pipes does. The relay in between, a process without any rights, makes the two
+alike: to the application it is a child process, with the service's words on its streams.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import shutil
+import socket
+import sys
+from pathlib import Path
+
+from ocmm_core.acquisition.bus_process._client import ChildProcess
+from ocmm_core.acquisition.bus_process._config import BusConfig
+from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.errors import BusError, InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
+
+SERVICE_SOCKET = Path("/run/ocmm/acq.sock")
+EXIT_FAILED = 2
+_READ_BYTES = 65536
+_RING_MODE = 0o660
+
+
+class ServiceBus(ChildProcess):
+    """The service ``ocmm-acq``, as an `Acquisition`.
+
+    Parameters
+    ----------
+    config
+        What to do; the interface is the service's own and what is said here does not count.
+    ring
+        The ring named in it; the group of the service may write to it from `start` on.
+    address
+        Where the service listens.
+    """
+
+    def __init__(self, config: BusConfig, ring: FrameRing, address: Path = SERVICE_SOCKET) -> None:
+        # -I for the same reason as in `launch.bus_command`.
+        command = [sys.executable, "-I", "-m", "ocmm_core.acquisition.bus_process._service_client"]
+        super().__init__([*command, str(address)], config.to_json(), ring)
+        self._ring_path = ring.path
+        self._address = address
+
+    def start(self) -> None:
+        """Connect to the service.
+
+        Raises
+        ------
+        BusError
+            It is not set up, or this user may not use it.
+        """
+        try:
+            group = self._address.stat().st_gid
+        except OSError as error:
+            raise BusError(
+                "bus.service_missing",
+                f"There is no camera bus service at {self._address} ({error.strerror}).",
+                "Start it (sudo systemctl start ocmm-acq.socket), or name the interface of the "
+                "cameras: --source ethercat:IFACE",
+            ) from error
+        try:
+            shutil.chown(self._ring_path, group=group)
+            self._ring_path.chmod(_RING_MODE)
+        except OSError as error:
+            raise _not_allowed(self._address) from error
+        super().start()
+
+
+def relay(address: str, source: int, sink: int) -> bool:
+    """Pass ``source`` on to the service and its words to ``sink`` until either has enough.
+
+    Returns
+    -------
+    bool
+        True where it was ``source`` that ended first.
+
+    Raises
+    ------
+    BusError
+        The service cannot be reached.
+    """
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as service:
+        try:
+            service.connect(address)
+        except PermissionError as error:
+            raise _not_allowed(Path(address)) from error
+        except OSError as error:
+            raise BusError(
+                "bus.service_missing",
+                f"The camera bus service does not answer ({error.strerror}).",
+                "Look at it (systemctl status ocmm-acq.socket); another window may be using it.",
+            ) from error
+        listened_to = [source, service.fileno()]
+        while True:
+            ready = select.select(listened_to, [], [])[0]
+            if source in ready:
+                content = os.read(source, _READ_BYTES)
+                if content:
+                    service.sendall(content)
+                else:
+                    # The bus process hears the end of its input, but may still have a last word.
+                    service.shutdown(socket.SHUT_WR)
+                    listened_to = [service.fileno()]
+            if service.fileno() in ready:
+                content = service.recv(_READ_BYTES)
+                if not content:
+                    return source not in listened_to
+                _write(sink, content)
+
+
+def main() -> None:
+    """Be the relay: ``python -m ocmm_core.acquisition.bus_process._service_client SOCKET``."""
+    try:
+        ours = relay(sys.argv[1], sys.stdin.fileno(), sys.stdout.fileno())
+    except (BrokenPipeError, ConnectionResetError):
+        ours = False
+    except Exception as error:
+        told = contained(error, "The relay to the camera bus service")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+    if not ours:
+        sys.stderr.write(
+            "The camera bus service ended or refused; another window may be using it. "
+            "Its own words: journalctl -u 'ocmm-acq@*' -n 20\n"
+        )
+        sys.exit(EXIT_FAILED)
+
+
+def _write(sink: int, content: bytes) -> None:
+    rest = memoryview(content)
+    while rest:
+        rest = rest[os.write(sink, rest) :]
+
+
+def _not_allowed(address: Path) -> BusError:
+    return BusError(
+        "bus.service_denied",
+        f"This user may not use the camera bus service at {address}.",
+        "Become a member of its group: sudo usermod -aG ocmm $USER, then log in again.",
+    )
+
+
+if __name__ == "__main__":
+    main()

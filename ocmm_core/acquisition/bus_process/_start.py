@@ -1,0 +1,28 @@
+"""Where the bus process begins: with one thread, and with no more rights than it needs."""
+
+from __future__ import annotations
+
+import sys
+
+from ocmm_core.acquisition.bus_process._rights import NEEDED, allow_locked_memory, give_up_all_but
+from ocmm_core.blas import use_one_thread
+from ocmm_core.failure import EXIT_INTERNAL, contained
+
+
+def main() -> None:
+    """Give up rights, then be the bus process; ``ocmm-acq [CONFIG.json]``."""
+    # What follows concerns threads that numpy makes when it is imported, so that comes last.
+    use_one_thread()
+    try:
+        allow_locked_memory()
+        give_up_all_but(NEEDED)
+        from ocmm_core.acquisition.bus_process._process import main as run
+
+        run()
+    except Exception as error:
+        sys.stderr.write(f"{contained(error, 'The bus process')}\n")
+        sys.exit(EXIT_INTERNAL)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""Frames of all cameras at one exposure, the ring they wait in, and the worker that fills it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.acquisition.frames._exposures import ExposureCount
+    from ocmm_core.acquisition.frames._frames import (
+        SUBPIXEL,
+        Cycle,
+        CycleVerdict,
+        FrameBlock,
+        FrameFlag,
+        frame_dtype,
+        from_records,
+        quantise,
+        to_records,
+    )
+    from ocmm_core.acquisition.frames._join import FrameJoiner
+    from ocmm_core.acquisition.frames._ring import FrameRing, Word
+    from ocmm_core.acquisition.frames._source import FrameSource, SourceDescription
+    from ocmm_core.acquisition.frames._worker import (
+        AcquisitionState,
+        AcquisitionStatus,
+        AcquisitionWorker,
+        StopReason,
+        leave_error,
+        read_status,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _exposures="ExposureCount",
+        _frames=(
+            "Cycle CycleVerdict FrameBlock FrameFlag SUBPIXEL frame_dtype from_records quantise "
+            "to_records"
+        ),
+        _join="FrameJoiner",
+        _ring="FrameRing Word",
+        _source="FrameSource SourceDescription",
+        _worker=(
+            "AcquisitionState AcquisitionStatus AcquisitionWorker StopReason leave_error "
+            "read_status"
+        ),
+    )
+
+__all__ = [
+    "SUBPIXEL",
+    "AcquisitionState",
+    "AcquisitionStatus",
+    "AcquisitionWorker",
+    "Cycle",
+    "CycleVerdict",
+    "ExposureCount",
+    "FrameBlock",
+    "FrameFlag",
+    "FrameJoiner",
+    "FrameRing",
+    "FrameSource",
+    "SourceDescription",
+    "StopReason",
+    "Word",
+    "frame_dtype",
+    "from_records",
+    "leave_error",
+    "quantise",
+    "read_status",
+    "to_records",
+]

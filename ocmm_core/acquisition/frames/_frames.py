@@ -1,0 +1,135 @@
+"""Frames: what all cameras saw at one exposure time, in blocks of consecutive frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, IntFlag
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.geometry import Float, Int
+
+SUBPIXEL = 1.0 / 65536.0
+"""Resolution of a spot on the wire, px (fixed point with 16 fractional bits)."""
+
+
+class FrameFlag(IntFlag):
+    """Bits that travel with a frame."""
+
+    BUTTON = 1
+    """The probe button is down."""
+    OVERRUN = 2
+    """The camera's own buffer lost frames just before this one."""
+    SATURATED = 4
+    """At least one spot is overexposed."""
+    DROPPED = 8
+    """The probe felt a blow; stays set for a second, so that lost frames do not hide it."""
+
+
+class CycleVerdict(Enum):
+    """What became of one cycle; every cycle gets exactly one."""
+
+    GOOD = "good"
+    LATE = "late"
+    LOST = "lost"
+    BAD = "bad"
+
+
+@dataclass(frozen=True, slots=True)
+class FrameBlock:
+    """Consecutive frames of all cameras, joined by exposure time.
+
+    Attributes
+    ----------
+    counter
+        (n,) int64: exposure number, common to all cameras, without gaps unless frames were lost.
+    time_ns
+        (n,) int64: exposure time on the bus clock, ns.
+    flags
+        (n,) uint32: bits of `FrameFlag`.
+    valid
+        (n, C) uint16: bit s says that slot s of the camera holds a spot.
+    uv
+        (n, C, 8, 2) float64, px: spot of every slot, NaN where not valid.
+    """
+
+    counter: Int
+    time_ns: Int
+    flags: NDArray[np.uint32]
+    valid: NDArray[np.uint16]
+    uv: Float
+
+    def __len__(self) -> int:
+        return len(self.counter)
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """Outcome of one read of a source.
+
+    Attributes
+    ----------
+    verdict, reason
+        How the cycle went and, unless good, why it did not.
+    frames
+        The new frames; None where the cycle brought none.
+    elapsed
+        How many bus cycles this read stands for (more than one where the host came late).
+    frames_lost
+        Frames that are missing for ever just before these, by the exposure counter.
+    finished
+        The source has nothing more to give; only a recording or a script ends.
+    skipped
+        What became of the other cycles that this read stands for.
+    """
+
+    verdict: CycleVerdict
+    reason: str = ""
+    frames: FrameBlock | None = None
+    elapsed: int = 1
+    frames_lost: int = 0
+    finished: bool = False
+    skipped: CycleVerdict = CycleVerdict.LATE
+
+
+def frame_dtype(n_cameras: int) -> np.dtype[np.void]:
+    """Return the layout of one frame in the ring and in recordings."""
+    return np.dtype(
+        [
+            ("counter", "<i8"),
+            ("time_ns", "<i8"),
+            ("flags", "<u4"),
+            ("valid", "<u2", (n_cameras,)),
+            ("uv", "<f8", (n_cameras, MAX_SLOTS, 2)),
+        ]
+    )
+
+
+def to_records(block: FrameBlock) -> NDArray[np.void]:
+    """Return the block as an array (n,) of `frame_dtype`."""
+    records = np.empty(len(block), frame_dtype(block.valid.shape[1]))
+    records["counter"] = block.counter
+    records["time_ns"] = block.time_ns
+    records["flags"] = block.flags
+    records["valid"] = block.valid
+    records["uv"] = block.uv
+    return records
+
+
+def from_records(records: NDArray[np.void]) -> FrameBlock:
+    """Return the block held by an array (n,) of `frame_dtype`; the data are copied."""
+    return FrameBlock(
+        counter=np.array(records["counter"], dtype=np.int64),
+        time_ns=np.array(records["time_ns"], dtype=np.int64),
+        flags=np.array(records["flags"], dtype=np.uint32),
+        valid=np.array(records["valid"], dtype=np.uint16),
+        uv=np.array(records["uv"], dtype=np.float64),
+    )
+
+
+def quantise(uv: Float) -> Float:
+    """Return spots (..., 2), px, rounded to the resolution of the wire."""
+    rounded: Float = np.round(uv / SUBPIXEL) * SUBPIXEL
+    return rounded

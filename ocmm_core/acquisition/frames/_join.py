@@ -1,0 +1,149 @@
+"""Join the frames of the cameras by the time of their exposure.
+
+Each camera sends its frames in order, but when a frame arrives says nothing about when it was
+exposed: one camera may be many frames behind another. Frames belong together when their exposure
+times on the bus clock, rounded to the frame period, are the same. Each exposure ends up in exactly
+one of two counts: given out or lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.acquisition.frames._frames import FrameBlock
+from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.errors import AcquisitionError
+from ocmm_core.geometry import Float, Int
+
+DEFAULT_CAPACITY = 4096
+"""Exposures that the fastest camera may be ahead; half a second at 8 kHz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """What became complete.
+
+    Attributes
+    ----------
+    frames
+        Complete frames in order, or None.
+    lost
+        Exposures given up because a camera has no frame of them.
+    """
+
+    frames: FrameBlock | None
+    lost: int
+
+
+class FrameJoiner:
+    """Collects frames camera by camera and gives out exposures that all cameras saw.
+
+    Parameters
+    ----------
+    n_cameras
+        How many cameras must have seen an exposure.
+    start_ns, period_ns
+        Exposure k happens at ``start_ns + k * period_ns``.
+    capacity
+        How many exposures one camera may be ahead of another before these are given up.
+    """
+
+    def __init__(
+        self, n_cameras: int, start_ns: int, period_ns: int, capacity: int = DEFAULT_CAPACITY
+    ) -> None:
+        self._start_ns = start_ns
+        self._period_ns = period_ns
+        self._capacity = capacity
+        self._next = 0
+        self._upto = np.zeros(n_cameras, dtype=np.int64)
+        self._owner = np.full((n_cameras, capacity), -1, dtype=np.int64)
+        self._flags = np.zeros((n_cameras, capacity), dtype=np.uint32)
+        self._valid = np.zeros((capacity, n_cameras), dtype=np.uint16)
+        self._uv = np.full((capacity, n_cameras, MAX_SLOTS, 2), np.nan)
+
+    @property
+    def next_exposure(self) -> int:
+        """Return the first exposure that is neither given out nor lost."""
+        return self._next
+
+    def push(
+        self,
+        camera: int,
+        time_ns: Int,
+        flags: NDArray[np.uint16],
+        valid: NDArray[np.uint16],
+        uv: Float,
+    ) -> int:
+        """Take the next frames of one camera.
+
+        Parameters
+        ----------
+        camera
+            Which one.
+        time_ns
+            (n,): exposure times on the bus clock, rising.
+        flags, valid
+            (n,): bits of `FrameFlag`, and which slots hold a spot.
+        uv
+            (n, 8, 2), px.
+
+        Returns
+        -------
+        int
+            How many of them were known already or given up before, and are left out.
+
+        Raises
+        ------
+        AcquisitionError
+            A frame was exposed away from the common schedule by more than a quarter period.
+        """
+        since = np.asarray(time_ns, dtype=np.int64) - self._start_ns
+        counter = (since + self._period_ns // 2) // self._period_ns
+        if np.any(np.abs(since - counter * self._period_ns) > self._period_ns // 4):
+            raise AcquisitionError(
+                "join.schedule",
+                f"Camera {camera + 1} exposed away from the common schedule.",
+                "Start the acquisition again; if it happens again, check the clocks of the bus.",
+            )
+        fresh = counter >= max(int(self._upto[camera]), self._next)
+        counter = counter[fresh]
+        # One push must not overwrite itself; the joiner gives up what does not fit.
+        counter, kept = counter[-self._capacity :], np.flatnonzero(fresh)[-self._capacity :]
+        if not len(counter):
+            return len(fresh)
+        place = counter % self._capacity
+        self._owner[camera, place] = counter
+        self._flags[camera, place] = flags[kept]
+        self._valid[place, camera] = valid[kept]
+        self._uv[place, camera] = uv[kept]
+        self._upto[camera] = counter[-1] + 1
+        return len(fresh) - len(counter)
+
+    def pull(self) -> Joined:
+        """Give out what is complete, and count what never will be."""
+        given_up = max(0, int(self._upto.max()) - self._capacity - self._next)
+        self._next += given_up
+        end = int(self._upto.min())
+        if end <= self._next:
+            return Joined(None, given_up)
+        counter = np.arange(self._next, end)
+        place = counter % self._capacity
+        complete = np.all(self._owner[:, place] == counter, axis=0)
+        self._next = end
+        lost = given_up + int(np.count_nonzero(~complete))
+        counter, place = counter[complete], place[complete]
+        if not len(counter):
+            return Joined(None, lost)
+        return Joined(
+            FrameBlock(
+                counter=counter,
+                time_ns=self._start_ns + counter * self._period_ns,
+                flags=np.bitwise_or.reduce(self._flags[:, place], axis=0),
+                valid=self._valid[place],
+                uv=self._uv[place],
+            ),
+            lost,
+        )

@@ -1,0 +1,262 @@
+"""A fixed-size ring of frames in shared memory: one writer, one reader, overruns counted.
+
+The ring is a file that is mapped by both sides (in ``/dev/shm`` where that exists), so that the
+writer may live in a process of its own. The writer never waits for a live source; a reader that
+falls behind by more than the capacity loses the oldest frames, and the ring counts them. For
+sources that are not live the writer asks `free` first.
+
+The head holds int64 words (aligned, written whole): positions count frames since the start and
+never wrap. A frame is published by advancing ``WRITTEN`` after its bytes are in place; before the
+first byte the writer advances ``RESERVED``, so that a reader knows which old frames may be half
+overwritten.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import tempfile
+from collections.abc import Mapping
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records, to_records
+from ocmm_core.camera import MAX_CAMERAS
+from ocmm_core.errors import AcquisitionError
+
+_MAGIC = 0x4F434D4D52494E47
+_LAYOUT = 2
+_HEAD_WORDS = 64
+_TEXT_BYTES = 1024
+REPORT_BYTES = 131072
+"""Room for the report of the writer about itself."""
+_REPORT_OFFSET = 4096
+_DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
+DEFAULT_CAPACITY = 65536
+"""Frames; eight seconds at 8 kHz."""
+
+
+class Word(IntEnum):
+    """Words of the head, all int64."""
+
+    MAGIC = 0
+    LAYOUT = 1
+    N_CAMERAS = 2
+    CAPACITY = 3
+    WRITTEN = 4
+    READ = 5
+    STATE = 6
+    STOP_REASON = 7
+    STOP_REQUEST = 8
+    CYCLES_ELAPSED = 9
+    CYCLES_GOOD = 10
+    CYCLES_LATE = 11
+    CYCLES_LOST = 12
+    CYCLES_BAD = 13
+    FRAMES = 14
+    FRAMES_LOST = 15
+    OVERRUN = 16
+    HEARTBEAT = 17
+    TEXT_LENGTH = 18
+    FRAME_PERIOD_NS = 19
+    RESERVED = 20
+    REPORT_SEQUENCE = 21
+    REPORT_LENGTH = 22
+    LAST_FRAMES_NS = 23
+    """When frames last came, `time.monotonic_ns` (one clock for all processes); 0 before."""
+    INTERNAL = 24
+    """1 where the writer ended by an error that nobody foresaw."""
+
+
+class FrameRing:
+    """The mapped ring; build it with `create` (owner) or `attach` (the other side).
+
+    Parameters
+    ----------
+    path
+        The file that is mapped.
+    owner
+        The owner removes the file on `close`.
+    """
+
+    def __init__(self, path: Path, *, owner: bool) -> None:
+        self.path = path
+        self._owner = owner
+        try:
+            with path.open("r+b") as stream:
+                if os.fstat(stream.fileno()).st_size < _DATA_OFFSET:
+                    raise _no_ring(path)
+                self._map = mmap.mmap(stream.fileno(), 0)
+        except OSError as error:
+            raise AcquisitionError(
+                "ring.missing",
+                f"{path}: the frame ring cannot be opened ({error.strerror}).",
+                "Start the acquisition again.",
+            ) from error
+        self._words = np.frombuffer(self._map, dtype="<i8", count=_HEAD_WORDS)
+        if not self._has_this_layout():
+            self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
+            self._map.close()
+            raise _no_ring(path)
+        self.n_cameras = self.word(Word.N_CAMERAS)
+        self.capacity = self.word(Word.CAPACITY)
+        self._frames: NDArray[np.void] = np.frombuffer(
+            self._map, dtype=frame_dtype(self.n_cameras), count=self.capacity, offset=_DATA_OFFSET
+        )
+
+    @classmethod
+    def create(cls, n_cameras: int, capacity: int = DEFAULT_CAPACITY) -> FrameRing:
+        """Make a new ring in shared memory and return it as its owner."""
+        folder = "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - shared memory, made with a private name
+        descriptor, name = tempfile.mkstemp(prefix="ocmm-ring-", dir=folder)
+        size = _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
+        head = np.zeros(_HEAD_WORDS, dtype="<i8")
+        head[Word.MAGIC], head[Word.LAYOUT] = _MAGIC, _LAYOUT
+        head[Word.N_CAMERAS], head[Word.CAPACITY] = n_cameras, capacity
+        try:
+            os.truncate(descriptor, size)
+            os.write(descriptor, head.tobytes())
+        finally:
+            os.close(descriptor)
+        return cls(Path(name), owner=True)
+
+    @classmethod
+    def attach(cls, path: Path | str) -> FrameRing:
+        """Map a ring that another process made."""
+        return cls(Path(path), owner=False)
+
+    def word(self, which: Word) -> int:
+        """Return one word of the head."""
+        return int(self._words[which])
+
+    def set_word(self, which: Word, value: int) -> None:
+        """Set one word of the head; each word has one writer."""
+        self._words[which] = value
+
+    def add(self, amounts: Mapping[Word, int]) -> None:
+        """Add to counters of the head; only the writer of the ring does this."""
+        for which, amount in amounts.items():
+            self._words[which] += amount
+
+    def set_text(self, text: str) -> None:
+        """Leave a message of the writer, e.g. why it stopped."""
+        content = text.encode("utf-8")[:_TEXT_BYTES]
+        start = _HEAD_WORDS * 8
+        self._map[start : start + len(content)] = content
+        self._words[Word.TEXT_LENGTH] = len(content)
+
+    def text(self) -> str:
+        """Return the message of the writer, or an empty text."""
+        start = _HEAD_WORDS * 8
+        content = self._map[start : start + self.word(Word.TEXT_LENGTH)]
+        return content.decode("utf-8", errors="replace")
+
+    def set_report(self, content: bytes) -> None:
+        """Publish a report of the writer; one that is too long is left out."""
+        if len(content) > REPORT_BYTES:
+            return
+        # Odd while it is being written, so that a reader never takes half of each.
+        self._words[Word.REPORT_SEQUENCE] += 1
+        self._map[_REPORT_OFFSET : _REPORT_OFFSET + len(content)] = content
+        self._words[Word.REPORT_LENGTH] = len(content)
+        self._words[Word.REPORT_SEQUENCE] += 1
+
+    def report(self) -> bytes:
+        """Return the last report; empty where there is none, or it is being written."""
+        before = self.word(Word.REPORT_SEQUENCE)
+        content = self._map[_REPORT_OFFSET : _REPORT_OFFSET + self.word(Word.REPORT_LENGTH)]
+        if before % 2 or before != self.word(Word.REPORT_SEQUENCE):
+            return b""
+        return content
+
+    def free(self) -> int:
+        """Return how many frames can be written before the reader would lose some."""
+        return self.capacity - (self.word(Word.WRITTEN) - self.word(Word.READ))
+
+    def write(self, block: FrameBlock) -> None:
+        """Publish the frames of ``block``.
+
+        Raises
+        ------
+        AcquisitionError
+            The block has more frames than the ring, or another number of cameras.
+        """
+        if len(block) > self.capacity or block.valid.shape[1] != self.n_cameras:
+            raise AcquisitionError(
+                "ring.block",
+                f"A block of {len(block)} frames of {block.valid.shape[1]} cameras does not fit "
+                f"into a ring of {self.capacity} frames of {self.n_cameras} cameras.",
+                "Start the acquisition again with the rig that the source was made for.",
+            )
+        records = to_records(block)
+        written = self.word(Word.WRITTEN)
+        self._words[Word.RESERVED] = written + len(records)
+        start = written % self.capacity
+        first = min(len(records), self.capacity - start)
+        self._frames[start : start + first] = records[:first]
+        self._frames[: len(records) - first] = records[first:]
+        self._words[Word.WRITTEN] = written + len(records)
+
+    def read(self, limit: int) -> FrameBlock | None:
+        """Return up to ``limit`` of the oldest unread frames, or None.
+
+        Frames that the writer overwrote while or before they were read are counted in
+        ``OVERRUN`` and not returned.
+        """
+        # Taken before WRITTEN, so that a write in between can only make it too small: then the
+        # second look below finds out.
+        reserved = self.word(Word.RESERVED)
+        written = self.word(Word.WRITTEN)
+        read = self.word(Word.READ)
+        if reserved - read > self.capacity:
+            self._skip(reserved - self.capacity - read)
+            read = reserved - self.capacity
+        count = min(limit, self.capacity, written - read)
+        if count <= 0:
+            return None
+        start = read % self.capacity
+        first = min(count, self.capacity - start)
+        records = np.concatenate(
+            [self._frames[start : start + first], self._frames[: count - first]]
+        )
+        overtaken = self.word(Word.RESERVED) - self.capacity - read
+        self._words[Word.READ] = read + count
+        if overtaken > 0:
+            lost = min(overtaken, count)
+            self._words[Word.OVERRUN] += lost
+            records = records[lost:]
+        return from_records(records) if len(records) else None
+
+    def close(self) -> None:
+        """Unmap; the owner also removes the file. May be called twice."""
+        if self._map.closed:
+            return
+        # The views must go before the map can be closed.
+        self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
+        self._frames = np.zeros(0, dtype=np.void(1).dtype)
+        self._map.close()
+        if self._owner:
+            self.path.unlink(missing_ok=True)
+
+    def _has_this_layout(self) -> bool:
+        if self.word(Word.MAGIC) != _MAGIC or self.word(Word.LAYOUT) != _LAYOUT:
+            return False
+        n_cameras, capacity = self.word(Word.N_CAMERAS), self.word(Word.CAPACITY)
+        if not (1 <= n_cameras <= MAX_CAMERAS and capacity >= 1):
+            return False
+        return len(self._map) == _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
+
+    def _skip(self, count: int) -> None:
+        self._words[Word.READ] += count
+        self._words[Word.OVERRUN] += count
+
+
+def _no_ring(path: Path) -> AcquisitionError:
+    return AcquisitionError(
+        "ring.layout",
+        f"{path}: this is not a frame ring of this version.",
+        "Start the acquisition again.",
+    )

@@ -1,0 +1,206 @@
+"""The acquisition worker: owns a source, fills the ring and accounts for every cycle."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from enum import IntEnum
+
+from ocmm_core.acquisition.frames._frames import Cycle, CycleVerdict
+from ocmm_core.acquisition.frames._ring import FrameRing, Word
+from ocmm_core.acquisition.frames._source import FrameSource
+from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
+from ocmm_core.failure import CODE, contained, described
+
+_WAIT_S = 0.002
+_VERDICT_WORD = {
+    CycleVerdict.GOOD: Word.CYCLES_GOOD,
+    CycleVerdict.LATE: Word.CYCLES_LATE,
+    CycleVerdict.LOST: Word.CYCLES_LOST,
+    CycleVerdict.BAD: Word.CYCLES_BAD,
+}
+
+
+class AcquisitionState(IntEnum):
+    """Where the worker is: IDLE -> OPENING -> RUNNING -> STOPPED."""
+
+    IDLE = 0
+    OPENING = 1
+    RUNNING = 2
+    STOPPED = 3
+
+
+class StopReason(IntEnum):
+    """Why the worker stopped."""
+
+    NONE = 0
+    REQUESTED = 1
+    FINISHED = 2
+    FAILED = 3
+
+
+@dataclass(frozen=True, slots=True)
+class AcquisitionStatus:
+    """Snapshot of a worker, in this process or another one.
+
+    Attributes
+    ----------
+    state, stop_reason, message
+        Where it is, why it stopped and its last message.
+    elapsed, good, late, lost, bad
+        Cycles; ``good + late + lost + bad == elapsed``.
+    frames, frames_lost, overrun
+        Frames delivered, frames that never arrived, frames that the reader was too slow for.
+    internal
+        It stopped on an error that nobody foresaw; ``message`` names it.
+    """
+
+    state: AcquisitionState
+    stop_reason: StopReason
+    message: str
+    elapsed: int
+    good: int
+    late: int
+    lost: int
+    bad: int
+    frames: int
+    frames_lost: int
+    overrun: int
+    internal: bool = False
+
+    def error(self, code: str, remedy: str) -> OcmmError:
+        """Return the message of a worker that failed, with what to do, as an error."""
+        if self.internal:
+            return InternalError(CODE, self.message, remedy)
+        return AcquisitionError(code, self.message, remedy)
+
+
+def read_status(ring: FrameRing) -> AcquisitionStatus:
+    """Return the status that the writer of ``ring`` keeps in its head."""
+    return AcquisitionStatus(
+        state=AcquisitionState(ring.word(Word.STATE)),
+        stop_reason=StopReason(ring.word(Word.STOP_REASON)),
+        message=ring.text(),
+        elapsed=ring.word(Word.CYCLES_ELAPSED),
+        good=ring.word(Word.CYCLES_GOOD),
+        late=ring.word(Word.CYCLES_LATE),
+        lost=ring.word(Word.CYCLES_LOST),
+        bad=ring.word(Word.CYCLES_BAD),
+        frames=ring.word(Word.FRAMES),
+        frames_lost=ring.word(Word.FRAMES_LOST),
+        overrun=ring.word(Word.OVERRUN),
+        internal=ring.word(Word.INTERNAL) != 0,
+    )
+
+
+def leave_error(ring: FrameRing, error: Exception) -> None:
+    """Leave in a ring why its writer ends."""
+    # The state comes before the log: a disk may take its time.
+    told = described(error, "The acquisition")
+    ring.set_text(str(told))
+    ring.set_word(Word.INTERNAL, int(isinstance(told, InternalError)))
+    ring.set_text(str(contained(error, "The acquisition")))
+
+
+class AcquisitionWorker:
+    """Run a source until it ends, fails or is asked to stop.
+
+    `run` may be called directly (the bus process does) or in a thread by `start`.
+
+    Parameters
+    ----------
+    source
+        What to read; opened and closed by the thread that runs.
+    ring
+        Where frames, counters, state and message go.
+    stop
+        Set by whoever wants the end; one of its own where none is given.
+    """
+
+    def __init__(
+        self, source: FrameSource, ring: FrameRing, stop: threading.Event | None = None
+    ) -> None:
+        self._source = source
+        self._ring = ring
+        self._stop = threading.Event() if stop is None else stop
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Run in a thread of its own."""
+        if self._thread is not None:
+            raise AcquisitionError(
+                "acquisition.started", "The acquisition was started already.", "Make a new worker."
+            )
+        self._thread = threading.Thread(target=self.run, name="ocmm-acquisition")
+        self._thread.start()
+
+    def request_stop(self) -> None:
+        """Ask for the end at the next cycle; returns at once and may be called twice."""
+        self._stop.set()
+
+    def join(self, timeout_s: float) -> bool:
+        """Wait for the end and say whether it came in time."""
+        if self._thread is None:
+            return True
+        self._thread.join(timeout_s)
+        return not self._thread.is_alive()
+
+    def run(self) -> StopReason:
+        """Open, read until the end, close; what the source raises is told by the ring."""
+        reason = StopReason.FAILED
+        self._ring.set_word(Word.STATE, AcquisitionState.OPENING)
+        try:
+            self._ring.set_word(Word.FRAME_PERIOD_NS, self._source.description.frame_period_ns)
+            self._source.open()
+            self._ring.set_word(Word.STATE, AcquisitionState.RUNNING)
+            reason = self._read_until_end()
+        except Exception as error:
+            leave_error(self._ring, error)
+        try:
+            self._source.close()
+        except Exception as error:
+            if reason is not StopReason.FAILED:
+                reason = StopReason.FAILED
+                leave_error(self._ring, error)
+        if self._ring.word(Word.INTERNAL):
+            # Another thread of this process ended it so.
+            reason = StopReason.FAILED
+        self._ring.set_word(Word.STOP_REASON, reason)
+        self._ring.set_word(Word.STATE, AcquisitionState.STOPPED)
+        return reason
+
+    def _read_until_end(self) -> StopReason:
+        while not self._stopping():
+            cycle = self._source.read()
+            self._account(cycle)
+            if cycle.frames is not None:
+                if not self._source.description.live:
+                    # A block that never fits is not waited for: the ring refuses it.
+                    needed = min(len(cycle.frames), self._ring.capacity)
+                    while self._ring.free() < needed:
+                        if self._stopping():
+                            return StopReason.REQUESTED
+                        time.sleep(_WAIT_S)
+                self._ring.write(cycle.frames)
+                self._ring.set_word(Word.LAST_FRAMES_NS, time.monotonic_ns())
+            if cycle.finished:
+                return StopReason.FINISHED
+        return StopReason.REQUESTED
+
+    def _account(self, cycle: Cycle) -> None:
+        self._ring.add(
+            {
+                Word.CYCLES_ELAPSED: cycle.elapsed,
+                Word.FRAMES: 0 if cycle.frames is None else len(cycle.frames),
+                Word.FRAMES_LOST: cycle.frames_lost,
+                Word.HEARTBEAT: 1,
+            }
+        )
+        self._ring.add({_VERDICT_WORD[cycle.verdict]: 1})
+        self._ring.add({_VERDICT_WORD[cycle.skipped]: cycle.elapsed - 1})
+        if cycle.verdict is not CycleVerdict.GOOD and cycle.reason:
+            self._ring.set_text(cycle.reason)
+
+    def _stopping(self) -> bool:
+        return self._stop.is_set() or self._ring.word(Word.STOP_REQUEST) != 0

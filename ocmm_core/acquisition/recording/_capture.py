@@ -1,0 +1,357 @@
+"""A bus that was recorded with tcpdump or tshark, taken apart down to the frames of the cameras.
+
+The master tells every camera, while it brings it up, at which logical address its process data
+are (registers 0x0600 and following, ETG.1000.4, 6.6), and asks for its serial number. A recording
+from the beginning therefore explains itself; for one that begins later, say how many cameras
+there are. Only answers are used, each only where its check sum and its counters are right.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameBlock, FrameJoiner
+from ocmm_core.acquisition.recording._capture_layout import CameraArea, LayoutListener, usual_layout
+from ocmm_core.acquisition.recording._packets import Packet, PacketFile
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.device import (
+    COUNTER_MODULUS,
+    FRAME_DTYPE,
+    FRAMES_PER_CYCLE,
+    HEADER_STRUCT,
+    CameraStatus,
+    Header,
+    check_data_crc,
+    decode_spots,
+)
+from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, frame_index, has_passed
+
+_LOGICAL = (Command.LRD, Command.LWR, Command.LRW)
+_READS = (Command.LRD, Command.LRW)
+_RUNNING = CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED
+_PERIODS_NS = range(50_000, 1_000_000_001)
+_MAX_ADDRESSES = 64
+_LAST_NS = 1 << 62
+"""Of a bus clock that counts from 2000; nothing is later."""
+
+
+@dataclass(slots=True)
+class CameraAccount:
+    """What became of the answers of one camera.
+
+    Attributes
+    ----------
+    name
+        For people: serial number, or station address where that was not recorded.
+    answers
+        Process data that came back from it.
+    damaged
+        With a wrong check sum.
+    idle
+        While it was not in operation or not synchronised.
+    repeated
+        With the cycle counter of the answer before.
+    contradicting
+        With counters and times that do not fit together.
+    frames, missing, known
+        Frames taken; frames left out between them; frames that came again.
+    overruns
+        How often it said that its buffer ran over.
+    restarts
+        How often its exposures began anew.
+    """
+
+    name: str
+    answers: int = 0
+    damaged: int = 0
+    idle: int = 0
+    repeated: int = 0
+    contradicting: int = 0
+    frames: int = 0
+    missing: int = 0
+    known: int = 0
+    overruns: int = 0
+    restarts: int = 0
+
+
+@dataclass(slots=True)
+class CaptureAccount:
+    """What a recording holds.
+
+    Attributes
+    ----------
+    packets, other, malformed, cut
+        All packets; those that are not EtherCAT; those that claim to be and cannot be read; those
+        of which only a part was recorded.
+    sent, returned
+        Datagrams by command, on their way to the cameras and back.
+    cycles, answered
+        Bus cycles by the process data that were sent, and that came back.
+    short
+        Process data that came back with a working counter that is too low.
+    joined, unjoined
+        Exposures that all cameras have a frame of, and those given up.
+    first_ns, last_ns
+        Times of the first and the last packet.
+    cut_off
+        The file ends in the middle of a packet.
+    cameras
+        In the order of the wire.
+    """
+
+    packets: int = 0
+    other: int = 0
+    malformed: int = 0
+    cut: int = 0
+    sent: Counter[str] = field(default_factory=Counter)
+    returned: Counter[str] = field(default_factory=Counter)
+    cycles: int = 0
+    answered: int = 0
+    short: int = 0
+    joined: int = 0
+    unjoined: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+    cut_off: bool = False
+    cameras: list[CameraAccount] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Track:
+    """Where one camera is in its frames."""
+
+    next_frame: int | None = None
+    cycle_counter: int | None = None
+
+
+class BusCapture:
+    """The frames of the cameras in a recording.
+
+    Parameters
+    ----------
+    path
+        File in pcap or pcapng format.
+    n_cameras
+        How many cameras there are, where the recording does not begin with their bring-up; 0:
+        the recording tells.
+
+    Attributes
+    ----------
+    account
+        What was found so far.
+    """
+
+    def __init__(self, path: Path, n_cameras: int = 0) -> None:
+        self._path = path
+        self._file = PacketFile(path)
+        self._listener = LayoutListener()
+        self._usual = usual_layout(n_cameras)
+        self._areas: tuple[CameraArea, ...] = ()
+        self._tracks: list[_Track] = []
+        self._joiner: FrameJoiner | None = None
+        self._start_ns = self._period_ns = self._base = 0
+        self._sent: Counter[int] = Counter()
+        self._answered: Counter[int] = Counter()
+        self.account = CaptureAccount()
+
+    @property
+    def serials(self) -> tuple[int | None, ...]:
+        """Return the serial numbers in the order of the wire; None where not recorded."""
+        return tuple(self._listener.serial(area.station) for area in self._areas)
+
+    @property
+    def period_ns(self) -> int:
+        """Return the time between two exposures; 0 while none was seen."""
+        return self._period_ns
+
+    def blocks(self) -> Iterator[FrameBlock]:
+        """Yield the frames that all cameras have, in the order of the wire; read it once.
+
+        Raises
+        ------
+        InputError
+            The file is no recording, is damaged, or its layout cannot be known.
+        """
+        for packet in self._file.packets():
+            block = self._take_packet(packet)
+            if block is not None:
+                yield block
+        self.account.cut_off = self._file.cut_off
+        for camera, area in zip(self.account.cameras, self._areas, strict=True):
+            camera.name = self._name(area)
+        if self.account.answered and not self._areas:
+            raise InputError(
+                "capture.layout",
+                f"{self._path}: the bring-up of the cameras is not in the recording, or not all of "
+                "it, so it does not tell where their data are.",
+                "Record from before the start on (tcpdump -s 2048), or say how many cameras "
+                "there are.",
+            )
+
+    def _take_packet(self, packet: Packet) -> FrameBlock | None:
+        account = self.account
+        account.packets += 1
+        account.first_ns = account.first_ns or packet.time_ns
+        account.last_ns = packet.time_ns or account.last_ns
+        if frame_index(packet.content) is None:
+            account.other += 1
+            return None
+        if not packet.whole:
+            account.cut += 1
+            return None
+        try:
+            _index, datagrams = decode_frame(packet.content)
+        except BusError:
+            account.malformed += 1
+            return None
+        back = has_passed(packet.content)
+        found = False
+        for datagram in datagrams:
+            (account.returned if back else account.sent)[_name(datagram.command)] += 1
+            if datagram.command in _LOGICAL:
+                found |= self._take_process_data(datagram, back)
+            elif back:
+                self._listener.hear(datagram)
+        return self._join() if found else None
+
+    def _take_process_data(self, datagram: Datagram, back: bool) -> bool:
+        """Account for process data and take the frames in them; say whether there were any."""
+        at = datagram.register << 16 | datagram.target
+        # The process data of many cameras do not fit into one datagram; each has its address.
+        counts = self._answered if back else self._sent
+        if at in counts or len(counts) < _MAX_ADDRESSES:
+            counts[at] += 1
+        self.account.cycles = max(self._sent.values(), default=0)
+        self.account.answered = max(self._answered.values(), default=0)
+        if not back:
+            return False
+        areas = self._usual or self._listener.areas
+        if areas != self._areas:
+            self._begin(areas)
+        end = at + len(datagram.data)
+        mine = [area for area in areas if at <= area.inputs and area.inputs_end <= end]
+        if datagram.command not in _READS or not mine:
+            return False
+        if datagram.working_counter < _least_working_counter(areas, datagram.command, at, end):
+            self.account.short += 1
+            return False
+        found = False
+        for area in mine:
+            content = datagram.data[area.inputs - at : area.inputs_end - at]
+            found |= self._take_camera(areas.index(area), content)
+        return found
+
+    def _begin(self, areas: tuple[CameraArea, ...]) -> None:
+        """Prepare for cameras at these places; accounts of the same stations go on."""
+        known = dict(zip((area.station for area in self._areas), self.account.cameras, strict=True))
+        self._areas = areas
+        self._tracks = [_Track() for _ in areas]
+        self._joiner = None
+        self._start_ns = self._period_ns = 0
+        self.account.cameras = [
+            known.get(area.station, CameraAccount(self._name(area))) for area in areas
+        ]
+
+    def _take_camera(self, place: int, content: bytes) -> bool:
+        account, track = self.account.cameras[place], self._tracks[place]
+        account.answers += 1
+        if not check_data_crc(content):
+            account.damaged += 1
+            return False
+        header = Header.decode(content)
+        if header.status & _RUNNING != _RUNNING:
+            account.idle += 1
+            return False
+        if header.cycle_counter == track.cycle_counter:
+            account.repeated += 1
+            return False
+        track.cycle_counter = header.cycle_counter
+        first = self._first_frame(header)
+        if first is None:
+            account.contradicting += 1
+            return False
+        if header.status & CameraStatus.OVERRUN:
+            account.overruns += 1
+        return self._take_frames(place, first, header, content)
+
+    def _first_frame(self, header: Header) -> int | None:
+        """Return the number of the header's first exposure; None where it contradicts itself."""
+        if (
+            header.period_ns not in _PERIODS_NS
+            or header.start_ns > _LAST_NS
+            or header.frames_valid > FRAMES_PER_CYCLE
+        ):
+            return None
+        start_ns, period_ns = self._start_ns, self._period_ns
+        first, rest = divmod(header.start_ns - start_ns, period_ns) if period_ns else (0, 1)
+        if period_ns == header.period_ns and not rest and first % COUNTER_MODULUS == header.counter:
+            return first
+        # Another first exposure: the cameras were started, or started again.
+        start_ns = header.start_ns - header.counter * header.period_ns
+        if start_ns < 0:
+            return None
+        if self._period_ns:
+            for camera in self.account.cameras:
+                camera.restarts += 1
+            self._tracks = [_Track(cycle_counter=old.cycle_counter) for old in self._tracks]
+        self._start_ns, self._period_ns = start_ns, header.period_ns
+        # A recording may begin in the middle of an acquisition.
+        self._base = header.counter
+        base_ns = start_ns + self._base * header.period_ns
+        self._joiner = FrameJoiner(len(self._areas), base_ns, header.period_ns)
+        return header.counter
+
+    def _take_frames(self, place: int, first: int, header: Header, content: bytes) -> bool:
+        account, track = self.account.cameras[place], self._tracks[place]
+        expected = first if track.next_frame is None else track.next_frame
+        known = min(max(0, expected - first), header.frames_valid)
+        account.known += known
+        if not header.frames_valid - known or self._joiner is None:
+            return False
+        account.missing += max(0, first - expected)
+        frames = np.frombuffer(
+            content, FRAME_DTYPE, count=FRAMES_PER_CYCLE, offset=HEADER_STRUCT.size
+        )[known : header.frames_valid]
+        counter = first + known + np.arange(len(frames))
+        self._joiner.push(
+            place,
+            self._start_ns + counter * self._period_ns,
+            frames["flags"],
+            frames["valid"],
+            decode_spots(frames),
+        )
+        account.frames += len(frames)
+        track.next_frame = first + header.frames_valid
+        return True
+
+    def _join(self) -> FrameBlock | None:
+        if self._joiner is None:
+            return None
+        joined = self._joiner.pull()
+        self.account.unjoined += joined.lost
+        if joined.frames is None:
+            return None
+        self.account.joined += len(joined.frames)
+        return replace(joined.frames, counter=joined.frames.counter + self._base)
+
+    def _name(self, area: CameraArea) -> str:
+        serial = self._listener.serial(area.station)
+        return f"station {area.station:#06x}" if serial is None else f"serial {serial}"
+
+
+def _least_working_counter(areas: tuple[CameraArea, ...], command: int, at: int, end: int) -> int:
+    """Return what the working counter of process data must be at least."""
+    weight = 2 if command == Command.LRW else 0
+    return sum((at <= area.inputs < end) + weight * (at <= area.outputs < end) for area in areas)
+
+
+def _name(command: int) -> str:
+    try:
+        return Command(command).name
+    except ValueError:
+        return f"{command:#04x}"

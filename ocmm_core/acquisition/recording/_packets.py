@@ -1,0 +1,200 @@
+"""Files of recorded network traffic: pcap (libpcap) and pcapng, as tcpdump and tshark write them.
+
+Sources: draft-ietf-opsawg-pcap and draft-ietf-opsawg-pcapng. A recording that was cut off in the
+middle is read up to there.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from ocmm_core.errors import InputError
+
+_ETHERNET = 1
+_LONGEST_PACKET = 1 << 18
+_LONGEST_BLOCK = 1 << 24
+_PCAP_MAGICS = {
+    b"\xd4\xc3\xb2\xa1": ("<", 1000),
+    b"\xa1\xb2\xc3\xd4": (">", 1000),
+    b"\x4d\x3c\xb2\xa1": ("<", 1),
+    b"\xa1\xb2\x3c\x4d": (">", 1),
+}
+"""Byte order and nanoseconds of a tick."""
+_PCAPNG_MAGIC = b"\x0a\x0d\x0d\x0a"
+_BYTE_ORDERS = {b"\x4d\x3c\x2b\x1a": "<", b"\x1a\x2b\x3c\x4d": ">"}
+_BLOCK_INTERFACE, _BLOCK_SIMPLE, _BLOCK_PACKET = 1, 3, 6
+_BLOCK_OVERHEAD = 12
+_OPTION_END, _OPTION_RESOLUTION = 0, 9
+_DEFAULT_RESOLUTION = 6
+_FINEST_RESOLUTION = 18
+
+
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """One packet.
+
+    Attributes
+    ----------
+    time_ns
+        When it was recorded, ns since 1970.
+    content
+        From the destination address on.
+    whole
+        Nothing of it was cut off.
+    """
+
+    time_ns: int
+    content: bytes
+    whole: bool
+
+
+class PacketFile:
+    """A recording, read from its beginning to its end.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Attributes
+    ----------
+    cut_off
+        The file ends in the middle of a packet; known at the end.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.cut_off = False
+
+    def packets(self) -> Iterator[Packet]:
+        """Yield the packets.
+
+        Raises
+        ------
+        InputError
+            The file cannot be read, is no recording of Ethernet packets, or is damaged.
+        """
+        try:
+            stream = self._path.open("rb")
+        except OSError as error:
+            raise self._error(f"cannot be opened ({error.strerror})", "Check its name.") from error
+        with stream:
+            try:
+                yield from self._read(stream)
+            except OSError as error:
+                raise self._error(f"cannot be read ({error})", "Copy it anew.") from error
+
+    def _read(self, stream: BinaryIO) -> Iterator[Packet]:
+        magic = stream.read(4)
+        if magic in _PCAP_MAGICS:
+            yield from self._read_pcap(stream, *_PCAP_MAGICS[magic])
+        elif magic == _PCAPNG_MAGIC:
+            yield from self._read_pcapng(stream)
+        else:
+            raise self._error(
+                "is no recording of a network (pcap or pcapng)", "Record it with tcpdump -w FILE."
+            )
+
+    def _read_pcap(self, stream: BinaryIO, order: str, tick_ns: int) -> Iterator[Packet]:
+        head = self._take(stream, 20)
+        if head is None:
+            return
+        self._check_link(struct.unpack_from(order + "I", head, 16)[0] & 0x0FFFFFFF)
+        record = struct.Struct(order + "IIII")
+        while (raw := self._take(stream, record.size, first=True)) is not None:
+            seconds, ticks, size, original = record.unpack(raw)
+            if size > _LONGEST_PACKET:
+                raise self._damaged(stream, f"a packet claims {size} bytes")
+            content = self._take(stream, size)
+            if content is None:
+                return
+            yield Packet(seconds * 1_000_000_000 + ticks * tick_ns, content, size >= original)
+
+    def _read_pcapng(self, stream: BinaryIO) -> Iterator[Packet]:
+        stream.seek(0)
+        order = "<"
+        interfaces: list[int] = []
+        while (raw := self._take(stream, 8, first=True)) is not None:
+            if raw[:4] == _PCAPNG_MAGIC:
+                order = self._section_order(stream)
+                interfaces.clear()
+            kind, size = struct.unpack(order + "II", raw)
+            if size % 4 or not _BLOCK_OVERHEAD <= size <= _LONGEST_BLOCK:
+                raise self._damaged(stream, f"a block claims {size} bytes")
+            body = self._take(stream, size - 8)
+            if body is None:
+                return
+            if struct.unpack_from(order + "I", body, len(body) - 4)[0] != size:
+                raise self._damaged(stream, "a block has two lengths")
+            body = body[:-4]
+            if kind == _BLOCK_INTERFACE:
+                interfaces.append(self._interface(stream, order, body))
+            elif kind == _BLOCK_PACKET:
+                yield self._packet(stream, order, body, interfaces)
+            elif kind == _BLOCK_SIMPLE and len(body) >= 4 and interfaces:
+                (original,) = struct.unpack_from(order + "I", body)
+                yield Packet(0, body[4 : 4 + original], len(body) - 4 >= original)
+
+    def _section_order(self, stream: BinaryIO) -> str:
+        at = stream.tell()
+        magic = stream.read(4)
+        stream.seek(at)
+        if magic not in _BYTE_ORDERS:
+            raise self._damaged(stream, "a section has no byte order")
+        return _BYTE_ORDERS[magic]
+
+    def _interface(self, stream: BinaryIO, order: str, body: bytes) -> int:
+        """Return the ticks per second of an interface."""
+        if len(body) < 8:
+            raise self._damaged(stream, "the description of an interface is too short")
+        self._check_link(struct.unpack_from(order + "H", body)[0])
+        at, resolution = 8, _DEFAULT_RESOLUTION
+        while at + 4 <= len(body):
+            code, size = struct.unpack_from(order + "HH", body, at)
+            if code == _OPTION_END:
+                break
+            if code == _OPTION_RESOLUTION and size == 1 and at + 4 < len(body):
+                resolution = body[at + 4]
+            at += 4 + (size + 3) // 4 * 4
+        power = resolution & 0x7F
+        if resolution & 0x80:
+            return 1 << power if power < 64 else 1 << 63
+        if power > _FINEST_RESOLUTION:
+            raise self._damaged(stream, f"times in steps of 10^-{power} s")
+        return int(10**power)
+
+    def _packet(self, stream: BinaryIO, order: str, body: bytes, interfaces: list[int]) -> Packet:
+        if len(body) < 20:
+            raise self._damaged(stream, "a packet is too short")
+        interface, high, low, size, original = struct.unpack_from(order + "IIIII", body)
+        if interface >= len(interfaces) or size > len(body) - 20:
+            raise self._damaged(stream, "a packet does not fit its block or its interface")
+        time_ns = (high << 32 | low) * 1_000_000_000 // interfaces[interface]
+        return Packet(time_ns, body[20 : 20 + size], size >= original)
+
+    def _take(self, stream: BinaryIO, size: int, *, first: bool = False) -> bytes | None:
+        """Return so many bytes, or None at the end; an end in the middle is noted."""
+        content = stream.read(size)
+        if len(content) == size:
+            return content
+        self.cut_off = bool(content) or not first
+        return None
+
+    def _check_link(self, link: int) -> None:
+        if link != _ETHERNET:
+            raise self._error(
+                f"holds packets of another kind than Ethernet (link type {link})",
+                "Record on the interface of the cameras: tcpdump -i IFACE -w FILE.",
+            )
+
+    def _damaged(self, stream: BinaryIO, why: str) -> InputError:
+        return self._error(
+            f"is damaged before byte {stream.tell()}: {why}", "Copy it anew, or record again."
+        )
+
+    def _error(self, why: str, remedy: str) -> InputError:
+        return InputError("capture.file", f"{self._path}: {why}.", remedy)

@@ -1,0 +1,270 @@
+"""Recording what a source gave, and playing it back as a source."""
+
+from __future__ import annotations
+
+import os
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import (
+    Cycle,
+    CycleVerdict,
+    FrameBlock,
+    SourceDescription,
+    to_records,
+)
+from ocmm_core.acquisition.recording._recording import (
+    SCHEMA,
+    Recording,
+    RecordingHead,
+    encode_chunk,
+    encode_head,
+)
+from ocmm_core.camera import Rig
+from ocmm_core.errors import AcquisitionError
+
+SYNC_PERIOD_S = 1.0
+"""Longest time that recorded frames stay in the memory of the system."""
+
+FRAMES_PER_READ = 256
+"""Most frames of one cycle of a replay; far less than any ring holds."""
+
+_LONGEST_WAIT_S = 0.1
+
+
+class FrameRecorder:
+    """Append frames to a new file; close it or use it in ``with``. Used by one thread.
+
+    Each block goes to the system at once, so that a program that dies loses none; every
+    `SYNC_PERIOD_S` and on `close` the file is synced to the disk, so that a power failure loses at
+    most about that time. A sync can take as long as the disk wants: record in a thread that may
+    wait, e.g. the one that empties the ring.
+
+    Parameters
+    ----------
+    path
+        A file that does not exist yet.
+    description
+        Of the source that is recorded.
+    rig
+        The rig in use.
+
+    Raises
+    ------
+    AcquisitionError
+        There is such a file already, or it cannot be written.
+    """
+
+    def __init__(self, path: Path | str, description: SourceDescription, rig: Rig) -> None:
+        self.path = Path(path)
+        self.frames = 0
+        self._n_cameras = len(description.camera_serials)
+        self._sequence = 0
+        self._size = 0
+        head = RecordingHead(
+            schema=SCHEMA,
+            source=description.name,
+            rig_name=rig.name,
+            rig_identity=rig.identity,
+            camera_serials=description.camera_serials,
+            frame_period_ns=description.frame_period_ns,
+            cycle_period_ns=description.cycle_period_ns,
+            started_utc=datetime.now(UTC).isoformat(timespec="microseconds"),
+            simulated=description.simulated,
+        )
+        try:
+            self._stream = self.path.open("xb", buffering=0)
+        except FileExistsError as error:
+            raise AcquisitionError(
+                "recording.exists",
+                f"{self.path}: there is a file of that name already.",
+                "Choose another name; a recording is never overwritten.",
+            ) from error
+        except OSError as error:
+            raise self._failure(error) from error
+        self._write(encode_head(head))
+        self._sync()
+
+    def append(self, block: FrameBlock) -> None:
+        """Add the frames of ``block``.
+
+        Raises
+        ------
+        AcquisitionError
+            The disk does not take them, or the recording is closed. The recording then ends with
+            the frames before these and is closed.
+        ValueError
+            The block has another number of cameras.
+        """
+        if block.valid.shape[1] != self._n_cameras:
+            msg = f"{block.valid.shape[1]} cameras in a recording of {self._n_cameras}"
+            raise ValueError(msg)
+        if self._stream.closed:
+            raise AcquisitionError(
+                "recording.closed", f"{self.path}: the recording is closed.", "Start a new one."
+            )
+        if not len(block):
+            return
+        self._write(encode_chunk(self._sequence, to_records(block).tobytes()))
+        self._sequence += 1
+        self.frames += len(block)
+        if time.monotonic() - self._synced_s >= SYNC_PERIOD_S:
+            self._sync()
+
+    def close(self) -> None:
+        """Sync and close; may be called twice.
+
+        Raises
+        ------
+        AcquisitionError
+            The disk does not take the last frames.
+        """
+        if not self._stream.closed:
+            self._sync()
+            self._stream.close()
+
+    def __enter__(self) -> FrameRecorder:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _write(self, content: bytes) -> None:
+        rest = memoryview(content)
+        try:
+            while rest:
+                # A full disk first takes less than it is given, and complains the next time.
+                rest = rest[self._stream.write(rest) :]
+        except OSError as error:
+            self._give_up()
+            raise self._failure(error) from error
+        self._size += len(content)
+
+    def _sync(self) -> None:
+        try:
+            os.fsync(self._stream.fileno())
+        except OSError as error:
+            # Never tried twice: after a failure the system may have dropped the frames.
+            self._stream.close()
+            raise self._failure(error) from error
+        self._synced_s = time.monotonic()
+
+    def _give_up(self) -> None:
+        try:
+            os.truncate(self._stream.fileno(), self._size)
+        except OSError:
+            # The torn chunk stays; a reader finds and leaves it out.
+            return
+        finally:
+            self._stream.close()
+
+    def _failure(self, error: OSError) -> AcquisitionError:
+        return AcquisitionError(
+            "recording.not_writable",
+            f"{self.path}: the recording cannot be written ({error.strerror}).",
+            "Choose a folder that exists, that you may write to and that has room.",
+        )
+
+
+class ReplaySource:
+    """A recording as a source of frames, the same bit for bit.
+
+    Parameters
+    ----------
+    path
+        The recording.
+    speed
+        1 for the recorded time, 2 for twice as fast ...; 0 for as fast as the reader takes frames.
+
+    Raises
+    ------
+    AcquisitionError
+        The file is no good recording.
+
+    Attributes
+    ----------
+    recording
+        What is replayed; its ``warning`` says whether its end was left out.
+    """
+
+    def __init__(self, path: Path | str, speed: float = 0.0) -> None:
+        if not 0.0 <= speed < float("inf"):
+            msg = f"a replay at speed {speed}"
+            raise ValueError(msg)
+        self.recording = Recording(path)
+        head = self.recording.head
+        self._description = SourceDescription(
+            name=f"replay ({self.recording.path.name})",
+            camera_serials=head.camera_serials,
+            frame_period_ns=head.frame_period_ns,
+            cycle_period_ns=head.cycle_period_ns,
+            live=False,
+            simulated=head.is_simulated,
+        )
+        self._speed = speed
+        self._next = 0
+        self._last_counter: int | None = None
+        self._clock: tuple[float, int] | None = None
+
+    @property
+    def description(self) -> SourceDescription:
+        """Return what the source says about itself."""
+        return self._description
+
+    def check_rig(self, rig: Rig) -> None:
+        """Raise InputError, naming the camera, unless ``rig`` has the recorded cameras."""
+        self.recording.check_rig(rig)
+
+    def open(self) -> None:
+        """Start at the first frame."""
+        self.seek(0)
+
+    def seek(self, index: int) -> None:
+        """Go on with frame ``index``; IndexError if it is neither a frame nor the end."""
+        if not 0 <= index <= len(self.recording):
+            msg = f"frame {index} of a recording with {len(self.recording)} frames"
+            raise IndexError(msg)
+        self._next = index
+        self._last_counter = None
+        self._clock = None
+
+    def read(self) -> Cycle:
+        """Return the next frames, all of one recorded block; without any while none is due."""
+        if self._next >= len(self.recording):
+            return Cycle(CycleVerdict.GOOD, finished=True)
+        block = self.recording.read(self._next, FRAMES_PER_READ)
+        if self._speed > 0.0 and not self._due(int(block.time_ns[-1])):
+            return Cycle(CycleVerdict.GOOD)
+        lost = int(np.sum(np.diff(block.counter) - 1))
+        if self._last_counter is not None:
+            lost += int(block.counter[0]) - self._last_counter - 1
+        self._last_counter = int(block.counter[-1])
+        self._next += len(block)
+        return Cycle(
+            CycleVerdict.GOOD,
+            frames=block,
+            frames_lost=max(lost, 0),
+            finished=self._next == len(self.recording),
+        )
+
+    def close(self) -> None:
+        """Close the file; may be called twice."""
+        self.recording.close()
+
+    def _due(self, time_ns: int) -> bool:
+        if self._clock is None:
+            self._clock = (time.monotonic(), time_ns)
+        began_s, first_ns = self._clock
+        wait_s = began_s + (time_ns - first_ns) * 1e-9 / self._speed - time.monotonic()
+        if wait_s > 0.0:
+            time.sleep(min(wait_s, _LONGEST_WAIT_S))
+        return wait_s <= _LONGEST_WAIT_S

@@ -1,0 +1,275 @@
+"""The raw recording: its file format, and reading it back.
+
+A recording is one line of JSON (what was recorded, and a checksum over that) and then chunks, one
+for each block of frames. A chunk is a head of 20 bytes, `_CHUNK`, and its frames in `frame_dtype`.
+The file only ever grows, so a program or a machine that dies leaves a torn chunk at the end, which
+is left out with a warning. Damage before the end is no torn end: such a file is refused, because
+nobody could say which frames are missing.
+"""
+
+from __future__ import annotations
+
+import mmap
+import struct
+import zlib
+from bisect import bisect_right
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameBlock, frame_dtype, from_records
+from ocmm_core.camera import MAX_CAMERAS, Rig
+from ocmm_core.errors import AcquisitionError, InputError
+
+SCHEMA = "ocmm.recording/1"
+_MAGIC = b"OCRF"
+_CHUNK = struct.Struct("<4sIIII")
+"""Magic, sequence number, payload bytes, CRC-32 of the payload, CRC-32 of the 16 bytes before."""
+_LONGEST_HEAD = 65536
+
+
+_COMPUTED = ("simulated", "EtherCAT, virtual wire")
+"""How the names of virtual sources begin, in recordings that do not say it themselves yet."""
+
+
+class RecordingHead(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """What was recorded.
+
+    Attributes
+    ----------
+    schema
+        `SCHEMA`.
+    source
+        Name of the source.
+    rig_name, rig_identity
+        Name and SHA-256 of the rig document in use.
+    camera_serials
+        Serial number of each camera, in the order of the frames.
+    frame_period_ns, cycle_period_ns
+        As the source said.
+    started_utc
+        ISO 8601 text.
+    simulated
+        The frames are those of a virtual rig. Left out where they are not, so that the checksum of
+        older recordings holds.
+    """
+
+    schema: str
+    source: str
+    rig_name: str
+    rig_identity: str
+    camera_serials: tuple[int, ...]
+    frame_period_ns: int
+    cycle_period_ns: int
+    started_utc: str
+    simulated: bool = False
+
+    @property
+    def is_simulated(self) -> bool:
+        """Return whether the frames are those of a virtual rig, also in older recordings."""
+        return self.simulated or self.source.startswith(_COMPUTED)
+
+
+class _HeadLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    head: RecordingHead
+    crc32: int
+
+
+def encode_head(head: RecordingHead) -> bytes:
+    """Return the first line of a recording."""
+    return msgspec.json.encode(_HeadLine(head, zlib.crc32(msgspec.json.encode(head)))) + b"\n"
+
+
+def encode_chunk(sequence: int, payload: bytes) -> bytes:
+    """Return the chunk number ``sequence`` (0, 1, 2 ...) that holds the frames ``payload``."""
+    start = _CHUNK.pack(_MAGIC, sequence, len(payload), zlib.crc32(payload), 0)[:-4]
+    return start + struct.pack("<I", zlib.crc32(start)) + payload
+
+
+class Recording:
+    """A recording, open for reading; close it or use it in ``with``. Used by one thread.
+
+    Opening reads the heads of all chunks, not the frames; the checksum of the frames is compared
+    whenever they are read.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    AcquisitionError
+        The file is missing or unreadable, is no recording, or is damaged before its end.
+
+    Attributes
+    ----------
+    path, head
+        Where it is and what it says about itself.
+    warning
+        Why the end of the file was left out; empty for a recording that was closed.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.warning = ""
+        try:
+            with self.path.open("rb") as stream:
+                line = stream.readline(_LONGEST_HEAD)
+                self.head = _decode_head(self.path, line)
+                self._map = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
+        except OSError as error:
+            raise AcquisitionError(
+                "recording.unreadable",
+                f"{self.path}: the recording cannot be read ({error.strerror}).",
+                "Check the name and that you may read the file.",
+            ) from error
+        self._dtype = frame_dtype(len(self.head.camera_serials))
+        self._offsets: list[int] = []
+        self._starts = [0]
+        try:
+            self._scan(len(line))
+        except BaseException:
+            self._map.close()
+            raise
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return self._starts[-1]
+
+    def read(self, start: int, limit: int) -> FrameBlock:
+        """Return at most ``limit`` frames from frame ``start`` on, all of one recorded block.
+
+        Raises
+        ------
+        AcquisitionError
+            The frames are damaged.
+        IndexError
+            There is no such frame.
+        """
+        if not 0 <= start < len(self):
+            msg = f"frame {start} of a recording with {len(self)} frames"
+            raise IndexError(msg)
+        chunk = bisect_right(self._starts, start) - 1
+        payload = self._payload(chunk)
+        if payload is None:
+            raise self._damaged(self._offsets[chunk], f"the frames from {self._starts[chunk]} on")
+        first = start - self._starts[chunk]
+        return from_records(np.frombuffer(payload, self._dtype)[first : first + limit])
+
+    def check_rig(self, rig: Rig) -> None:
+        """Raise InputError unless the recorded cameras are those of ``rig``, in its order.
+
+        A newer calibration of the same cameras is welcome: that is what recordings are for.
+        """
+        serials = self.head.camera_serials
+        if len(serials) != len(rig.cameras):
+            raise InputError(
+                "recording.rig",
+                f"{self.path}: the recording has {len(serials)} cameras, but rig '{rig.name}' has "
+                f"{len(rig.cameras)}.",
+                f"Give the rig that was recorded ('{self.head.rig_name}').",
+            )
+        for index, (serial, camera) in enumerate(zip(serials, rig.cameras, strict=True)):
+            if serial != camera.serial:
+                raise InputError(
+                    "recording.rig",
+                    f"{self.path}: camera {index + 1} of the recording has serial number {serial}, "
+                    f"but camera '{camera.name}' of rig '{rig.name}' has {camera.serial}.",
+                    f"Give the rig that was recorded ('{self.head.rig_name}').",
+                )
+
+    def close(self) -> None:
+        """Close the file; may be called twice."""
+        self._map.close()
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _scan(self, offset: int) -> None:
+        while offset < len(self._map):
+            head = self._chunk_head(offset)
+            if head is None or offset + _CHUNK.size + head[1] > len(self._map):
+                break
+            sequence, length, _ = head
+            if sequence != len(self._offsets) or length % self._dtype.itemsize:
+                raise self._damaged(offset, f"block {len(self._offsets)}")
+            self._offsets.append(offset)
+            self._starts.append(self._starts[-1] + length // self._dtype.itemsize)
+            offset += _CHUNK.size + length
+        # The size of a file can reach the disk before its content.
+        while self._offsets and self._payload(len(self._offsets) - 1) is None:
+            self._starts.pop()
+            offset = self._offsets.pop()
+        if offset < len(self._map):
+            self._cut(offset)
+
+    def _cut(self, offset: int) -> None:
+        follower = self._map.find(_MAGIC, offset + 1)
+        while follower >= 0:
+            head = self._chunk_head(follower)
+            if head is not None and head[0] > len(self._offsets):
+                raise self._damaged(offset, f"block {len(self._offsets)}")
+            follower = self._map.find(_MAGIC, follower + 1)
+        self.warning = (
+            f"{self.path}: the recording was not finished; its last {len(self._map) - offset} bytes"
+            f" hold no whole block and were left out after {len(self)} frames."
+        )
+
+    def _chunk_head(self, offset: int) -> tuple[int, int, int] | None:
+        content = self._map[offset : offset + _CHUNK.size]
+        if len(content) < _CHUNK.size:
+            return None
+        magic, sequence, length, payload_crc, head_crc = _CHUNK.unpack(content)
+        if magic != _MAGIC or head_crc != zlib.crc32(content[:-4]):
+            return None
+        return sequence, length, payload_crc
+
+    def _payload(self, chunk: int) -> bytes | None:
+        offset = self._offsets[chunk]
+        head = self._chunk_head(offset)
+        if head is None:
+            return None
+        _, length, expected = head
+        payload = self._map[offset + _CHUNK.size : offset + _CHUNK.size + length]
+        return payload if zlib.crc32(payload) == expected else None
+
+    def _damaged(self, offset: int, what: str) -> AcquisitionError:
+        return AcquisitionError(
+            "recording.damaged",
+            f"{self.path}: {what} at byte {offset} cannot be read, though more follows.",
+            "Restore the recording from a good copy.",
+        )
+
+
+def _decode_head(path: Path, line: bytes) -> RecordingHead:
+    fault = ""
+    try:
+        found = msgspec.json.decode(line, type=_HeadLine)
+    except msgspec.ValidationError:
+        # Whole JSON of another kind: a later version or another file.
+        fault = "is no recording of this version"
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        fault = "is no recording, or its first line is cut off"
+    else:
+        if not line.endswith(b"\n"):
+            fault = "has a first line that is cut off"
+        elif found.head.schema != SCHEMA:
+            fault = f"has the schema {found.head.schema!r}, but {SCHEMA!r} is needed"
+        elif found.crc32 != zlib.crc32(msgspec.json.encode(found.head)):
+            fault = "has a damaged first line"
+        elif not 1 <= len(found.head.camera_serials) <= MAX_CAMERAS:
+            fault = f"has {len(found.head.camera_serials)} cameras"
+        else:
+            return found.head
+    raise AcquisitionError(
+        "recording.foreign",
+        f"{path}: the file {fault}.",
+        "Choose a recording made by this program, or a good copy of it.",
+    )

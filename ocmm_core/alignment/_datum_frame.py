@@ -1,0 +1,265 @@
+"""The frame of datums in their precedence (ISO 5459).
+
+Each datum is met as well as those before it allow: first its direction, then its place, then the
+direction across it. What a datum holds is decided by the nominal geometry; how the part lies, by
+the measured one. A secondary plane that is not quite square to the primary one therefore turns the
+part about the primary's normal and does not tilt it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from ocmm_core.alignment._freedom import Freedom, Held, cross, move_to, square_pair, turn_to
+from ocmm_core.alignment._misfit import LEVER_MM, WITH_SENSE, misfit_of_all
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import gauge_point
+from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, RADIUS, Shape
+from ocmm_core.geometry import Float, RigidTransform, unit
+
+MOST_DATUMS = 3
+
+_WITH_HEIGHT = (Shape.POINT, Shape.SPHERE, Shape.CONE, Shape.TORUS)
+"""Shapes that have a place in every direction; a circle or slot lies as deep as it was probed."""
+
+_POINTS = (Shape.POINT, Shape.SPHERE)
+_ACROSS = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+_CLEARLY = 1e-6
+"""Part by which, and mm^2 by that at least, a choice of senses must be better than another."""
+
+
+@dataclass(frozen=True, slots=True)
+class DatumMisfit:
+    """How far a datum is from its nominal once the frame is set.
+
+    Attributes
+    ----------
+    name
+        Of the datum.
+    offset
+        mm: of its place, along what it has a place for.
+    angle
+        rad: of its direction; zero for points.
+    """
+
+    name: str
+    offset: float
+    angle: float
+
+
+@dataclass(frozen=True, slots=True)
+class DatumFrame:
+    """A frame that datums hold.
+
+    Attributes
+    ----------
+    T_frame_from_world
+        In this frame the datums lie where their nominals are.
+    free
+        What the datums leave open. The motion is one of those that differ by it; which one means
+        nothing.
+    misfits
+        Of every datum, in their order; zero for the first.
+    choice
+        Which of the senses of directions without a sense was taken; `datum_frame` takes the same
+        one again when it is given it.
+    """
+
+    T_frame_from_world: RigidTransform
+    free: Freedom
+    misfits: tuple[DatumMisfit, ...]
+    choice: int = 0
+
+
+def datum_frame(
+    datums: Sequence[str],
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+    choice: int | None = None,
+) -> DatumFrame:
+    """Return the frame of one to three datums in the order of their precedence.
+
+    Points and spheres hold as points; lines, cylinders and circles as axes; cones and tori as axes
+    with a point; ellipses, slots and rectangles as axes with a direction across; planes as planes.
+    A cone's point is where it has the nominal radius. How deep a circle or slot lies is not its own
+    but where it was probed; its centre alone (`features.construct.PartOf`) holds there, too. Which
+    way a measured axis runs is chosen so that the datums,
+    and if they do not tell then all features that have a nominal, lie as near to their nominals as
+    can be; so do not leave features out that are known.
+
+    Parameters
+    ----------
+    datums
+        Names, primary first.
+    geometries
+        Geometry vectors (12,) as measured, mm, world frame, by name.
+    shapes
+        Of the features, by name.
+    nominals
+        Geometry vectors (12,), mm, in the frame, by name.
+    choice
+        That of an earlier frame of the same datums, so that small changes of the geometries do not
+        turn an axis round; then only the datums are looked at.
+
+    Raises
+    ------
+    FitError
+        A datum is not measured or has no nominal, or one hardly says how the part lies.
+    """
+    if not 1 <= len(datums) <= MOST_DATUMS or len(set(datums)) < len(datums):
+        raise FitError(
+            "alignment.datums",
+            f"A datum frame needs one to {MOST_DATUMS} different datums, not "
+            f"{', '.join(datums) or 'none'}.",
+            "Name each datum once, the primary first.",
+        )
+    elements = [_element(name, geometries, shapes, nominals) for name in datums]
+    if choice is not None:
+        held = next(islice(_ways(Held.free(), elements), choice, None))
+        return _frame_of(held, elements, choice)
+    return _likeliest(_frames(elements), geometries, shapes, nominals)
+
+
+def frames_of_datums(
+    datums: Sequence[str],
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> list[DatumFrame]:
+    """Return the frames of datums for either sense of every direction that has none.
+
+    See `datum_frame`, which takes the likeliest of them.
+    """
+    return _frames([_element(name, geometries, shapes, nominals) for name in datums])
+
+
+def _frames(elements: Sequence[_Element]) -> list[DatumFrame]:
+    ways = _ways(Held.free(), elements)
+    return [_frame_of(held, elements, place) for place, held in enumerate(ways)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Element:
+    """A datum as measured (world) and as it should be (frame)."""
+
+    name: str
+    shape: Shape
+    measured: Float
+    nominal: Float
+    rows: Float
+
+
+def _element(
+    name: str,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> _Element:
+    if name not in geometries:
+        raise FitError(
+            "alignment.datum",
+            f"The part frame needs {name}, which is not measured.",
+            f"Measure {name}.",
+        )
+    if name not in nominals:
+        raise FitError(
+            "alignment.no_nominal",
+            f"The part frame needs the nominal geometry of {name}, which is not known.",
+            f"Give {name} a nominal point and direction.",
+        )
+    measured, nominal = geometries[name].copy(), nominals[name].copy()
+    shape = shapes[name]
+    if shape is Shape.CONE:
+        measured[POINT] = gauge_point(measured, float(nominal[RADIUS]))
+    if shape not in _POINTS:
+        for geometry in (measured, nominal):
+            geometry[DIRECTION] = unit(geometry[DIRECTION])
+    return _Element(name, shape, measured, nominal, _rows(shape, nominal))
+
+
+def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
+    """Yield how the part may lie for either sense of every direction that has none."""
+    if not elements:
+        yield held
+        return
+    element = elements[0]
+    both = (1.0,) if element.shape in WITH_SENSE else (1.0, -1.0)
+    for turned in _turns(held, element, DIRECTION, () if element.shape in _POINTS else both):
+        measured, nominal = element.measured[POINT], element.nominal[POINT]
+        placed = move_to(turned, measured, nominal, element.rows, element.name)
+        ends = (1.0, -1.0) if element.shape in _ACROSS else ()
+        for met in _turns(placed, element, ACROSS, ends):
+            yield from _ways(met, elements[1:])
+
+
+def _turns(held: Held, element: _Element, part: slice, senses: Sequence[float]) -> Iterator[Held]:
+    """Yield ``held`` turned to a direction of a datum in each sense, or as it is if none turns."""
+    for sense in senses:
+        measured, nominal = element.measured[part], element.nominal[part]
+        turned = turn_to(held, measured, nominal, sense, element.name)
+        if turned is held:
+            break
+        yield turned
+    else:
+        if senses:
+            return
+    yield held
+
+
+def _frame_of(held: Held, elements: Sequence[_Element], choice: int) -> DatumFrame:
+    misfits = tuple(_misfit(element, held.T_frame_from_world) for element in elements)
+    return DatumFrame(held.T_frame_from_world, held.freedom, misfits, choice)
+
+
+def _likeliest(
+    frames: Sequence[DatumFrame],
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> DatumFrame:
+    """Return the frame in which the datums, and if they do not tell all features, lie best."""
+    squares = [
+        sum(item.offset**2 + (LEVER_MM * item.angle) ** 2 for item in frame.misfits)
+        for frame in frames
+    ]
+    limit = min(squares) + _CLEARLY * (1.0 + min(squares))
+    level = [frame for frame, square in zip(frames, squares, strict=True) if square <= limit]
+    best = level[0]
+    for frame in level[1:]:
+        least, here = (
+            misfit_of_all(item.T_frame_from_world, item.free, geometries, shapes, nominals)
+            for item in (best, frame)
+        )
+        if here < least - _CLEARLY * (1.0 + least):
+            best = frame
+    return best
+
+
+def _rows(shape: Shape, nominal: Float) -> Float:
+    """Return the directions along which a datum has a place, (m, 3), frame."""
+    direction = nominal[DIRECTION]
+    if shape is Shape.PLANE:
+        rows: Float = direction[None]
+        return rows
+    return np.eye(3) if shape in _WITH_HEIGHT else square_pair(direction)
+
+
+def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfit:
+    off = T_frame_from_world.apply(element.measured[POINT]) - element.nominal[POINT]
+    angle = 0.0
+    if element.shape not in _POINTS:
+        direction = T_frame_from_world.rotation @ element.measured[DIRECTION]
+        angle = _angle(direction, element.nominal[DIRECTION], element.shape)
+    return DatumMisfit(element.name, float(np.linalg.norm(element.rows @ off)), angle)
+
+
+def _angle(direction: Float, nominal: Float, shape: Shape) -> float:
+    cosine = float(direction @ nominal)
+    if shape not in WITH_SENSE:
+        cosine = abs(cosine)
+    return float(np.arctan2(np.linalg.norm(cross(direction, nominal)), cosine))

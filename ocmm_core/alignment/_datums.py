@@ -1,0 +1,148 @@
+"""The frame of the part by any rule of alignment, from the geometry of measured features."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.alignment._best_fit import best_fit, relocated
+from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame
+from ocmm_core.alignment._reference_points import reference_points
+from ocmm_core.alignment._rules import (
+    Alignment,
+    AnyAlignment,
+    BestFit,
+    BoundAlignment,
+    DatumAlignment,
+    DatumReferenceFrame,
+    PlaneAxisPoint,
+    ReferencePoints,
+    Relocation,
+    SavedFrame,
+)
+from ocmm_core.alignment._three_two_one import nominal_frame as three_two_one_of_nominals
+from ocmm_core.alignment._three_two_one import three_two_one
+from ocmm_core.errors import FitError
+from ocmm_core.geometry import Float, RigidTransform
+
+__all__ = ["DatumAlignment", "datums_of", "frame_of", "nominal_frame", "settled"]
+
+
+def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransform:
+    """Return the motion from the world to the part frame, ``T_part_from_world``.
+
+    It rests on the features that the rule names and on no others, but for the choice of which way
+    an axis runs.
+
+    Datums are taken as they are given here; `precedence.part_frame` associates those after the
+    first again.
+
+    Parameters
+    ----------
+    rule
+        Which features say where the part is; bound to nominals where its kind needs them.
+    geometries
+        Geometry vectors (12,) of the features, mm, world frame (`features.shapes.Fit`).
+
+    Raises
+    ------
+    FitError
+        A feature is not measured or has no nominal, the features do not say where the part is, or
+        it lies otherwise than they should.
+    """
+    return _placed(*_parts(rule), geometries)[0]
+
+
+def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlignment:
+    """Return the alignment with it settled which way axes without a sense run.
+
+    It is settled once by all features of the job; results then need not each find the same.
+
+    Raises
+    ------
+    FitError
+        As `frame_of`.
+    """
+    _, choice = _placed(bound.rule, bound, geometries)
+    return replace(bound, choice=choice)
+
+
+def nominal_frame(bound: BoundAlignment) -> RigidTransform:
+    """Return the motion from the frame in which nominals are written to the part frame.
+
+    For a 3-2-1 alignment it is the alignment of the nominals themselves, which need not be written
+    in the frame that it makes; every other kind brings the part to its nominals.
+
+    Raises
+    ------
+    FitError
+        The nominals do not determine the frame.
+    """
+    if not isinstance(bound.rule, DatumAlignment):
+        return RigidTransform.identity()
+    for name in bound.features:
+        if name not in bound.nominals:
+            raise FitError(
+                "alignment.no_nominal",
+                f"The nominal geometry of {name} is not known.",
+                f"Give {name} a nominal point and direction.",
+            )
+    return three_two_one_of_nominals(bound.rule, bound)
+
+
+def datums_of(
+    rule: PlaneAxisPoint | DatumReferenceFrame,
+    geometries: Mapping[str, Float],
+    bound: BoundAlignment,
+) -> DatumFrame:
+    """Return the datum frame of a rule, with what it leaves open."""
+    return datum_frame(rule.features, geometries, bound.shapes, bound.nominals, bound.choice)
+
+
+def _parts(rule: AnyAlignment) -> tuple[Alignment, BoundAlignment | None]:
+    return (rule.rule, rule) if isinstance(rule, BoundAlignment) else (rule, None)
+
+
+def _placed(
+    rule: Alignment, bound: BoundAlignment | None, geometries: Mapping[str, Float]
+) -> tuple[RigidTransform, int]:
+    """Return the motion to the part frame, and the choice of senses."""
+    missing = [name for name in rule.features if name not in geometries]
+    if missing:
+        raise FitError(
+            "alignment.datum",
+            f"The part frame needs {missing[0]}, which is not measured.",
+            f"Measure {missing[0]}.",
+        )
+    match rule:
+        case DatumAlignment():
+            return three_two_one(rule, geometries, bound)
+        case SavedFrame():
+            return RigidTransform(np.array(rule.rotation), np.array(rule.translation)), 0
+        case PlaneAxisPoint() | DatumReferenceFrame():
+            frame = datums_of(rule, geometries, _needed(rule, bound))
+            return frame.T_frame_from_world, frame.choice
+        case Relocation():
+            return relocated(rule, geometries), 0
+        case BestFit() | ReferencePoints():
+            needed = _needed(rule, bound)
+            start, choice = None, 0
+            if rule.start is not None:
+                start, choice = _placed(rule.start, bound, geometries)
+                back = nominal_frame(replace(needed, rule=rule.start)).inverse()
+                start = back.compose(start)
+            if isinstance(rule, BestFit):
+                return best_fit(rule, geometries, needed.nominals, start), choice
+            return reference_points(rule, geometries, needed.nominals, start), choice
+
+
+def _needed(rule: Alignment, bound: BoundAlignment | None) -> BoundAlignment:
+    if bound is None:
+        raise FitError(
+            "alignment.no_nominal",
+            f"The part frame of {', '.join(rule.features)} needs nominal geometry.",
+            "Give the features their nominals.",
+        )
+    return bound

@@ -1,0 +1,268 @@
+"""Frames that outlive a job: that of a machine, or of a part before it is moved.
+
+The document is TOML (``ocmm.frame/1``) and carries the hash of its own content, so that a changed
+number is noticed. A plan takes over what it needs (`saved_frame`, `relocation`) together with the
+hash, and does not need the file any more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.alignment._rules import ControlPoint, Relocation, SavedFrame
+from ocmm_core.camera import Vector3
+from ocmm_core.documents import Document, load_document, write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.geometry import Float, RigidTransform
+
+SCHEMA = "ocmm.frame/1"
+
+_ROTATION_FAULT = 1e-9
+_ASYMMETRY = 1e-9
+"""Of a covariance, against its diagonal; as much may rounding take below zero."""
+
+
+class FrameDocument(Document, frozen=True, kw_only=True):
+    """A frame as it is written down; lengths in mm.
+
+    Attributes
+    ----------
+    name
+        Of the frame, as reports say it.
+    made
+        When it was measured, ISO 8601 with its offset from UTC.
+    source
+        Where it comes from: part, serial number, job.
+    rotation
+        Rows of the rotation from the world to the frame.
+    translation
+        mm, frame.
+    control
+        Points of the part with their places in the frame; at them it is found again after the part
+        was moved. May be empty.
+    covariance
+        Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
+        a shift, mm, along them, as the job knew them. Empty in documents that are older.
+    simulated
+        It was measured on a virtual rig. Left out where it was not, so that the hashes of older
+        documents hold.
+    sha256
+        Of all else (`content_hash`).
+    """
+
+    name: str
+    made: str
+    source: str
+    rotation: tuple[Vector3, Vector3, Vector3]
+    translation: Vector3
+    control: tuple[ControlPoint, ...] = ()
+    covariance: tuple[tuple[float, ...], ...] = ()
+    simulated: bool = False
+    sha256: str = ""
+    schema: str = SCHEMA
+    unit: str = "mm"
+
+    @property
+    def T_frame_from_world(self) -> RigidTransform:
+        """Return the motion from the world to the frame."""
+        return RigidTransform(np.array(self.rotation), np.array(self.translation))
+
+
+def frame_document(
+    name: str,
+    made: str,
+    source: str,
+    T_frame_from_world: RigidTransform,
+    control_world: Mapping[str, Float],
+    covariance: Float | None = None,
+    *,
+    simulated: bool = False,
+) -> FrameDocument:
+    """Return the document of a frame.
+
+    Parameters
+    ----------
+    name, made, source
+        As in `FrameDocument`.
+    T_frame_from_world
+        The frame (`alignment.datums.frame_of`).
+    control_world
+        Centres (3,), mm, world, of features that will be touched again, by name.
+    covariance
+        (6, 6), rad and mm, of the frame; None where it is not known.
+    simulated
+        The job was measured on a virtual rig.
+    """
+    rows = [_vector(row) for row in T_frame_from_world.rotation]
+    document = FrameDocument(
+        name=name,
+        made=made,
+        source=source,
+        rotation=(rows[0], rows[1], rows[2]),
+        translation=_vector(T_frame_from_world.translation),
+        control=tuple(
+            ControlPoint(feature=feature, place=_vector(T_frame_from_world.apply(centre)))
+            for feature, centre in control_world.items()
+        ),
+        covariance=() if covariance is None else tuple(map(_tuple, covariance)),
+        simulated=simulated,
+    )
+    return msgspec.structs.replace(document, sha256=content_hash(document))
+
+
+def content_hash(document: FrameDocument) -> str:
+    """Return the SHA-256 of a document without the hash that it carries."""
+    content = msgspec.to_builtins(msgspec.structs.replace(document, sha256=""))
+    if not document.covariance:
+        # As it was before documents held one: their hashes stay right.
+        del content["covariance"]
+    if not document.simulated:
+        del content["simulated"]
+    return hashlib.sha256(msgspec.json.encode(content, order="sorted")).hexdigest()
+
+
+def save_frame(path: Path, document: FrameDocument) -> None:
+    """Write the document of a frame; an existing file is never replaced.
+
+    Raises
+    ------
+    StorageError
+        There is a file already, or the folder cannot be written.
+    """
+    if path.exists():
+        raise StorageError(
+            "frame.exists",
+            f"{path}: there is such a file already; a frame is never written over.",
+            "Give another name.",
+        )
+    try:
+        write_atomic(path, _text(document).encode("utf-8"))
+    except OSError as error:
+        raise StorageError(
+            "frame.unwritable",
+            f"{path}: the frame cannot be written ({error.strerror}).",
+            "Free the disk or give a folder that you may write.",
+        ) from error
+
+
+def load_frame(path: Path) -> FrameDocument:
+    """Return the frame of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        It is malformed, its rotation is none, or it was changed after it was saved.
+    """
+    document = load_document(path, FrameDocument, SCHEMA)
+    rotation = document.T_frame_from_world.rotation
+    skewed = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
+    if content_hash(document) != document.sha256:
+        raise InputError(
+            "frame.changed",
+            f"{path}: the content does not fit its hash: a byte was changed after it was saved.",
+            "Restore the file from a good copy, or save the frame anew.",
+        )
+    if skewed > _ROTATION_FAULT or np.linalg.det(rotation) < 0.0:
+        raise InputError(
+            "frame.no_rotation",
+            f"{path}: field 'rotation' is no rotation.",
+            "Save the frame anew.",
+        )
+    if document.covariance and (
+        any(len(row) != len(document.covariance) for row in document.covariance)
+        or not is_covariance(np.array(document.covariance))
+    ):
+        raise InputError(
+            "frame.no_covariance",
+            f"{path}: field 'covariance' is no covariance of a turn and a shift.",
+            "Save the frame anew.",
+        )
+    return document
+
+
+def is_covariance(matrix: Float) -> bool:
+    """Return whether a matrix is a covariance of a turn and a shift, (6, 6)."""
+    if matrix.shape != (6, 6) or not np.all(np.isfinite(matrix)):
+        return False
+    scale = np.sqrt(np.diagonal(matrix).clip(min=0.0))
+    # A turn and a shift have different units: seen by their own sizes they compare.
+    seen = matrix / np.outer(*[np.where(scale > 0.0, scale, 1.0)] * 2)
+    if np.abs(seen - seen.T).max() > _ASYMMETRY:
+        return False
+    return bool(np.linalg.eigvalsh(seen)[0] > -_ASYMMETRY)
+
+
+def saved_frame(document: FrameDocument) -> SavedFrame:
+    """Return the alignment that takes a frame as it was saved."""
+    return SavedFrame(
+        name=document.name,
+        digest=document.sha256,
+        rotation=document.rotation,
+        translation=document.translation,
+        covariance=document.covariance,
+        simulated=document.simulated,
+    )
+
+
+def relocation(document: FrameDocument, limit: float) -> Relocation:
+    """Return the alignment that finds a frame again at its control points.
+
+    Raises
+    ------
+    InputError
+        It has fewer than three.
+    """
+    if len(document.control) < 3:
+        raise InputError(
+            "frame.no_control",
+            f"The frame {document.name} has {len(document.control)} control point(s); three are "
+            "needed to find it again.",
+            "Save it with at least three features that can be touched after the part is moved.",
+        )
+    return Relocation(
+        name=document.name,
+        digest=document.sha256,
+        control=document.control,
+        limit=limit,
+        simulated=document.simulated,
+    )
+
+
+def _text(document: FrameDocument) -> str:
+    lines = [f"{field} = {_quoted(getattr(document, field))}" for field in _TEXTS]
+    if document.simulated:
+        lines.append("simulated = true")
+    rows = ", ".join(_numbers(row) for row in document.rotation)
+    lines += [f"rotation = [{rows}]", f"translation = {_numbers(document.translation)}"]
+    if document.covariance:
+        lines += ["covariance = [", *(f"  {_numbers(row)}," for row in document.covariance), "]"]
+    for item in document.control:
+        lines += ["", "[[control]]", f"feature = {_quoted(item.feature)}"]
+        lines.append(f"place = {_numbers(item.place)}")
+    return "\n".join(lines) + "\n"
+
+
+_TEXTS = ("schema", "unit", "name", "made", "source", "sha256")
+
+
+def _quoted(text: str) -> str:
+    # A JSON string is a TOML string: the same escapes, and control characters by their number.
+    return msgspec.json.encode(text).decode("utf-8").replace("\x7f", "\\u007f")
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+
+
+def _tuple(values: Float) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

@@ -1,0 +1,47 @@
+"""How well the place of a saved frame is known, as its document says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.alignment._rules import (
+    AnyAlignment,
+    BestFit,
+    BoundAlignment,
+    ReferencePoints,
+    SavedFrame,
+)
+from ocmm_core.geometry import RigidTransform
+from ocmm_core.measuring import FrameDoubt
+
+
+def saved_frame_in(rule: AnyAlignment | None) -> SavedFrame | None:
+    """Return the saved frame that an alignment takes over, itself or as its start."""
+    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
+    if isinstance(kind, (BestFit, ReferencePoints)):
+        kind = kind.start
+    return kind if isinstance(kind, SavedFrame) else None
+
+
+def doubt_of(rule: AnyAlignment | None) -> FrameDoubt | None:
+    """Return what is uncertain of a frame that the job has not measured.
+
+    None where it rests on no saved frame, or on one whose document does not say
+    (`unknown_frame`).
+    """
+    saved = saved_frame_in(rule)
+    if saved is None or not saved.covariance:
+        return None
+    T_frame_from_world = RigidTransform(np.array(saved.rotation), np.array(saved.translation))
+    return FrameDoubt(T_frame_from_world, np.array(saved.covariance))
+
+
+def unknown_frame(rule: AnyAlignment | None) -> str:
+    """Return why nothing is proven in a frame whose uncertainty nobody knows; else nothing."""
+    saved = saved_frame_in(rule)
+    if saved is None or saved.covariance:
+        return ""
+    return (
+        f"The saved frame {saved.name} does not say how well it is known: save it again with "
+        "ocmm align --save, from a job that measured its features."
+    )

@@ -1,0 +1,259 @@
+"""Motions of a frame that are still open, and how a datum uses them up.
+
+The motions that leave some points, axes and planes in place form a group of one of few kinds
+(J. M. Herve, Mechanism and Machine Theory 13, 1978): all, planar, cylindrical, spherical, turning,
+sliding, none. Turning axes and sliding directions describe each of them, so that every datum is
+met in closed form.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
+
+SAME_DIRECTION = 1e-6
+"""Sine below which two nominal directions are meant to be the same."""
+
+NEARLY = 0.05
+"""Sine between nominal directions below which noise, not the part, would say how it turns."""
+
+SHORTEST_MM = 1.0
+"""Lever below which a point does not say how the part is turned."""
+
+
+@dataclass(frozen=True, slots=True)
+class Freedom:
+    """Motions of the frame that leave all datums so far in place.
+
+    Attributes
+    ----------
+    turn
+        (0, 3), (1, 3) or (3, 3): no axis, one, or any about which turning is open; unit, frame.
+    centre
+        (3,), mm, frame: the axes pass through it. Says nothing while sliding square to the axes
+        is open too.
+    slide
+        (0 to 3, 3): orthonormal directions of open translations, frame.
+    """
+
+    turn: Float
+    centre: Float
+    slide: Float
+
+    @classmethod
+    def full(cls) -> Freedom:
+        """Return the freedom of a part that nothing holds."""
+        return cls(np.eye(3), np.zeros(3), np.eye(3))
+
+    @property
+    def count(self) -> int:
+        """Return how many degrees of freedom are open, 0 to 6."""
+        return len(self.turn) + len(self.slide)
+
+    def motions(self) -> Float:
+        """Return the small open motions (6, count): turn, rad, over shift, mm, about the origin."""
+        turning = [np.append(axis, cross(self.centre, axis)) for axis in self.turn]
+        sliding = [np.append(np.zeros(3), direction) for direction in self.slide]
+        return np.array(turning + sliding).reshape(-1, 6).T
+
+    def words(self) -> tuple[str, ...]:
+        """Return what is open as the inspector reads it; empty where nothing is."""
+        if len(self.turn) == 3:
+            turning = ["turning about any axis"]
+        else:
+            turning = [f"turning about {_axis_word(axis)}" for axis in self.turn]
+        if len(self.slide) == 3:
+            return (*turning, "shifting in any direction")
+        if len(self.slide) == 2:
+            across = _axis_word(cross(*self.slide))
+            return (*turning, f"shifting square to {across}")
+        return (*turning, *(f"shifting along {_axis_word(way)}" for way in self.slide))
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A motion to the frame, and what of it is still open."""
+
+    T_frame_from_world: RigidTransform
+    freedom: Freedom
+
+    @classmethod
+    def free(cls) -> Held:
+        """Return the start: the world itself, and nothing held."""
+        return cls(RigidTransform.identity(), Freedom.full())
+
+
+def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, name: str) -> Held:
+    """Return the frame turned, as far as it may, until a measured direction is the nominal one.
+
+    Parameters
+    ----------
+    direction_world, nominal
+        (3,), unit: as measured in the world, and as it should be in the frame.
+    sense
+        1.0, or -1.0 where the measured direction runs the other way.
+    name
+        Of the datum, for errors.
+
+    Raises
+    ------
+    FitError
+        The direction nearly is the one about which the part may turn.
+    """
+    freedom = held.freedom
+    direction = sense * (held.T_frame_from_world.rotation @ direction_world)
+    if len(freedom.turn) == 3:
+        turned = replace(freedom, turn=nominal[None])
+        return _turned(held, rotation_between(direction, nominal), turned)
+    if len(freedom.turn) == 0:
+        return held
+    axis = freedom.turn[0]
+    lever = np.linalg.norm(cross(axis, nominal))
+    if lever < SAME_DIRECTION:
+        return held
+    if lever < NEARLY:
+        raise _nearly(name)
+    rotation = rotation_from_vector(angle_about(axis, direction, nominal) * axis)
+    return _turned(held, rotation, replace(freedom, turn=np.zeros((0, 3))))
+
+
+def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: str) -> Held:
+    """Return the frame moved, as far as it may, until a measured point is at its nominal place.
+
+    It slides where it can; what sliding does not reach is reached by turning about the centre.
+
+    Parameters
+    ----------
+    point_world, nominal
+        (3,), mm: as measured in the world, and as it should be in the frame.
+    rows
+        (m, 3): orthonormal directions along which the datum has a place: one for a plane, two for
+        an axis, three for a point.
+
+    Raises
+    ------
+    FitError
+        The datum nearly does not say where the part is, or how it is turned.
+    """
+    freedom = held.freedom
+    fixed_centre = not _slides_square_to_turns(freedom)
+    T = held.T_frame_from_world
+    if len(freedom.slide):
+        _, lengths, ways = np.linalg.svd(rows @ freedom.slide.T)
+        locked = lengths > SAME_DIRECTION
+        if np.any(lengths[locked] < NEARLY):
+            raise _nearly(name)
+        using = ways[: len(lengths)][locked] @ freedom.slide
+        missing = rows @ (nominal - T.apply(point_world))
+        shift = using.T @ np.linalg.lstsq(rows @ using.T, missing)[0]
+        T = RigidTransform(T.rotation, T.translation + shift)
+        rest = np.vstack([ways[: len(lengths)][~locked], ways[len(lengths) :]])
+        freedom = replace(freedom, slide=rest @ freedom.slide)
+        if not fixed_centre and not _slides_square_to_turns(freedom):
+            return Held(T, replace(freedom, centre=nominal))
+    held = Held(T, freedom)
+    if not fixed_centre or not len(freedom.turn):
+        return held
+    lever, wanted = T.apply(point_world) - freedom.centre, nominal - freedom.centre
+    if len(freedom.turn) == 3:
+        if _lever_is_nothing(np.linalg.norm(wanted), name):
+            return held
+        towards = wanted / np.linalg.norm(wanted)
+        if np.linalg.norm(lever) < SHORTEST_MM:
+            raise _nearly(name)
+        rotation = rotation_between(lever / np.linalg.norm(lever), towards)
+        return _turned(held, rotation, replace(freedom, turn=towards[None]))
+    axis = freedom.turn[0]
+    square = square_pair(axis)
+    if np.linalg.svd(rows @ square.T, compute_uv=False)[-1] < NEARLY or len(rows) < 2:
+        return held
+    if _lever_is_nothing(np.linalg.norm(square @ wanted), name):
+        return held
+    if np.linalg.norm(square @ lever) < SHORTEST_MM:
+        raise _nearly(name)
+    rotation = rotation_from_vector(angle_about(axis, lever, wanted) * axis)
+    return _turned(held, rotation, replace(freedom, turn=np.zeros((0, 3))))
+
+
+def rotation_between(first: Float, second: Float) -> Float:
+    """Return the rotation (3, 3) by the smallest angle that takes one unit vector to another.
+
+    Opposite vectors are first turned by half a turn, so that rounding is not blown up there.
+    """
+    flip = np.eye(3)
+    if first @ second < 0.0:
+        across = square_pair(second)[0]
+        flip = 2.0 * np.outer(across, across) - np.eye(3)
+    start = flip @ first
+    turn = skew(cross(start, second))
+    rotation: Float = (np.eye(3) + turn + turn @ turn / (1.0 + start @ second)) @ flip
+    return rotation
+
+
+def cross(first: Float, second: Float) -> Float:
+    """Return the vector product (3,) of two vectors; for single ones much quicker than numpy's."""
+    a, b, c = first.tolist()
+    d, e, f = second.tolist()
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+
+
+def square_pair(direction: Float) -> Float:
+    """Return two unit vectors (2, 3) square to a unit vector and to each other."""
+    helper = np.zeros(3)
+    helper[int(np.argmin(np.abs(direction)))] = 1.0
+    first = cross(helper, direction)
+    first = first / math.sqrt(first @ first)
+    return np.stack([first, cross(direction, first)])
+
+
+def _turned(held: Held, rotation: Float, freedom: Freedom) -> Held:
+    centre = held.freedom.centre
+    about = RigidTransform(rotation, centre - rotation @ centre)
+    return Held(about.compose(held.T_frame_from_world), freedom)
+
+
+def angle_about(axis: Float, start: Float, end: Float) -> float:
+    """Return the angle about ``axis`` from one vector to another, both seen along the axis."""
+    sine = float(axis @ cross(start, end))
+    cosine = float(start @ end - (start @ axis) * (end @ axis))
+    return float(np.arctan2(sine, cosine))
+
+
+def _slides_square_to_turns(freedom: Freedom) -> bool:
+    """Return whether every shift square to an open turn is open, so that no centre is fixed."""
+    if len(freedom.turn) == 3:
+        return len(freedom.slide) == 3
+    if not len(freedom.turn):
+        return False
+    if len(freedom.slide) != 2:
+        return len(freedom.slide) == 3
+    along = abs(float(freedom.turn[0] @ cross(*freedom.slide)))
+    return along > 1.0 - SAME_DIRECTION
+
+
+def _lever_is_nothing(lever: float | np.floating, name: str) -> bool:
+    if lever < SAME_DIRECTION:
+        return True
+    if lever < SHORTEST_MM:
+        raise _nearly(name)
+    return False
+
+
+def _axis_word(direction: Float) -> str:
+    for letter, axis in zip("xyz", np.eye(3), strict=True):
+        if abs(direction @ axis) > 1.0 - 1e-9:
+            return letter
+    return "(" + ", ".join(f"{value:.3f}" for value in direction) + ")"
+
+
+def _nearly(name: str) -> FitError:
+    return FitError(
+        "alignment.degenerate",
+        f"{name} hardly says how the part lies: what it should fix is nearly free of it.",
+        "Choose a datum that stands at a clear angle, or farther off.",
+    )

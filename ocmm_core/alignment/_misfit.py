@@ -1,0 +1,75 @@
+"""How far features lie from their nominals, to choose which way an axis without a sense runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.alignment._freedom import Freedom
+from ocmm_core.features.shapes import DIRECTION, POINT, Shape
+from ocmm_core.geometry import Float, RigidTransform, unit
+
+WITH_SENSE = (Shape.PLANE, Shape.CONE)
+"""Shapes whose direction says more than a line: away from the material, to the growing radius."""
+
+DEEP_AS_PROBED = (
+    Shape.CIRCLE,
+    Shape.ELLIPSE,
+    Shape.ROUND_SLOT,
+    Shape.SQUARE_SLOT,
+    Shape.RECTANGLE,
+)
+"""Shapes whose place along their axis is where they were probed."""
+
+LEVER_MM = 100.0
+"""A direction that is wrong counts as much as a place wrong by it, where senses are chosen."""
+
+
+def misfit_of_all(
+    T_frame_from_world: RigidTransform,
+    free: Freedom,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> float:
+    """Return the squared misfit, mm^2, of all features, as far as it does not rest on chance.
+
+    What is open in the frame is left out: places are compared by what turning about the open axis
+    and shifting along open directions does not change.
+    """
+    if len(free.turn) == 3:
+        return 0.0
+    T = T_frame_from_world
+    names = [name for name in nominals if name in geometries]
+    places = [name for name in names if shapes[name] is not Shape.PLANE]
+    total = 0.0
+    if places:
+        measured = T.apply(np.array([geometries[name][POINT] for name in places]))
+        wanted = np.array([nominals[name][POINT] for name in places])
+        off = measured - wanted
+        flat = [shapes[name] in DEEP_AS_PROBED for name in places]
+        axes = np.array([nominals[name][DIRECTION] for name in places]) * np.array(flat)[:, None]
+        off = off - np.sum(off * axes, axis=1, keepdims=True) * axes
+        if len(free.turn):
+            axis = free.turn[0]
+            off = (off @ axis)[:, None] * axis
+            if len(free.slide) < 2:
+                rounds = [_from_axis(items, free.centre, axis) for items in (measured, wanted)]
+                total += float(np.sum((rounds[0] - rounds[1]) ** 2))
+        off = off - off.mean(axis=0) @ free.slide.T @ free.slide
+        total += float(np.sum(off**2))
+    for name in names:
+        if shapes[name] not in WITH_SENSE:
+            continue
+        off = T.rotation @ geometries[name][DIRECTION] - unit(nominals[name][DIRECTION])
+        if len(free.turn):
+            off = free.turn[0] * (free.turn[0] @ off)
+        total += LEVER_MM**2 * float(off @ off)
+    return total
+
+
+def _from_axis(points: Float, centre: Float, axis: Float) -> Float:
+    """Return the distances (n,), mm, of points from an axis."""
+    distances: Float = np.linalg.norm(np.cross(points - centre, axis), axis=1)
+    return distances

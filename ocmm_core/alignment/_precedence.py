@@ -1,0 +1,236 @@
+"""Datums after the first, associated with their points under the orientation of those before.
+
+ISO 5459: the primary datum is associated freely, the secondary one with the direction that the
+primary leaves it, the tertiary one with that of both. What a face is out of square then does not
+enter as its points happen to lie: only its turn about the normal of the primary is taken from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame, frames_of_datums
+from ocmm_core.alignment._datums import frame_of
+from ocmm_core.alignment._frame_slopes import frame_slopes
+from ocmm_core.alignment._freedom import SAME_DIRECTION, angle_about, cross
+from ocmm_core.alignment._rules import (
+    Alignment,
+    AnyAlignment,
+    BestFit,
+    BoundAlignment,
+    DatumReferenceFrame,
+    PlaneAxisPoint,
+    ReferencePoints,
+)
+from ocmm_core.features.measured import (
+    ActualFeature,
+    Orientation,
+    can_be_oriented,
+    oriented_feature,
+)
+from ocmm_core.features.shapes import DIRECTION, Shape
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+
+SEEN_MM = 0.02
+"""Turn of a datum over its own points, mm at their ends, from which it is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Again:
+    """Features with datums that were associated again.
+
+    Attributes
+    ----------
+    features
+        All of them, by name.
+    turned
+        mm, by name of the datum: how much farther its points, from end to end, turn the part than
+        the datum as it was fitted alone. That of a face out of square depends on where it was
+        touched.
+    """
+
+    features: Mapping[str, ActualFeature]
+    turned: Mapping[str, float]
+
+    @property
+    def geometries(self) -> dict[str, Float]:
+        """Return the geometry vectors (12,) of the features."""
+        return geometries_of(self.features)
+
+    @property
+    def note(self) -> str:
+        """Return what to do about datums that lean; empty where none does to speak of."""
+        said = [
+            f"{name} leans: fitted under the datums before it, it turns by {by:.3f} mm over its "
+            "points more than alone. That rests on where it was touched: spread its points evenly "
+            "over the face."
+            for name, by in self.turned.items()
+            if by > SEEN_MM
+        ]
+        return " ".join(said)
+
+
+def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
+    """Return the motion from the world to the part frame; see `datums.frame_of`."""
+    return frame_of(rule, held_again(rule, features).geometries)
+
+
+def held_again(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> Again:
+    """Return the features as a part frame takes them.
+
+    Its datums after the first are associated with their points again, where the rule has datums in
+    precedence; all else is as measured.
+
+    Raises
+    ------
+    FitError
+        A datum is not measured, or hardly says how the part lies.
+    """
+    if not isinstance(rule, BoundAlignment):
+        return Again(actual, {})
+    datums, others = _datums(rule.rule)
+    if any(name not in actual for name in datums) or len(datums) < 2:
+        return Again(actual, {})
+    again, _ = in_precedence(datums, actual, rule.shapes, rule.nominals, rule.choice)
+    # A centre that is also brought to its place by itself stays as it was touched.
+    kept = {name: actual[name] for name in others if name in actual}
+    return Again({**again.features, **kept}, again.turned)
+
+
+def taken_again_by(
+    rule: AnyAlignment | None, actual: Mapping[str, ActualFeature]
+) -> tuple[str, ...]:
+    """Return the datums of a part frame that `held_again` associates again."""
+    if not isinstance(rule, BoundAlignment):
+        return ()
+    return may_be_taken_again(_datums(rule.rule)[0], actual)
+
+
+def may_be_taken_again(
+    datums: Sequence[str], actual: Mapping[str, ActualFeature]
+) -> tuple[str, ...]:
+    """Return the datums after the first that have a direction and points of their own."""
+    return tuple(name for name in datums[1:] if name in actual and can_be_oriented(actual[name]))
+
+
+def in_precedence(
+    datums: Sequence[str],
+    actual: Mapping[str, ActualFeature],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+    choice: int | None = None,
+) -> tuple[Again, DatumFrame]:
+    """Return all features, the datums after the first under the orientation of those before.
+
+    Also the frame of these datums.
+
+    A datum that is constructed, or a point or ball, stays as it is; so does the direction across
+    of a slot, and what follows a datum without a direction.
+
+    Parameters
+    ----------
+    datums
+        Names, primary first.
+    shapes, nominals, choice
+        See `datum_frame.datum_frame`.
+
+    Raises
+    ------
+    FitError
+        As `datum_frame.datum_frame`, or a datum is not determined under the constraint.
+    """
+    found = dict(actual)
+    taken = may_be_taken_again(datums, actual)
+    turned: dict[str, float] = {}
+    frame = datum_frame(datums, geometries_of(found), shapes, nominals, choice)
+    for place, name in enumerate(datums):
+        if name not in taken:
+            continue
+        orientation = _orientation(datums, place, found, shapes, nominals, frame)
+        if orientation is not None:
+            found[name] = oriented_feature(actual[name], orientation)
+            turned[name] = _turned(actual[name], orientation, found[name].fit.direction)
+            frame = datum_frame(datums, geometries_of(found), shapes, nominals, frame.choice)
+    return Again(found, turned), frame
+
+
+def _orientation(
+    datums: Sequence[str],
+    place: int,
+    found: Mapping[str, ActualFeature],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+    whole: DatumFrame,
+) -> Orientation | None:
+    """Return what those before leave to a datum; None where they say nothing of directions."""
+    before = datums[:place]
+    T_frame_from_world = whole.T_frame_from_world
+    frames = frames_of_datums(before, geometries_of(found), shapes, nominals)
+    held = _like(frames, T_frame_from_world)
+    turn = held.free.turn
+    if len(turn) == 3:
+        return None
+    rule = BoundAlignment(
+        DatumReferenceFrame(datums=tuple(before)), shapes, nominals, choice=held.choice
+    )
+    back = held.T_frame_from_world.rotation.T
+    slopes = frame_slopes(rule, found, held.T_frame_from_world)
+    # The frame turns over the part: a direction of the frame turns the other way in the world.
+    by_coordinates = -back @ slopes[:3]
+    name = datums[place]
+    nominal = unit(nominals[name][DIRECTION])
+    measured = found[name].fit.direction
+    if not len(turn):
+        return Orientation(_nearer(back @ nominal, measured), None, by_coordinates)
+    axis = back @ turn[0]
+    if float(np.linalg.norm(cross(turn[0], nominal))) < SAME_DIRECTION:
+        return Orientation(_nearer(back @ nominal, measured), None, by_coordinates)
+    meant = _nearer(T_frame_from_world.rotation.T @ nominal, measured)
+    direction = rotation_from_vector(angle_about(axis, meant, measured) * axis) @ meant
+    return Orientation(direction, axis, by_coordinates)
+
+
+def _like(frames: Sequence[DatumFrame], T_frame_from_world: RigidTransform) -> DatumFrame:
+    """Return the frame whose held directions run as those of another do."""
+
+    def off(frame: DatumFrame) -> float:
+        turned = frame.T_frame_from_world.rotation - T_frame_from_world.rotation
+        held = frame.free.turn if len(frame.free.turn) == 1 else np.eye(3)
+        return float(np.linalg.norm(held @ turned))
+
+    return min(frames, key=off)
+
+
+def _turned(feature: ActualFeature, orientation: Orientation, direction: Float) -> float:
+    """Return how far the ends of a datum's points turn from where it alone would have them, mm."""
+    if orientation.about is None or feature.touches is None:
+        return 0.0
+    angle = abs(angle_about(orientation.about, orientation.direction, direction))
+    tips = feature.touches.tips
+    square = tips - np.outer(tips @ orientation.about, orientation.about)
+    return angle * float(np.linalg.norm(np.ptp(square, axis=0)))
+
+
+def _nearer(direction: Float, measured: Float) -> Float:
+    return direction if float(direction @ measured) >= 0.0 else -direction
+
+
+def geometries_of(actual: Mapping[str, ActualFeature]) -> dict[str, Float]:
+    """Return the geometry vectors (12,) of features by name."""
+    return {name: feature.fit.geometry for name, feature in actual.items()}
+
+
+def _datums(rule: Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the datums in precedence of a rule, and features that it takes as they are."""
+    match rule:
+        case PlaneAxisPoint() | DatumReferenceFrame():
+            return rule.features, ()
+        case BestFit() if rule.start is not None:
+            return _datums(rule.start)[0], rule.points
+        case ReferencePoints() if rule.start is not None:
+            names = tuple(item.feature for item in rule.conditions)
+            return _datums(rule.start)[0], names
+    return (), ()

@@ -1,0 +1,219 @@
+"""What an inspector sees of an alignment before he accepts it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
+from ocmm_core.alignment._frame_slopes import frame_slopes
+from ocmm_core.alignment._misfit import DEEP_AS_PROBED
+from ocmm_core.alignment._precedence import geometries_of, held_again
+from ocmm_core.alignment._residuals import Residual, brought_together, residuals_of
+from ocmm_core.alignment._rules import (
+    BestFit,
+    BoundAlignment,
+    DatumReferenceFrame,
+    PlaneAxisPoint,
+    ReferencePoints,
+    Relocation,
+    SavedFrame,
+)
+from ocmm_core.errors import FitError, OcmmError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.geometry import Float, RigidTransform, skew
+from ocmm_core.measuring import COVERAGE_FACTOR
+
+_SEEN_MM = 1e-3
+"""Residuals that would be printed as nothing say nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class AlignmentReport:
+    """An alignment as it stands, to be accepted or not.
+
+    Attributes
+    ----------
+    frame
+        In which frame results are.
+    T_part_from_world
+        None where there is no frame; ``advice`` then says why.
+    T_nominal_from_world
+        To the frame in which nominals are written.
+    residuals
+        Of all measured features with a nominal, those that the frame rests on first.
+    free
+        Degrees of freedom that remain, in words; empty where the part is held.
+    origin_uncertainty, turn_uncertainty
+        (3,), mm and rad, k = 2: of the origin along, and of turns about, the axes of the frame.
+    advice
+        What to know and what to do, in sentences.
+    """
+
+    frame: str
+    T_part_from_world: RigidTransform | None
+    T_nominal_from_world: RigidTransform | None
+    residuals: tuple[Residual, ...]
+    free: tuple[str, ...]
+    origin_uncertainty: Float | None
+    turn_uncertainty: Float | None
+    advice: tuple[str, ...]
+
+    @property
+    def can_be_accepted(self) -> bool:
+        """Return whether there is a frame."""
+        return self.T_part_from_world is not None
+
+
+def preview_alignment(
+    bound: BoundAlignment,
+    actual: Mapping[str, ActualFeature | FitError],
+    covariance: Float | None = None,
+) -> AlignmentReport:
+    """Return what the features measured so far make of an alignment.
+
+    Parameters
+    ----------
+    bound
+        The rule with nominals (`inspection.plan.Plan.bound_alignment`).
+    actual
+        Features as measured or constructed, or why they are not.
+    covariance
+        (3 N + 1, 3 N + 1), mm^2: of all ball centres and the tip radius.
+    """
+    measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
+    geometries = geometries_of(measured)
+    try:
+        for name in bound.features:
+            reason = actual.get(name)
+            if isinstance(reason, FitError):
+                raise reason
+        bound = settled(bound, geometries)
+        held = held_again(bound, measured)
+        T_part_from_world = frame_of(bound, held.geometries)
+        T_nominal_from_part = _to_nominals(bound)
+        slopes = frame_slopes(bound, held.features, T_part_from_world)
+    except OcmmError as error:
+        said = (f"{error.what} {error.remedy}",)
+        return AlignmentReport(bound.frame, None, None, (), (), None, None, said)
+    T_nominal_from_world = T_nominal_from_part.compose(T_part_from_world)
+    residuals = residuals_of(
+        bound, measured, T_nominal_from_world, _turned(slopes, T_nominal_from_part), covariance
+    )
+    free = _free(bound, geometries)
+    spread = None if covariance is None or not len(bound.features) else _spread(slopes, covariance)
+    return AlignmentReport(
+        frame=bound.frame,
+        T_part_from_world=T_part_from_world,
+        T_nominal_from_world=T_nominal_from_world,
+        residuals=residuals,
+        free=free,
+        origin_uncertainty=None if spread is None else spread[3:],
+        turn_uncertainty=None if spread is None else spread[:3],
+        advice=(*([held.note] if held.note else []), *_advice(bound, measured, residuals, free)),
+    )
+
+
+def report_lines(report: AlignmentReport) -> list[str]:
+    """Return the report as lines of text, a table of the residuals included."""
+    lines = [f"Frame: {report.frame}"]
+    if report.T_part_from_world is not None:
+        lines.append("Open degrees of freedom: " + (", ".join(report.free) or "none"))
+    if report.origin_uncertainty is not None and report.turn_uncertainty is not None:
+        shifts = " ".join(f"{value:.4f}" for value in report.origin_uncertainty)
+        turns = " ".join(f"{value:.4f}" for value in np.degrees(report.turn_uncertainty))
+        lines.append(f"U (k=2) of the origin x y z: {shifts} mm; of turns: {turns} deg")
+    if report.residuals:
+        heads = " ".join(f"{word:>8}" for word in ("dx", "dy", "dz", "off"))
+        lines.append(f"{'feature':<20} {heads} {'U':>7} {'deg':>7}")
+    for item in report.residuals:
+        x, y, z = item.offset
+        sure = "" if item.distance_uncertainty is None else f"{item.distance_uncertainty:.4f}"
+        name = item.feature if item.aligned else f"({item.feature})"
+        lines.append(
+            f"{name:<20} {x:8.4f} {y:8.4f} {z:8.4f} {item.distance:8.4f} {sure:>7} "
+            f"{np.degrees(item.angle):7.3f}"
+        )
+    return lines + list(report.advice)
+
+
+def _to_nominals(bound: BoundAlignment) -> RigidTransform:
+    try:
+        return nominal_frame(bound).inverse()
+    except FitError as error:
+        raise FitError(
+            error.code, f"The nominals cannot be compared: {error.what}", error.remedy
+        ) from error
+
+
+def _turned(slopes: Float, T_nominal_from_part: RigidTransform) -> Float:
+    """Return the small motions of the part frame as those of the frame of the nominals."""
+    rotation, translation = T_nominal_from_part.rotation, T_nominal_from_part.translation
+    turns = rotation @ slopes[:3]
+    moved: Float = np.vstack([turns, rotation @ slopes[3:] + skew(translation) @ turns])
+    return moved
+
+
+def _spread(slopes: Float, covariance: Float) -> Float:
+    variances = np.einsum("ij,jk,ik->i", slopes, covariance, slopes, optimize=True)
+    spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
+    return spread
+
+
+def _free(bound: BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, ...]:
+    rule = bound.rule
+    if isinstance(rule, (BestFit, ReferencePoints)) and rule.start is not None:
+        bound = replace(bound, rule=rule.start)
+        held = isinstance(rule, ReferencePoints) or not rule.locked
+        return () if held else _free(bound, geometries)
+    if isinstance(rule, (PlaneAxisPoint, DatumReferenceFrame)):
+        return datums_of(rule, geometries, bound).free.words()
+    return ()
+
+
+def _lies_as_touched(feature: ActualFeature) -> bool:
+    """Return whether the place of a feature along its axis is where it was touched."""
+    return feature.raw is not None and feature.fit.shape in DEEP_AS_PROBED
+
+
+def _advice(
+    bound: BoundAlignment,
+    measured: Mapping[str, ActualFeature],
+    residuals: tuple[Residual, ...],
+    free: tuple[str, ...],
+) -> tuple[str, ...]:
+    rule, said = bound.rule, []
+    if free:
+        said.append(
+            f"The datums leave open: {', '.join(free)}. What depends on it means nothing: add a "
+            "datum, or tolerance only what does not."
+        )
+    aligned = [item for item in residuals if item.aligned]
+    deep = [name for name in brought_together(rule) if _lies_as_touched(measured[name])]
+    if deep:
+        said.append(
+            f"{', '.join(deep)}: a circle or slot lies as deep as it was touched. Unless that is "
+            "meant, construct its projection onto a face and align to that."
+        )
+    count = {BestFit: 3, Relocation: 3}.get(type(rule))
+    if count is not None and len(rule.features) <= count:
+        said.append("Three points check each other hardly: take a fourth.")
+    if isinstance(rule, ReferencePoints) and len(residuals) == len(aligned):
+        said.append("Nothing checks the six conditions: measure one more feature and look at it.")
+    if isinstance(rule, SavedFrame):
+        said.append(
+            "The frame is taken as it was saved: whether the part still lies there, only features "
+            "with known places show."
+        )
+    worst = max(residuals, key=lambda item: item.distance, default=None)
+    if worst is not None:
+        sure = worst.distance_uncertainty
+        doubt = "" if sure is None else f", U {sure:.3f} mm"
+        beyond = worst.distance > (_SEEN_MM if sure is None else sure)
+        said.append(
+            f"{worst.feature} lies farthest from its nominal: {worst.distance:.3f} mm{doubt}."
+            + (" Touch it again if that is more than the part can be off." if beyond else "")
+        )
+    return tuple(said)

@@ -1,0 +1,176 @@
+"""How far features lie from their nominals in a frame, with the uncertainty of both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.alignment._misfit import DEEP_AS_PROBED, WITH_SENSE
+from ocmm_core.alignment._rules import (
+    Alignment,
+    BestFit,
+    BoundAlignment,
+    ReferencePoints,
+    Relocation,
+)
+from ocmm_core.features.measured import CENTRED, ActualFeature, gauge_point
+from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, Shape, element
+from ocmm_core.geometry import Float, RigidTransform, skew, unit
+from ocmm_core.measuring import COVERAGE_FACTOR
+
+
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """How far one feature lies from its nominal in the frame.
+
+    Attributes
+    ----------
+    feature
+        Its name.
+    aligned
+        Whether the frame rests on it; where not, it checks the frame.
+    offset
+        (3,), mm, frame: from its nominal place, only along what it has a place for.
+    distance
+        mm: length of ``offset``.
+    distance_uncertainty
+        mm, k = 2, in the least certain direction; None while the points have no covariance.
+    angle, angle_uncertainty
+        rad, of its direction; zero where it has none, and k = 2.
+    """
+
+    feature: str
+    aligned: bool
+    offset: Float
+    distance: float
+    distance_uncertainty: float | None
+    angle: float
+    angle_uncertainty: float | None
+
+
+def residuals_of(
+    bound: BoundAlignment,
+    measured: Mapping[str, ActualFeature],
+    T_nominal_from_world: RigidTransform,
+    slopes: Float,
+    covariance: Float | None,
+) -> tuple[Residual, ...]:
+    """Return how far all measured features lie from their nominals, those of the frame first.
+
+    Parameters
+    ----------
+    bound
+        The alignment.
+    measured
+        Features that are known; those without a nominal have no residual.
+    slopes
+        (6, 3 N + 1): how the frame of the nominals moves (`alignment.frame_slopes`).
+    covariance
+        (3 N + 1, 3 N + 1), mm^2, of the points, or None.
+    """
+    nominals = _compared_with(bound)
+    points = brought_together(bound.rule)
+    first = [name for name in bound.features if name in nominals]
+    rest = [name for name in nominals if name in measured and name not in first]
+    return tuple(
+        _residual(
+            measured[name],
+            nominals[name],
+            T_nominal_from_world,
+            slopes,
+            covariance,
+            aligned=name in first,
+            whole=name in points,
+        )
+        for name in (*first, *rest)
+    )
+
+
+def brought_together(rule: Alignment) -> tuple[str, ...]:
+    """Return the features whose centres a rule brings to their places as points in space."""
+    match rule:
+        case BestFit():
+            return rule.points
+        case ReferencePoints():
+            return tuple(dict.fromkeys(item.feature for item in rule.conditions))
+        case Relocation():
+            return rule.features
+        case _:
+            return ()
+
+
+def _compared_with(bound: BoundAlignment) -> dict[str, Float]:
+    """Return the geometries that features are compared with; control points with their places."""
+    nominals = dict(bound.nominals)
+    if isinstance(bound.rule, Relocation):
+        nominals |= {item.feature: element(item.place) for item in bound.rule.control}
+    return nominals
+
+
+def _residual(
+    feature: ActualFeature,
+    nominal: Float,
+    T_nominal_from_world: RigidTransform,
+    slopes: Float,
+    covariance: Float | None,
+    *,
+    aligned: bool,
+    whole: bool,
+) -> Residual:
+    shape, geometry = feature.fit.shape, feature.fit.geometry
+    place, gain = geometry[POINT], feature.jacobian[POINT]
+    direction, turning = geometry[DIRECTION], feature.jacobian[DIRECTION]
+    if shape is Shape.CONE:
+        # The point of a cone is where its plan has the diameter.
+        place, gain = gauge_point(geometry, float(nominal[RADIUS])), _gauge_gain(feature, nominal)
+    rotation = T_nominal_from_world.rotation
+    at = T_nominal_from_world.apply(place)
+    moved = slopes[3:] - skew(at) @ slopes[:3] + rotation @ gain
+    # Where places were brought together as points, the depth of a circle counted as well.
+    keep = np.eye(3) if whole else _directions(shape, nominal)
+    offset = keep @ (at - nominal[POINT])
+    angle, tilted = 0.0, np.zeros_like(moved)
+    if np.any(nominal[DIRECTION]) and np.any(direction):
+        here, there = rotation @ unit(direction), unit(nominal[DIRECTION])
+        sense = 1.0 if shape in WITH_SENSE or here @ there >= 0.0 else -1.0
+        angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), sense * (here @ there)))
+        tilted = -skew(here) @ slopes[:3] + rotation @ turning
+    return Residual(
+        feature=feature.nominal.name,
+        aligned=aligned,
+        offset=offset,
+        distance=float(np.linalg.norm(offset)),
+        distance_uncertainty=_worst(keep @ moved, covariance),
+        angle=angle,
+        angle_uncertainty=_worst(tilted, covariance),
+    )
+
+
+def _gauge_gain(feature: ActualFeature, nominal: Float) -> Float:
+    """Return d(gauge point) / d(points), (3, 3 N + 1)."""
+    geometry, gain = feature.fit.geometry, feature.jacobian
+    slope = np.tan(geometry[HALF_ANGLE])
+    along = (nominal[RADIUS] - geometry[RADIUS]) / slope
+    by_angle = -along / (slope * np.cos(geometry[HALF_ANGLE]) ** 2)
+    stretch = by_angle * gain[HALF_ANGLE] - gain[RADIUS] / slope
+    moved: Float = gain[POINT] + along * gain[DIRECTION] + np.outer(geometry[DIRECTION], stretch)
+    return moved
+
+
+def _directions(shape: Shape, nominal: Float) -> Float:
+    """Return the projection (3, 3) on the directions along which a shape has a place."""
+    if shape in (Shape.CONE, *CENTRED) and shape not in DEEP_AS_PROBED:
+        return np.eye(3)
+    along = unit(nominal[DIRECTION])
+    own: Float = np.outer(along, along)
+    return own if shape is Shape.PLANE else np.eye(3) - own
+
+
+def _worst(rows: Float, covariance: Float | None) -> float | None:
+    """Return U (k = 2) of a vector with slopes (3, 3 N + 1) in its least certain direction."""
+    if covariance is None:
+        return None
+    values = np.linalg.eigvalsh(rows @ covariance @ rows.T)
+    return COVERAGE_FACTOR * float(np.sqrt(max(values[-1], 0.0)))

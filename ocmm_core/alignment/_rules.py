@@ -1,0 +1,340 @@
+"""How a plan says where the part is: every kind of alignment, as a document holds it.
+
+A rule names features. Some kinds need their nominal geometry besides; `BoundAlignment` puts both
+together, and is what results are computed with. ``docs/alignment.md`` says when to take which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import msgspec
+
+from ocmm_core.camera import Vector3
+from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import Float
+
+AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
+LockedMotion = Literal["x", "y", "z", "rx", "ry", "rz"]
+
+OLDEST = "3-2-1"
+"""Kind of an alignment that does not say its kind, as in the first plans."""
+
+
+class _Rule(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type"
+):
+    """What all kinds share: the field ``type``."""
+
+
+class DatumAlignment(
+    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag=OLDEST
+):
+    """The part frame from measured features (3-2-1).
+
+    Attributes
+    ----------
+    primary
+        Plane whose normal, or line or axis whose direction, is the z axis of the part frame.
+    secondary
+        What gives the x axis, seen along z: two features with centres, x points from the first to
+        the second; or one line, axis or plane, x along it or its normal.
+    origin
+        Feature whose centre is the origin, once it is dropped on the primary and, where that is a
+        single feature, the secondary.
+    towards
+        Where x is along a single line or axis: a feature that lies at the positive side. Without
+        it the nominals must tell, because a measured axis has no sense.
+    primary_axis, secondary_axis
+        Which axes of the part frame they give, if not z and x.
+    """
+
+    primary: str
+    secondary: tuple[str, ...]
+    origin: str
+    towards: str = ""
+    primary_axis: AxisName = "z"
+    secondary_axis: AxisName = "x"
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of the datum features, each once."""
+        names = (self.primary, *self.secondary, self.origin, self.towards)
+        return tuple(dict.fromkeys(name for name in names if name))
+
+
+class PlaneAxisPoint(
+    _Rule,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="type",
+    tag="plane-axis-point",
+):
+    """A plane first, then an axis, then a point, each brought to its nominal place.
+
+    Attributes
+    ----------
+    plane, axis, point
+        Names; the axis may stand on the plane or lie along it.
+    """
+
+    plane: str
+    axis: str
+    point: str
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of the datum features."""
+        return (self.plane, self.axis, self.point)
+
+
+class DatumReferenceFrame(
+    _Rule,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="type",
+    tag="datum reference frame",
+):
+    """Datums in their precedence (ISO 5459), each brought to its nominal place.
+
+    Attributes
+    ----------
+    datums
+        One to three names, primary first.
+    """
+
+    datums: tuple[str, ...]
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of the datum features."""
+        return self.datums
+
+
+class BestFit(
+    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="best fit"
+):
+    """The motion that brings centres and points nearest to their nominal places.
+
+    Attributes
+    ----------
+    points
+        Names of at least three features with centres.
+    weights
+        Of their squared distances, in the same order; empty is one for each.
+    locked
+        Motions of the part frame that stay as ``start`` has them.
+    start
+        The alignment that comes first; needed where something is locked.
+    """
+
+    points: tuple[str, ...]
+    weights: tuple[float, ...] = ()
+    locked: tuple[LockedMotion, ...] = ()
+    start: (
+        DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
+    ) = None
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of all features it rests on, each once."""
+        first = () if self.start is None else self.start.features
+        return tuple(dict.fromkeys((*first, *self.points)))
+
+
+class Condition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One of the six conditions of reference points.
+
+    Attributes
+    ----------
+    feature
+        Name of a feature with a centre or of a point.
+    direction
+        (3,), part frame: along it the feature lies exactly at its nominal place.
+    """
+
+    feature: str
+    direction: Vector3
+
+
+class ReferencePoints(
+    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="rps"
+):
+    """Reference points (RPS): six conditions on directions that all hold exactly.
+
+    Attributes
+    ----------
+    conditions
+        Six.
+    start
+        The alignment that comes first. Without it the best fit of all points is the start, and
+        the conditions name at least three features that do not lie on one line.
+    """
+
+    conditions: tuple[Condition, ...]
+    start: (
+        DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
+    ) = None
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of all features it rests on, each once."""
+        first = () if self.start is None else self.start.features
+        return tuple(dict.fromkeys((*first, *(item.feature for item in self.conditions))))
+
+
+class SavedFrame(
+    _Rule,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="type",
+    tag="saved frame",
+):
+    """A frame that was stored once, as that of the machine (`alignment.frame_document`).
+
+    The plan holds the frame itself, so that a job can be opened where its file is not.
+
+    Attributes
+    ----------
+    name, digest
+        Name of the frame, and SHA-256 of its document.
+    rotation
+        Rows of the rotation from the world to the frame.
+    translation
+        mm, frame.
+    covariance
+        Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
+        a shift, mm, along them. Empty where it is not known: then nothing is proven in the frame.
+    simulated
+        It was measured on a virtual rig: nothing is proven in it about a real part.
+    """
+
+    name: str
+    digest: str
+    rotation: tuple[Vector3, Vector3, Vector3]
+    translation: Vector3
+    covariance: tuple[tuple[float, ...], ...] = ()
+    simulated: bool = False
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return nothing: it rests on no feature of the job."""
+        return ()
+
+
+class ControlPoint(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A point of the part that was measured before it was moved; ``place`` is in the frame, mm."""
+
+    feature: str
+    place: Vector3
+
+
+class Relocation(
+    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="relocation"
+):
+    """The frame of before, found again at control points after the part was moved.
+
+    Attributes
+    ----------
+    name, digest
+        Name of the frame in which the control points were measured, and SHA-256 of its document.
+    control
+        At least three that do not lie on one line.
+    limit
+        mm: a control point that lies farther off after the best fit was moved, or touched wrongly;
+        then there is no frame.
+    simulated
+        It was measured on a virtual rig: nothing is proven in it about a real part.
+    """
+
+    name: str
+    digest: str
+    control: tuple[ControlPoint, ...]
+    limit: float = 0.1
+    simulated: bool = False
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of the control points."""
+        return tuple(item.feature for item in self.control)
+
+
+Alignment: TypeAlias = (
+    DatumAlignment
+    | PlaneAxisPoint
+    | DatumReferenceFrame
+    | BestFit
+    | ReferencePoints
+    | SavedFrame
+    | Relocation
+)
+"""All kinds; in a plan the field ``type`` says which."""
+
+
+def simulated_frame(rule: Alignment | None) -> str:
+    """Return the name of the saved frame of a rule that a virtual rig gave; empty without one."""
+    start = getattr(rule, "start", None)
+    for item in (rule, start):
+        if isinstance(item, SavedFrame | Relocation) and item.simulated:
+            return item.name
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class BoundAlignment:
+    """A rule together with what the plan says about all its features, probed and constructed.
+
+    Attributes
+    ----------
+    rule
+        How the part is aligned.
+    shapes
+        Of the features, by name.
+    nominals
+        Geometry vectors (12,), mm, part frame, by name; those that are not known are missing.
+    choice
+        Which way axes without a sense run, once it is settled (`alignment.datums.settled`).
+    """
+
+    rule: Alignment
+    shapes: Mapping[str, Shape]
+    nominals: Mapping[str, Float]
+    choice: int | None = None
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of the features that the frame rests on, each once."""
+        return self.rule.features
+
+    @property
+    def frame(self) -> str:
+        """Return in which frame results are, in the words of the report."""
+        return frame_name(self.rule)
+
+
+AnyAlignment: TypeAlias = Alignment | BoundAlignment
+"""What `alignment.datums.frame_of` takes; a rule alone where it needs no nominals."""
+
+
+def frame_name(rule: Alignment) -> str:
+    """Return in which frame results are, in the words of the report."""
+    match rule:
+        case DatumAlignment():
+            names = f"{rule.primary}|{' to '.join(rule.secondary)}|{rule.origin}"
+            return f"part frame 3-2-1 of {names}"
+        case PlaneAxisPoint() | DatumReferenceFrame():
+            return f"part frame of {'|'.join(rule.features)}"
+        case BestFit():
+            return f"part frame, best fit of {len(rule.points)} points"
+        case ReferencePoints():
+            count = len({item.feature for item in rule.conditions})
+            return f"part frame of {count} reference points (RPS)"
+        case SavedFrame():
+            return f"saved frame {rule.name}"
+        case Relocation():
+            return f"frame {rule.name}, relocated at {len(rule.control)} control points"

@@ -1,0 +1,169 @@
+"""The part frame from measured datum features (3-2-1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+
+from ocmm_core.alignment._freedom import Freedom
+from ocmm_core.alignment._misfit import WITH_SENSE, misfit_of_all
+from ocmm_core.alignment._rules import AxisName, BoundAlignment, DatumAlignment
+from ocmm_core.errors import FitError
+from ocmm_core.features.shapes import DIRECTION, POINT, Shape
+from ocmm_core.geometry import Float, RigidTransform
+
+SHORTEST_MM = 1.0
+LEAST_SINE = 0.05
+"""Sine of the angle between primary and secondary direction below which x is not determined."""
+
+_PLAINLY = 0.5
+"""The better choice of senses leaves this part of every other one's misfit at most."""
+
+_HELD = Freedom(np.zeros((0, 3)), np.zeros(3), np.zeros((0, 3)))
+
+
+def three_two_one(
+    rule: DatumAlignment,
+    geometries: Mapping[str, Float],
+    bound: BoundAlignment | None = None,
+) -> tuple[RigidTransform, int]:
+    """Return the motion from the world to the part frame, ``T_part_from_world``.
+
+    Also which way axes without a sense run, as `BoundAlignment.choice` keeps it.
+
+    Parameters
+    ----------
+    rule
+        Which features are the datums.
+    geometries
+        Geometry vectors (12,) of the features, mm, world frame.
+    bound
+        Shapes and nominals. Only a plane as primary with two centres does without them: a measured
+        axis has no sense, and the nominals say which one is meant.
+
+    Raises
+    ------
+    FitError
+        The datums give no direction, or nothing says how it runs.
+    """
+    shapes = {} if bound is None else bound.shapes
+    senses = list(product(_senses_up(rule, shapes), _senses_along(rule, shapes)))
+    choice = 0 if len(senses) == 1 else None if bound is None else bound.choice
+    if choice is not None:
+        return _frame(rule, geometries, shapes, *senses[choice]), choice
+    frames = [_frame(rule, geometries, shapes, *both) for both in senses]
+    misfits = np.array([_misfit(rule, frame, geometries, bound) for frame in frames])
+    best, second = np.sort(misfits)[:2]
+    if not best < _PLAINLY * second:
+        raise FitError(
+            "alignment.no_sense",
+            f"Nothing says which way the axes run along {', '.join(rule.features)}.",
+            "Name a feature at the positive side of x as 'towards' in the alignment, or give the "
+            "features nominals in the part frame.",
+        )
+    choice = int(np.argmin(misfits))
+    return frames[choice], choice
+
+
+def _senses_up(rule: DatumAlignment, shapes: Mapping[str, Shape]) -> tuple[float, ...]:
+    shape = shapes.get(rule.primary, Shape.PLANE)
+    return (1.0,) if shape in WITH_SENSE else (1.0, -1.0)
+
+
+def _senses_along(rule: DatumAlignment, shapes: Mapping[str, Shape]) -> tuple[float, ...]:
+    if len(rule.secondary) == 2 or rule.towards:
+        return (1.0,)
+    return (1.0,) if shapes.get(rule.secondary[0]) in WITH_SENSE else (1.0, -1.0)
+
+
+def _frame(
+    rule: DatumAlignment,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    up: float,
+    sense: float,
+) -> RigidTransform:
+    primary, first = geometries[rule.primary], geometries[rule.secondary[0]]
+    z = up * primary[DIRECTION] / np.linalg.norm(primary[DIRECTION])
+    pair = len(rule.secondary) == 2
+    along = geometries[rule.secondary[1]][POINT] - first[POINT] if pair else first[DIRECTION]
+    along = sense * (along - (along @ z) * z)
+    length = float(np.linalg.norm(along))
+    if length < (SHORTEST_MM if pair else LEAST_SINE):
+        raise _no_direction(rule)
+    x = along / length
+    if rule.towards and not pair:
+        x = x * _side(rule, geometries, x)
+    origin = geometries[rule.origin][POINT]
+    if shapes.get(rule.primary, Shape.PLANE) is Shape.PLANE:
+        origin = origin - ((origin - primary[POINT]) @ z) * z
+        if not pair:
+            # A line or axis has a place across its direction, a plane along its normal.
+            across = x if shapes.get(rule.secondary[0]) is Shape.PLANE else np.cross(z, x)
+            origin = origin - ((origin - first[POINT]) @ across) * across
+    else:
+        origin = primary[POINT] + ((origin - primary[POINT]) @ z) * z
+    rotation = _rotation(rule.primary_axis, z, rule.secondary_axis, x)
+    return RigidTransform(rotation, -rotation @ origin)
+
+
+def _side(rule: DatumAlignment, geometries: Mapping[str, Float], x: Float) -> float:
+    side = float((geometries[rule.towards][POINT] - geometries[rule.origin][POINT]) @ x)
+    if abs(side) < SHORTEST_MM:
+        raise FitError(
+            "alignment.no_sense",
+            f"{rule.towards} lies beside {rule.origin}, not along {rule.secondary[0]}.",
+            "Name a feature as 'towards' that lies clearly at the positive side.",
+        )
+    return float(np.sign(side))
+
+
+def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) -> Float:
+    """Return the rotation (3, 3) in whose frame two unit vectors of the world are named axes."""
+    rows = np.zeros((3, 3))
+    places = []
+    for name, vector in ((up_name, up), (along_name, along)):
+        places.append("xyz".index(name[-1]))
+        rows[places[-1]] = -vector if name.startswith("-") else vector
+    third = 3 - sum(places)
+    rows[third] = np.cross(rows[(third + 1) % 3], rows[(third + 2) % 3])
+    return rows
+
+
+def nominal_frame(rule: DatumAlignment, bound: BoundAlignment) -> RigidTransform:
+    """Return the motion from the frame in which nominals are written to the part frame.
+
+    It is the alignment of the nominals themselves; their axes run as they are written.
+    """
+    return _frame(rule, bound.nominals, bound.shapes, 1.0, 1.0)
+
+
+def _misfit(
+    rule: DatumAlignment,
+    T_part_from_world: RigidTransform,
+    geometries: Mapping[str, Float],
+    bound: BoundAlignment | None,
+) -> float:
+    if bound is None or any(name not in bound.nominals for name in rule.features):
+        return 0.0
+    # The nominals may stand in another frame than the one that this alignment makes.
+    T_part_from_nominal = nominal_frame(rule, bound)
+    T_nominal_from_world = T_part_from_nominal.inverse().compose(T_part_from_world)
+    return misfit_of_all(T_nominal_from_world, _HELD, geometries, bound.shapes, bound.nominals)
+
+
+def _no_direction(rule: DatumAlignment) -> FitError:
+    if len(rule.secondary) == 2:
+        return FitError(
+            "alignment.degenerate",
+            f"{rule.secondary[0]} and {rule.secondary[1]} give no direction along the plane "
+            f"{rule.primary}.",
+            "Choose two features that lie side by side on the plane.",
+        )
+    return FitError(
+        "alignment.degenerate",
+        f"{rule.secondary[0]} runs nearly as {rule.primary} does and gives no second direction.",
+        "Choose a feature that runs across the first.",
+    )

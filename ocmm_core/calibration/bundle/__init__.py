@@ -1,0 +1,62 @@
+"""Bundle adjustment of cameras, probe and bars, and the search for who lied."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.bundle import _kernel as kernel
+    from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, misses
+    from ocmm_core.calibration.bundle._culprit import Cause, Suspect, Verdict, examine, fit
+    from ocmm_core.calibration.bundle._culprit_history import Block, restored
+    from ocmm_core.calibration.bundle._culprit_points import explain_points, scale_between
+    from ocmm_core.calibration.bundle._culprit_words import Names, accuse
+    from ocmm_core.calibration.bundle._kernel import N_CAMERA, eliminate
+    from ocmm_core.calibration.bundle._robust import RobustMinimum, adjust_robustly
+    from ocmm_core.calibration.bundle._start import solvable, start_bars, start_poses, start_shape
+    from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
+else:
+    __getattr__ = door(
+        __name__,
+        _bundle="adjust common_covariance misses",
+        _culprit="Cause Suspect Verdict examine fit",
+        _culprit_history="Block restored",
+        _culprit_points="explain_points scale_between",
+        _culprit_words="Names accuse",
+        _kernel="N_CAMERA eliminate kernel",
+        _robust="RobustMinimum adjust_robustly",
+        _start="solvable start_bars start_poses start_shape",
+        _state="BundleData BundleState Columns Prior",
+    )
+
+__all__ = [
+    "N_CAMERA",
+    "Block",
+    "BundleData",
+    "BundleState",
+    "Cause",
+    "Columns",
+    "Names",
+    "Prior",
+    "RobustMinimum",
+    "Suspect",
+    "Verdict",
+    "accuse",
+    "adjust",
+    "adjust_robustly",
+    "common_covariance",
+    "eliminate",
+    "examine",
+    "explain_points",
+    "fit",
+    "kernel",
+    "misses",
+    "restored",
+    "scale_between",
+    "solvable",
+    "start_bars",
+    "start_poses",
+    "start_shape",
+]

@@ -1,0 +1,327 @@
+"""Bundle adjustment of a rig: cameras, probe and bars from frames whose poses nobody knows.
+
+One engine for every kind of relocation: what is free and what is known from before is said by a
+`Prior`. The six unknowns of each frame are eliminated (`bundle_kernel`), so that time and memory
+grow with the number of frames only, and 30 to 100 common unknowns remain. The world is free: of all
+solutions, which differ by a motion of everything, the one nearest to the last state is taken, and
+`relocation_frame` moves it where it belongs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.bundle._kernel import eliminate_frames, miss_frames, resolve
+from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
+from ocmm_core.geometry import Float
+
+FIRST_DAMPING = 1e-4
+LARGEST_DAMPING = 1e6
+RELATIVE_DECREASE = 1e-10
+ENOUGH = 1e-6
+"""Chi-square; a step that lowers it by no more is a thousandth of the standard deviations."""
+
+LARGEST_CONDITION = 1e14
+"""Of the reduced normal matrix; above, the first digit of a variance is rounding."""
+
+
+_NO_STEPS = np.empty((0, 6))
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """Frames of one kind; see `bundle_kernel.eliminate_frames`."""
+
+    factors: Float
+    y: Float
+    z: Float
+    slopes: Float
+    diagonals: Float
+
+    @classmethod
+    def empty(cls, n: int, width: int) -> _Group:
+        """Return uninitialised outputs for ``n`` frames."""
+        return cls(
+            np.empty((n, 6, 6)), np.empty((n, 6, width)), np.empty((n, 6)),
+            np.empty((n, 6)), np.empty((n, 6)),
+        )  # fmt: skip
+
+    def outputs(self) -> tuple[Float, Float, Float, Float, Float]:
+        """Return the arrays in the order of the kernel."""
+        return self.factors, self.y, self.z, self.slopes, self.diagonals
+
+    def reduce(self, normal: Float, gradient: Float) -> None:
+        """Take the Schur complement of these frames off the common normal equations."""
+        width = self.y.shape[2]
+        stacked = self.y.reshape(-1, width)
+        normal[:width, :width] -= stacked.T @ stacked
+        gradient[:width] -= stacked.T @ self.z.reshape(-1)
+
+    def steps(self, step: Float) -> Float:
+        """Return the steps (n, 6) of the frames, given that of the common columns."""
+        steps = np.empty(self.z.shape)
+        resolve(self.factors, self.y, self.z, step[: self.y.shape[2]].copy(), steps)
+        return steps
+
+    def predicted(self, steps: Float, damping: float) -> float:
+        """Return what the steps are to lower chi-square by, as far as these frames say."""
+        return float(np.sum(steps * (damping * self.diagonals * steps - self.slopes)))
+
+
+@dataclass(frozen=True, slots=True)
+class Linearised:
+    """A bundle at one state, with one damping.
+
+    Attributes
+    ----------
+    cost
+        Sum of the squared residuals, of the prior too; infinite where the state is impossible.
+    normal, gradient
+        (k, k) and (k,) of the common columns, before the poses are eliminated.
+    damping
+        That of all diagonals.
+    groups
+        Frames in the air, frames in a seat, then bar by bar.
+    """
+
+    cost: float
+    normal: Float
+    gradient: Float
+    damping: float
+    groups: tuple[_Group, ...]
+
+    def reduced(self) -> tuple[Float, Float]:
+        """Return the normal matrix (k, k) and gradient (k,) of the common columns alone."""
+        normal = self.normal.copy()
+        normal.flat[:: len(normal) + 1] *= 1.0 + self.damping
+        gradient = self.gradient.copy()
+        for group in self.groups:
+            group.reduce(normal, gradient)
+        return normal, gradient
+
+
+@dataclass(frozen=True, slots=True)
+class BundleMinimum:
+    """Where an adjustment ended.
+
+    Attributes
+    ----------
+    state
+        The best found.
+    cost
+        Chi-square there, with the prior's.
+    iterations
+        Number of steps that were tried.
+    converged
+        Whether chi-square cannot fall any further.
+    """
+
+    state: BundleState
+    cost: float
+    iterations: int
+    converged: bool
+
+
+def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float) -> Linearised:
+    """Return the normal equations at ``state``, poses eliminated."""
+    columns = state.columns
+    normal, gradient = np.zeros((columns.count, columns.count)), np.zeros(columns.count)
+    packed = state.packed()
+    led_columns = columns.of_leds.start if np.isin(prior.free, columns.all_leds()).any() else -1
+    # Only frames with a seat know the columns of the tip and of the seats.
+    narrow = columns.of_cameras.stop if led_columns < 0 else columns.of_leds.stop
+    kinds = (slice(0, data.waved), narrow), (slice(data.waved, None), columns.of_seats.stop)
+    cost = 0.0
+    groups = []
+    for part, width in kinds:
+        groups.append(_Group.empty(len(data.seats[part]), width))
+        cost += eliminate_frames(
+            packed, state.leds, state.tip, state.seats, 1.0 / data.seat_sigma,
+            led_columns, columns.of_seats.start,
+            data.uv[part], data.weights[part], data.seats[part],
+            state.rotations[part], state.origins[part], damping,
+            normal, gradient, *groups[-1].outputs(),
+        )  # fmt: skip
+    for bar in range(columns.bars):
+        cost += _eliminate_bar(data, state, packed, bar, damping, normal, gradient, groups)
+    cost += _touched_bars(data, state, normal, gradient)
+    normal += np.tril(normal, -1).T
+    known = state.values() - prior.values
+    pull = prior.information @ known
+    cost += float(known @ pull)
+    return Linearised(
+        cost if np.isfinite(cost) else np.inf,
+        normal + prior.information,
+        gradient + pull,
+        damping,
+        tuple(groups),
+    )
+
+
+def misses(data: BundleData, state: BundleState) -> tuple[Float, Float]:
+    """Return by how much all spots and those of the bars are missed, as in `miss_frames`."""
+    packed = state.packed()
+    of_frames, of_bars = np.empty(data.uv.shape), np.empty(data.bar_uv.shape)
+    miss_frames(packed, state.leds, data.uv, state.rotations, state.origins, of_frames)
+    for bar in range(state.columns.bars):
+        part = data.placements(bar)
+        miss_frames(
+            packed, state.bar_leds(bar), data.bar_uv[part],
+            state.bar_rotations[part], state.bar_origins[part], of_bars[part],
+        )  # fmt: skip
+    return of_frames, of_bars
+
+
+def adjust(
+    data: BundleData, prior: Prior, start: BundleState, max_iterations: int = 40
+) -> BundleMinimum:
+    """Return the minimum of chi-square that is reached from ``start`` (Levenberg-Marquardt).
+
+    A start that is impossible itself is returned with an infinite cost.
+    """
+    state, damping = start, FIRST_DAMPING
+    here = linearise(data, prior, state, damping)
+    converged, iteration = False, 0
+    while iteration < max_iterations and np.isfinite(here.cost):
+        step, own = _step(here, prior, state)
+        predicted = _predicted(here, step, own)
+        small = predicted <= RELATIVE_DECREASE * here.cost + ENOUGH
+        if small and here.damping <= 1.0:
+            converged = True
+            break
+        iteration += 1
+        trial = state.moved(step, np.concatenate(own[:2]), np.concatenate([_NO_STEPS, *own[2:]]))
+        # A step that is taken makes the next one bolder, so that this is the damping it needs.
+        there = linearise(data, prior, trial, max(0.1 * here.damping, 1e-12))
+        if there.cost < here.cost:
+            state, here = trial, there
+        elif here.damping >= LARGEST_DAMPING:
+            break
+        else:
+            here = linearise(data, prior, state, max(10.0 * here.damping, FIRST_DAMPING))
+    return BundleMinimum(state, here.cost, iteration, converged)
+
+
+def common_covariance(
+    data: BundleData, prior: Prior, state: BundleState, considered: Float | None = None
+) -> Float | None:
+    """Return the covariance (k, k) of the common unknowns; None where they are not determined.
+
+    It is that of a world in which the cameras (and seats) have, on the average, not moved.
+
+    Parameters
+    ----------
+    considered
+        (8 C, 8 C): covariance of lenses that are not sought but not known exactly either. What
+        they do to everything else is added (Schmidt's consider covariance).
+    """
+    here = linearise(data, prior, state, 0.0)
+    if not np.isfinite(here.cost):
+        return None
+    normal, _, scale, pinned = _free_part(here, prior, state)
+    try:
+        inverse = np.linalg.inv(normal)
+    except np.linalg.LinAlgError:
+        return None
+    if not np.abs(normal).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max() < LARGEST_CONDITION:
+        return None
+    own = (inverse - pinned) / scale / scale[:, None]
+    free, covariance = prior.free, np.zeros((state.columns.count,) * 2)
+    if considered is not None:
+        lenses = state.columns.of_lenses()
+        gain = -own @ here.reduced()[0][np.ix_(free, lenses)]
+        covariance[np.ix_(lenses, lenses)] = considered
+        covariance[np.ix_(free, lenses)] = gain @ considered
+        covariance[np.ix_(lenses, free)] = (gain @ considered).T
+        own = own + gain @ considered @ gain.T
+    covariance[np.ix_(free, free)] = own
+    return 0.5 * (covariance + covariance.T)
+
+
+def _free_part(
+    here: Linearised, prior: Prior, state: BundleState
+) -> tuple[Float, Float, Float, Float]:
+    """Return normal matrix, gradient and scale of what is free, and what pins its gauge."""
+    normal, gradient = here.reduced()
+    free = prior.free
+    normal = normal[np.ix_(free, free)]
+    scale = np.sqrt(np.maximum(normal.diagonal(), 0.0))
+    scale[scale == 0.0] = 1.0
+    normal = normal / scale / scale[:, None]
+    motions = state.world_motions()
+    if prior.body_floats:
+        motions = np.hstack([motions, state.body_motions()])
+    basis = np.linalg.qr(scale[:, None] * motions[free])[0]
+    pinned = basis @ basis.T
+    return normal + pinned, gradient[free] / scale, scale, pinned
+
+
+def _step(here: Linearised, prior: Prior, state: BundleState) -> tuple[Float, list[Float]]:
+    """Return the steps of the common columns and of all poses."""
+    normal, gradient, scale, _ = _free_part(here, prior, state)
+    step = np.zeros(state.columns.count)
+    try:
+        found = np.linalg.solve(normal, gradient)
+    except np.linalg.LinAlgError:
+        # A seat that lost all its frames is nowhere: it stays, and what is determined goes on.
+        found = np.linalg.lstsq(normal, gradient, rcond=None)[0]
+    step[prior.free] = -found / scale
+    return step, [group.steps(step) for group in here.groups]
+
+
+def _predicted(here: Linearised, step: Float, own: list[Float]) -> float:
+    """Return by how much chi-square falls if the state moves as the normal equations say."""
+    damped = here.damping * here.normal.diagonal() * step
+    predicted = float(step @ (damped - here.gradient))
+    for group, steps in zip(here.groups, own, strict=True):
+        predicted += group.predicted(steps, here.damping)
+    return predicted
+
+
+def _eliminate_bar(
+    data: BundleData, state: BundleState, packed: Float, bar: int, damping: float,
+    normal: Float, gradient: Float, groups: list[_Group],
+) -> float:  # fmt: skip
+    """Add the placements of one bar: a probe of two LEDs whose distance alone is sought."""
+    columns, part = state.columns, data.placements(bar)
+    own = Columns(columns.cameras, leds=2, seats=0, bars=0)
+    # How the columns of cameras and LEDs follow from the common ones.
+    follow = np.zeros((own.of_leds.stop, columns.count))
+    follow[own.of_cameras, columns.of_cameras] = np.eye(own.of_cameras.stop)
+    follow[own.of_leds, columns.of_lengths.start + bar] = (-0.5, 0.0, 0.0, 0.5, 0.0, 0.0)
+    own_normal, own_gradient = np.zeros((own.count, own.count)), np.zeros(own.count)
+    group = _Group.empty(len(data.bars[part]), own.of_leds.stop)
+    cost: float = eliminate_frames(
+        packed, state.bar_leds(bar), np.zeros(3), np.zeros((0, 3)), 0.0,
+        own.of_leds.start, own.of_seats.start,
+        data.bar_uv[part], data.bar_weights[part], np.full(len(group.z), -1),
+        state.bar_rotations[part], state.bar_origins[part], damping,
+        own_normal, own_gradient, *group.outputs(),
+    )  # fmt: skip
+    own_normal = (own_normal + np.tril(own_normal, -1).T)[: len(follow), : len(follow)]
+    normal += np.tril(follow.T @ own_normal @ follow)
+    gradient += own_gradient[: len(follow)] @ follow
+    groups.append(replace(group, y=group.y @ follow))
+    return cost
+
+
+def _touched_bars(data: BundleData, state: BundleState, normal: Float, gradient: Float) -> float:
+    """Add the conditions that pairs of seats are as far apart as their bar is long."""
+    columns = state.columns
+    total = 0.0
+    for first, second, bar in data.touched:
+        along = state.seats[second] - state.seats[first]
+        distance = float(np.linalg.norm(along))
+        row = np.zeros(columns.count)
+        seats = row[columns.of_seats]
+        seats[3 * first : 3 * first + 3] = -along / distance
+        seats[3 * second : 3 * second + 3] = along / distance
+        row[columns.of_lengths][bar] = -1.0
+        row /= data.touched_sigma
+        miss = (distance - state.lengths[bar]) / data.touched_sigma
+        total += miss * miss
+        normal += np.tril(np.outer(row, row))
+        gradient += row * miss
+    return total

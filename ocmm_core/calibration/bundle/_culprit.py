@@ -1,0 +1,330 @@
+"""Which one lied: bar, probe, lens or camera, when the observations contradict each other.
+
+A misfit by itself blames nobody: the adjustment spreads it over everything that is uncertain. Each
+suspect is therefore tried by itself - the bar has another length, one LED stands elsewhere, all of
+the probe is larger, a lens has changed, a camera was nudged at some moment or moved evenly - and
+its worth is the likelihood ratio against "nothing is wrong", less what its freedom to take any
+size wins by chance and what the search of the moment wins (evidence of a normal prior of usual
+size; D. J. C. MacKay, Neural Computation 4, 1992). The best ones are then fitted for good, not to
+first order. What is not much less worth than the best is named beside it: the observations cannot
+tell them apart, and something else has to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from math import log
+
+import numpy as np
+from scipy.special import chdtrc
+
+from ocmm_core.calibration.bundle._bundle import BundleMinimum, adjust
+from ocmm_core.calibration.bundle._culprit_history import History, Score
+from ocmm_core.calibration.bundle._state import LENS, BundleData, BundleState, Prior
+from ocmm_core.calibration.monitor import N_MOTIONS, camera_changes
+from ocmm_core.geometry import Float
+
+FALSE_ALARM = 1e-3
+"""Probability that an honest session is accused, all suspects and moments together."""
+
+DECISIVE = 12.0
+"""Twice the logarithm of a likelihood ratio of 400: what is less likely than this is ruled out."""
+
+LEAST_PX = 0.005
+"""RMS effect on the spots of what is refused; less than this no sensor holds for an hour."""
+
+_TRIED = 6
+_TURN, _SHIFT_MM, _LED_MM, _SIZE, _BAR_MM = 2e-4, 0.1, 0.5, 3e-4, 0.2
+"""Usual sizes of what goes wrong: nudges (rad, mm), bent LEDs, wrong temperatures and lengths."""
+_FOCAL_MM, _POINT_PX = 0.1, 5.0
+
+
+class Cause(Enum):
+    """What is wrong."""
+
+    BAR = "bar"
+    LED = "LED"
+    SIZE = "size of the probe"
+    PROBE = "probe"
+    LENS = "lens"
+    RIG = "rig"
+    CAMERA = "camera"
+    LOOSE = "loose LED"
+    WARMING = "size of the probe during the session"
+    CONE = "cone"
+    PLACE = "place of a camera"
+
+
+@dataclass(frozen=True, slots=True)
+class Suspect:
+    """One thing that may be wrong.
+
+    Attributes
+    ----------
+    cause
+        What kind of thing.
+    subject
+        Index of the bar, LED or camera; -1 where there is one only.
+    score
+        What speaks for it.
+    columns
+        (k, m): how the common unknowns follow from it.
+    profile
+        (b,): how much of it each block saw; None for what was wrong from the beginning.
+    moment
+        First block after a sudden change; None for all others.
+    tried
+        How many moments were searched.
+    worth
+        Score over the misfit that remains, less what freedom and search win by chance.
+    """
+
+    cause: Cause
+    subject: int
+    score: Score
+    columns: Float
+    profile: Float | None
+    moment: int | None
+    tried: int
+    worth: float
+
+    @property
+    def step(self) -> Float:
+        """Return its most likely amount in the common unknowns, (k,)."""
+        found: Float = self.columns @ self.score.size
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What was found.
+
+    Attributes
+    ----------
+    history
+        That was examined.
+    named
+        Who may have lied, the likeliest first; empty where nothing is wrong.
+    misfit
+        Chi-square per degree of freedom that the best explanation leaves, at least one.
+    explained
+        Whether it leaves no more than noise.
+    effect_px
+        RMS effect of the best on the spots.
+    """
+
+    history: History
+    named: tuple[Suspect, ...]
+    misfit: float
+    explained: bool
+    effect_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    """Something to try: how the common unknowns follow from it, and its usual sizes."""
+
+    cause: Cause
+    subject: int
+    columns: Float
+    sizes: Float
+    when: str
+
+
+def examine(
+    data: BundleData, prior: Prior, start: BundleState, dof: int, *, exactly: bool = True
+) -> Verdict | None:
+    """Return who lied; None where the observations determine too little to say.
+
+    Parameters
+    ----------
+    data, prior, start
+        A bundle near its minimum, with everything free that is not certain.
+    dof
+        Degrees of freedom of its chi-square.
+    exactly
+        Adjust, and fit the best suspects for good; otherwise all is of first order at ``start``.
+    """
+    state = adjust(data, prior, start).state if exactly else start
+    history = History.of(data, prior, state)
+    if history is None or dof < 1:
+        return None
+    cost = history.cost
+    trials, suspects = _suspects(history)
+    misfit = _misfit(suspects, cost, dof)
+    if not any(chance(one, misfit) * len(suspects) < FALSE_ALARM for one in suspects):
+        return Verdict(history, (), misfit, explained=True, effect_px=0.0)
+    sudden = [one for one in suspects if one.moment is not None]
+    if sudden:
+        # Within its block a change is at one frame; what is on the wrong side of it fits nothing.
+        moment = max(sudden, key=lambda one: one.score.score).moment
+        assert moment is not None  # noqa: S101 - as just chosen
+        history = History.of(data, prior, state, (moment - 1, moment)) or history
+        trials, suspects = _suspects(history)
+        misfit = _misfit(suspects, cost, dof)
+    ranked = sorted((_weighed(one, trials, misfit) for one in suspects), key=lambda one: -one.worth)
+    proven = [_granted(history, one) if exactly else one for one in ranked[:_TRIED]]
+    left = cost - max(one.score.score for one in proven)
+    misfit = max(1.0, left / dof)
+    proven = [_weighed(one, trials, misfit) for one in proven]
+    proven.sort(key=lambda one: -one.worth)
+    best = proven[0]
+    near = [one for one in proven if one.worth > best.worth - DECISIVE]
+    explained = misfit < 1.0 + 4.0 * float(np.sqrt(2.0 / dof)) + 0.02 * (cost - left) / dof
+    return Verdict(history, _one_of_each(near), misfit, explained, effect_of(history, best))
+
+
+def _suspects(history: History) -> tuple[list[_Trial], list[Suspect]]:
+    trials = list(_trials(history))
+    found = (_tried(history, trial) for trial in trials)
+    return trials, [one for one in found if one is not None]
+
+
+def _misfit(suspects: Sequence[Suspect], cost: float, dof: int) -> float:
+    """Return the misfit that remains when the best one is granted; it grows all sigmas."""
+    greatest = max((one.score.score for one in suspects), default=0.0)
+    return max(1.0, (cost - greatest) / dof)
+
+
+def chance(suspect: Suspect, misfit: float) -> float:
+    """Return the probability of so high a score at any moment where nothing is wrong."""
+    score = suspect.score
+    return suspect.tried * float(chdtrc(score.dof, score.score / (misfit * score.scatter)))
+
+
+def fit(history: History, suspect: Suspect) -> BundleMinimum:
+    """Return the minimum when a suspect's error has been taken away, or may have any size."""
+    if suspect.profile is not None:
+        data = history.corrected(suspect.step, suspect.profile)
+        return adjust(data, history.prior, history.state)
+    # The error is one of what was known: with any size of it, that much less is known.
+    prior = history.prior
+    slope = prior.information @ suspect.columns
+    inner = suspect.columns.T @ slope
+    less = prior.information - slope @ np.linalg.pinv(inner, hermitian=True) @ slope.T
+    floats = prior.body_floats or suspect.cause is Cause.PROBE
+    return adjust(
+        history.data, replace(prior, information=0.5 * (less + less.T), body_floats=floats),
+        history.state,
+    )  # fmt: skip
+
+
+def _granted(history: History, suspect: Suspect) -> Suspect:
+    """Return the suspect with what it explains when it is fitted for good."""
+    found, score = fit(history, suspect), suspect.score
+    size: Float = score.size
+    if suspect.profile is None and suspect.cause is not Cause.PROBE:
+        slope = history.prior.information @ suspect.columns
+        off = found.state.values() - history.prior.values
+        size = np.linalg.pinv(suspect.columns.T @ slope, hermitian=True) @ slope.T @ off
+    gained = history.cost - found.cost
+    return replace(suspect, score=replace(score, score=gained, size=size))
+
+
+def effect_of(history: History, suspect: Suspect) -> float:
+    """Return how far the error moves the spots it concerns, RMS, px."""
+    data = history.data
+    profile = np.ones(len(history.blocks)) if suspect.profile is None else suspect.profile
+    changed = history.corrected(suspect.step, profile)
+    moved = np.concatenate([
+        (changed.uv - data.uv)[data.weights > 0.0], (changed.bar_uv - data.bar_uv)[
+            data.bar_weights > 0.0]
+    ])  # fmt: skip
+    concerned = moved[np.abs(moved).max(axis=1) > 0.0]
+    return float(np.sqrt(np.mean(concerned**2))) if len(concerned) else 0.0
+
+
+def _trials(history: History) -> Iterator[_Trial]:
+    state, columns = history.state, history.state.columns
+    information = history.prior.information.diagonal()
+
+    def unit(places: Sequence[int]) -> Float:
+        found = np.zeros((columns.count, len(places)))
+        found[list(places), range(len(places))] = 1.0
+        return found
+
+    leds = columns.of_leds
+    led_places = [[leds.start + 3 * led + i for i in range(3)] for led in range(columns.leds)]
+    larger = np.zeros((columns.count, 1))
+    larger[leds, 0] = (state.leds - state.leds.mean(axis=0)).ravel()
+    for bar in range(columns.bars):
+        place = columns.of_lengths.start + bar
+        yield _Trial(Cause.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
+    if information[leds].any():
+        for led, places in enumerate(led_places):
+            yield _Trial(Cause.LED, led, unit(places), np.full(3, _LED_MM), "before")
+        yield _Trial(Cause.SIZE, -1, larger, np.array([_SIZE]), "before")
+        everything = unit(list(range(leds.start, leds.stop)))
+        yield _Trial(Cause.PROBE, -1, everything, np.full(3 * columns.leds, _LED_MM), "before")
+    for led, places in enumerate(led_places):
+        yield _Trial(Cause.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
+    yield _Trial(Cause.WARMING, -1, larger, np.array([_SIZE]), "drift")
+    if columns.seats == 1:
+        seat = range(columns.of_seats.start, columns.of_seats.stop)
+        for when in ("step", "drift"):
+            yield _Trial(Cause.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
+    lenses = [
+        columns.camera(index).start + place
+        for index in range(columns.cameras)
+        for place in (LENS.start, LENS.start + 2, LENS.start + 3)
+    ]
+    usual = np.array([_FOCAL_MM, _POINT_PX, _POINT_PX])
+    if columns.cameras > 1 and information[lenses].all():
+        yield _Trial(Cause.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
+    turn, shift = np.full(3, _TURN), np.full(3, _SHIFT_MM)
+    for index, camera in enumerate(state.cameras):
+        place = columns.camera(index)
+        lens = range(place.start + LENS.start, place.stop)
+        if information[lens.start]:
+            seen = lenses[3 * index : 3 * index + 3]
+            yield _Trial(Cause.LENS, index, unit(seen), usual, "before")
+        motion = np.zeros((columns.count, N_MOTIONS))
+        motion[place] = camera_changes(camera)[:, :N_MOTIONS]
+        if information[place.start]:
+            both = np.concatenate([turn, shift])
+            yield _Trial(Cause.PLACE, index, motion, both, "before")
+        for when in ("step", "drift"):
+            yield _Trial(Cause.CAMERA, index, motion[:, :3], turn, when)
+            yield _Trial(Cause.CAMERA, index, motion, np.concatenate([turn, shift]), when)
+
+
+def _tried(history: History, trial: _Trial) -> Suspect | None:
+    """Return the trial at its best moment; None where nothing of it can be seen."""
+    profile, moment, tried = None, None, 1
+    if trial.when == "before":
+        score = history.of_prior(trial.columns)
+    else:
+        profiles = history.steps() if trial.when == "step" else history.drift()
+        if not len(profiles):
+            return None
+        scores = history.of_time(trial.columns, profiles)
+        best = int(np.argmax([one.score for one in scores]))
+        score, profile, tried = scores[best], profiles[best], len(profiles)
+        scatter = history.scatter(trial.columns, profile, score.size)
+        score = replace(score, scatter=scatter)
+        moment = best + 1 if trial.when == "step" else None
+    if not score.dof:
+        return None
+    return Suspect(trial.cause, trial.subject, score, trial.columns, profile, moment, tried, 0.0)
+
+
+def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspect:
+    """Return the suspect with its worth."""
+    score = suspect.score
+    m = len(score.size)
+    sizes = next(one.sizes for one in trials if one.cause is suspect.cause and len(one.sizes) == m)
+    misfit *= score.scatter
+    known = sizes[:, None] * score.information * sizes / misfit
+    freedom = float(np.linalg.slogdet(np.eye(m) + known)[1])
+    worth = score.score / misfit - freedom - 2.0 * log(suspect.tried)
+    return replace(suspect, worth=worth)
+
+
+def _one_of_each(suspects: Sequence[Suspect]) -> tuple[Suspect, ...]:
+    """Return the best suspect of each cause and subject, in their order."""
+    found: dict[tuple[Cause, int], Suspect] = {}
+    for one in suspects:
+        found.setdefault((one.cause, one.subject), one)
+    return tuple(found.values())

@@ -1,0 +1,331 @@
+"""What the observations of a session say about its common unknowns, moment by moment.
+
+A bundle adjustment asks once what all frames together say. Here they are kept apart by time, in
+some sixty blocks, with the poses eliminated as ever: whether something changed during the session,
+and at which moment, is then a matter of sums over blocks. The alternatives are tested to first
+order at the solution (score test, C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948): what the residuals
+say of a change, after everything that the adjustment is free to move has been projected out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtri
+
+from ocmm_core.calibration.bundle._bundle import common_covariance, linearise, misses
+from ocmm_core.calibration.bundle._state import BundleData, BundleState, Prior
+from ocmm_core.geometry import Float
+
+BLOCKS = 60
+"""Into so many blocks of about equal length the frames of a session are put."""
+
+_PARTS, _LEAST_FRAMES = 20, 10
+"""What was left out together is sought in so many parts, which are not shorter than this."""
+
+_LEAST_BLOCKS = 20
+"""So many say how much blocks scatter."""
+
+_LEAST_INFORMATION = 1e-8
+"""Of what a change would leave if nothing else were free; with less it is not seen at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Observations of one stretch of time.
+
+    Attributes
+    ----------
+    frames, placements
+        Of the bundle's data; one of both is empty.
+    """
+
+    frames: slice
+    placements: slice
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """What the residuals say of one change.
+
+    Attributes
+    ----------
+    score
+        Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom where
+        nothing has changed.
+    dof
+        Numbers of the change that the observations can see.
+    size
+        (m,): its most likely amount.
+    information
+        (m, m): inverse of the covariance of that.
+    scatter
+        How much more the blocks differ from the change than their noise explains, as a factor of
+        chi-square, at least one: neighbouring frames share errors of the sensors.
+    """
+
+    score: float
+    dof: int
+    size: Float
+    information: Float
+    scatter: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """The normal equations of a bundle at its minimum, block by block.
+
+    Attributes
+    ----------
+    data, prior, state
+        The bundle.
+    blocks
+        In order of time.
+    normals, gradients
+        (b, k, k) and (b, k): of every block, its poses eliminated.
+    pull
+        (k,): gradient of what is known from before.
+    covariance
+        (k, k): of the common unknowns.
+    rest
+        (k,): gradient of everything at the state; zero at an exact minimum.
+    cost
+        Chi-square at the minimum that follows to first order.
+    """
+
+    data: BundleData
+    prior: Prior
+    state: BundleState
+    blocks: tuple[Block, ...]
+    normals: Float
+    gradients: Float
+    pull: Float
+    covariance: Float
+    rest: Float
+    cost: float
+
+    @classmethod
+    def of(
+        cls, data: BundleData, prior: Prior, state: BundleState, finely: Sequence[int] = ()
+    ) -> History | None:
+        """Return the history; None where the observations do not determine the unknowns.
+
+        The frames of the blocks ``finely``, as they are numbered otherwise, become one block each.
+        """
+        covariance = common_covariance(data, prior, state)
+        if covariance is None:
+            return None
+        silent = Prior(prior.values, np.zeros_like(prior.information), prior.free, 0)
+        no_bars = np.zeros((0, 3), dtype=np.int64)
+        normals, gradients = [], []
+        blocks = _split(blocks_of(data), finely)
+        for block in blocks:
+            part = _part(replace(data, touched=no_bars), block)
+            normal, gradient = linearise(part, silent, _poses(state, block), 0.0).reduced()
+            normals.append(normal)
+            gradients.append(gradient)
+        everything, pull = linearise(data, prior, state, 0.0), np.zeros(len(prior.values))
+        pull[:] = prior.information @ (state.values() - prior.values)
+        rest = np.zeros(len(pull))
+        rest[prior.free] = everything.reduced()[1][prior.free]
+        own = sum(float(np.sum(group.z**2)) for group in everything.groups)
+        return cls(
+            data, prior, state, blocks, np.stack(normals), np.stack(gradients), pull, covariance,
+            rest, everything.cost - own - float(rest @ covariance @ rest),
+        )  # fmt: skip
+
+    def of_prior(self, columns: Float) -> Score:
+        """Return what speaks for an error of what was known from before.
+
+        Parameters
+        ----------
+        columns
+            (k, m): how the common unknowns follow from the error.
+        """
+        information = self.prior.information
+        pull = self.pull - information @ (self.covariance @ self.rest)
+        slope = information @ columns
+        inner = columns.T @ slope - slope.T @ self.covariance @ slope
+        return _score(inner, columns.T @ pull, np.diag(columns.T @ slope))
+
+    def of_time(self, columns: Float, profiles: Float) -> tuple[Score, ...]:
+        """Return what speaks for a change during the session, for every profile of time.
+
+        Parameters
+        ----------
+        columns
+            (k, m): how the common unknowns follow from the change.
+        profiles
+            (p, b): how much of the change each block saw.
+        """
+        by = self.normals @ columns
+        own = np.einsum("km,bkn->bmn", columns, by, optimize=True)
+        pulls = self.gradients @ columns
+        still = self.covariance @ self.rest
+        found = []
+        for profile in profiles:
+            across = np.tensordot(profile, by, axes=1)
+            alone = np.tensordot(profile**2, own, axes=1)
+            inner = alone - across.T @ self.covariance @ across
+            found.append(_score(inner, across.T @ still - profile @ pulls, np.diag(alone)))
+        return tuple(found)
+
+    def scatter(self, columns: Float, profile: Float, size: Float) -> float:
+        """Return how much the blocks scatter about a change, see `Score`."""
+        # What the change moves the common unknowns by is taken off all blocks.
+        across = np.tensordot(profile, self.normals @ columns, axes=1)
+        common = -self.covariance @ (self.rest + across @ size)
+        squares, dofs = [], []
+        for normal, gradient, share in zip(self.normals, self.gradients, profile, strict=True):
+            off = columns.T @ (gradient + normal @ (common + columns @ size * share))
+            own = columns.T @ normal @ columns
+            one = _score(own, off, np.diag(own))
+            if one.dof:
+                squares.append(one.score)
+                dofs.append(one.dof)
+        if len(squares) < _LEAST_BLOCKS:
+            return 1.0
+        usual = float(np.median(chdtri(np.array(dofs, dtype=np.float64), 0.5)))
+        # Of the medians: the block in which something happens must not hide it.
+        return max(1.0, float(np.median(squares)) / usual)
+
+    def steps(self) -> Float:
+        """Return the profiles (b - 1, b) of what changes at once, at every moment."""
+        count = len(self.blocks)
+        profiles: Float = np.triu(np.ones((count, count)))[1:]
+        return profiles
+
+    def drift(self) -> Float:
+        """Return the profile (1, b) of what changes evenly, from -1/2 to 1/2."""
+        return np.linspace(-0.5, 0.5, len(self.blocks))[None]
+
+    def corrected(self, step: Float, profile: Float) -> BundleData:
+        """Return the data as they would be without a change (k,) that came by a profile (b,)."""
+        n, m = len(self.state.origins), len(self.state.bar_origins)
+        changed = self.state.moved(step, np.zeros((n, 6)), np.zeros((m, 6)))
+        frames, bars = np.zeros(n), np.zeros(m)
+        for block, share in zip(self.blocks, profile, strict=True):
+            frames[block.frames] = share
+            bars[block.placements] = share
+        was, now = misses(self.data, self.state), misses(self.data, changed)
+        return replace(
+            self.data,
+            uv=self.data.uv - frames[:, None, None, None] * _between(was[0], now[0]),
+            bar_uv=self.data.bar_uv - bars[:, None, None, None] * _between(was[1], now[1]),
+        )
+
+
+def blocks_of(data: BundleData) -> tuple[Block, ...]:
+    """Return blocks in the order in which a session takes: waved, shown bars, seats."""
+    n, m = len(data.seats), len(data.bars)
+    length = max(1, -(-n // BLOCKS))
+    none, waved = slice(0, 0), data.waved
+    cuts = [slice(i, min(i + length, waved)) for i in range(0, waved, length)]
+    seated = [slice(i, min(i + length, n)) for i in range(waved, n, length)]
+    shown = [slice(i, i + 1) for i in range(m)]
+    return (
+        *(Block(frames, none) for frames in cuts),
+        *(Block(none, placements) for placements in shown),
+        *(Block(frames, none) for frames in seated),
+    )
+
+
+def _split(blocks: tuple[Block, ...], finely: Sequence[int]) -> tuple[Block, ...]:
+    found: list[Block] = []
+    for index, block in enumerate(blocks):
+        frames = block.frames
+        if index in finely and frames.stop > frames.start:
+            single = range(frames.start, frames.stop)
+            found.extend(Block(slice(i, i + 1), block.placements) for i in single)
+        else:
+            found.append(block)
+    return tuple(found)
+
+
+def restored(
+    data: BundleData, whole: BundleData, share: float
+) -> tuple[BundleData, NDArray[np.bool_]]:
+    """Return the data with what was left out together taken in again, and which placements were.
+
+    Single wrong spots are reflections and stay out. Where more than a share of the spots of one LED
+    in one camera, of one camera for a while, or of the placements of a bar were left out, it is
+    not the spots that are wrong.
+
+    Parameters
+    ----------
+    data, whole
+        Without and with what was left out.
+    share
+        From 0 to 1.
+    """
+    seen, used = whole.weights > 0.0, data.weights > 0.0
+    out = seen & ~used
+    again = np.zeros_like(out)
+    again |= _often(out, seen, 0, share)
+    n = len(out)
+    length = max(_LEAST_FRAMES, n // _PARTS)
+    for part in (slice(first, first + length) for first in range(0, n, length)):
+        if n - part.start >= _LEAST_FRAMES:
+            again[part] |= _often(out[part], seen[part], (0, 1, 2), share)
+            again[part] |= _often(out[part], seen[part], (0, 2), share)
+    weights = np.where(again | used, whole.weights, 0.0)
+    # A frame that was left out as a whole lost spots that were right.
+    weights = np.where((again & out).any(axis=(1, 2), keepdims=True), whole.weights, weights)
+    placed, shown = data.active[1], whole.active[1]
+    bars = data.bar_weights.copy()
+    back = np.zeros(len(placed), dtype=np.bool_)
+    for bar in np.unique(whole.bars):
+        mine = shown & (whole.bars == bar)
+        if np.count_nonzero(mine & ~placed) > share * np.count_nonzero(mine):
+            back |= mine & ~placed
+    bars[back] = whole.bar_weights[back]
+    return replace(data, weights=weights, bar_weights=bars), back
+
+
+def _often(
+    out: NDArray[np.bool_], seen: NDArray[np.bool_], axis: int | tuple[int, ...], share: float
+) -> NDArray[np.bool_]:
+    counts = out.sum(axis=axis, keepdims=True), seen.sum(axis=axis, keepdims=True)
+    often: NDArray[np.bool_] = counts[0] > share * counts[1]
+    return often
+
+
+def _between(was: Float, now: Float) -> Float:
+    """Return the difference of misses; zero for frames that lie behind a camera."""
+    finite = np.isfinite(was) & np.isfinite(now)
+    return np.where(finite, now, 0.0) - np.where(finite, was, 0.0)
+
+
+def _part(data: BundleData, block: Block) -> BundleData:
+    frames, placements = block.frames, block.placements
+    seats = data.seats[frames]
+    return replace(
+        data, uv=data.uv[frames], weights=data.weights[frames], seats=seats,
+        waved=int(np.count_nonzero(seats < 0)), bar_uv=data.bar_uv[placements],
+        bar_weights=data.bar_weights[placements], bars=data.bars[placements],
+    )  # fmt: skip
+
+
+def _poses(state: BundleState, block: Block) -> BundleState:
+    frames, placements = block.frames, block.placements
+    return replace(
+        state, rotations=state.rotations[frames], origins=state.origins[frames],
+        bar_rotations=state.bar_rotations[placements], bar_origins=state.bar_origins[placements],
+    )  # fmt: skip
+
+
+def _score(inner: Float, pull: Float, alone: Float) -> Score:
+    """Return the score of a pull (m,) whose covariance is ``inner`` (m, m).
+
+    ``alone`` is the diagonal of ``inner`` before anything was projected out.
+    """
+    scale = np.sqrt(np.maximum(alone, 0.0))
+    scale[scale == 0.0] = 1.0
+    values, vectors = np.linalg.eigh(inner / np.outer(scale, scale))
+    kept = values > _LEAST_INFORMATION
+    along = vectors[:, kept].T @ (pull / scale)
+    size = vectors[:, kept] @ (along / values[kept]) / scale
+    return Score(float(np.sum(along**2 / values[kept])), int(kept.sum()), size, inner)

@@ -1,0 +1,292 @@
+"""The compiled inner loops of the bundle: the poses of bodies are eliminated one by one.
+
+Every frame of the probe has six unknowns of its own, its pose; so has every placement of a bar, as
+a body of two LEDs. Each forms its normal equations together with the columns that all have in
+common and leaves, with ``V = L L'``, the reduced rows ``Y = L^-1 W`` and ``z = L^-1 g``: what is
+common then has the normal matrix ``U - Y'Y`` (Schur complement; Triggs et al. 2000, section 6.1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.calibration.cameras import empty_rows, spot_rows
+from ocmm_core.calibration.cameras import kernel as camera_kernel
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking.kernels import backward, turn
+from ocmm_core.tracking.kernels import small_algebra as algebra
+
+N_CAMERA = 14
+"""Columns of a camera: `camera.model.PARAMETERS`."""
+
+LEAST_PIVOT = 1e-11
+"""Of its diagonal element; below, a pose or a turn is not determined."""
+
+
+@compiled()
+def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
+    """Replace V (d, d) by its Cholesky factor, W (d, k) by Y and g (d,) by z; False if singular."""
+    size, columns = w.shape
+    for j in range(size):
+        diagonal = v[j, j]
+        d = diagonal * (1.0 + damping)
+        for k in range(j):
+            d -= v[j, k] * v[j, k]
+        if not d > LEAST_PIVOT * diagonal:
+            return False
+        d = np.sqrt(d)
+        v[j, j] = d
+        for i in range(j + 1, size):
+            value = v[i, j]
+            for k in range(j):
+                value -= v[i, k] * v[j, k]
+            v[i, j] = value / d
+        for k in range(j):
+            factor = v[j, k]
+            g[j] -= factor * g[k]
+            for column in range(columns):
+                w[j, column] -= factor * w[k, column]
+        g[j] /= d
+        for column in range(columns):
+            w[j, column] /= d
+    return True
+
+
+@compiled(camera_kernel)
+def add_spot(
+    packed: Float, x: float, y: float, z: float, seen: Float, weight: float, first: int,
+    u: Float, b: Float, u_row: Float, v_row: Float, u_point: Float, v_point: Float,
+    miss: Float,
+) -> float:  # fmt: skip
+    """Return the weighted square of a spot's miss, infinite behind the camera.
+
+    Adds what belongs to the camera's columns, from ``first`` on, to U and b. Leaves the weighted
+    miss (2,) and its derivatives by the camera (14,) and by the point (3,), world.
+    """
+    depth, predicted_u, predicted_v = spot_rows(packed, x, y, z, u_row, v_row)
+    if not depth > 0.0:
+        return np.inf
+    miss_u, miss_v = weight * (predicted_u - seen[0]), weight * (predicted_v - seen[1])
+    miss[0], miss[1] = miss_u, miss_v
+    for k in range(N_CAMERA):
+        u_row[k] *= weight
+        v_row[k] *= weight
+    for k in range(3):
+        u_point[k] = u_row[3] * packed[k] + u_row[4] * packed[3 + k] + u_row[5] * packed[6 + k]
+        v_point[k] = v_row[3] * packed[k] + v_row[4] * packed[3 + k] + v_row[5] * packed[6 + k]
+    for i in range(N_CAMERA):
+        b[first + i] += u_row[i] * miss_u + v_row[i] * miss_v
+        for j in range(i + 1):
+            u[first + i, first + j] += u_row[i] * u_row[j] + v_row[i] * v_row[j]
+    square: float = miss_u * miss_u + miss_v * miss_v
+    return square
+
+
+@compiled()
+def add_to_frame(
+    v: Float, w: Float, g: Float, u_pose: Float, v_pose: Float, first: int,
+    u_row: Float, v_row: Float, miss_u: float, miss_v: float,
+) -> None:  # fmt: skip
+    """Add a spot to V, W and g of its frame.
+
+    Afterwards the rows of `kernel.spot_rows` hold again what the next spot expects.
+    """
+    for i in range(6):
+        by_u, by_v = u_pose[i], v_pose[i]
+        g[i] += by_u * miss_u + by_v * miss_v
+        for j in range(i + 1):
+            v[i, j] += by_u * u_pose[j] + by_v * v_pose[j]
+        for k in range(N_CAMERA):
+            w[i, first + k] += by_u * u_row[k] + by_v * v_row[k]
+    u_row[8] = v_row[9] = 1.0
+
+
+@compiled(camera_kernel)
+def eliminate_frames(
+    cameras: Float, leds: Float, tip: Float, seat_positions: Float, seat_weight: float,
+    led_columns: int, seat_columns: int, uv: Float, weights: Float, seats: Int,
+    rotations: Float, origins: Float, damping: float,
+    u: Float, b: Float, factors: Float, y: Float, z: Float, slopes: Float, diagonals: Float,
+) -> float:  # fmt: skip
+    """Add all frames to U and b, leave their factor, Y and z; return the sum of squares.
+
+    Infinite where an LED is not in front of a camera or a pose is not determined.
+
+    Parameters
+    ----------
+    cameras
+        (C, 24): `lens.LensCamera.packed`.
+    leds, tip
+        (L, 3) and (3,), mm, probe. Two LEDs are a bar along x.
+    seat_positions, seat_weight
+        (S, 3), mm, world, and 1/mm: one over how well a ball finds its seat.
+    led_columns, seat_columns
+        First common columns of the LEDs (negative: they have none) and of the seats; those of the
+        tip stand right before the seats'.
+    uv, weights, seats
+        (n, C, L, 2), px; (n, C, L), 1/px, zero for what is not used; (n,), -1 for none.
+    rotations, origins
+        (n, 3, 3) and (n, 3), mm: poses, world from probe.
+    damping
+        Of Levenberg and Marquardt, on the diagonals.
+    u, b
+        (k, k) lower triangle and (k,), added to: normal matrix and gradient of the common columns.
+    factors, y, z
+        (n, 6, 6), (n, 6, k') and (n, 6), out; k' <= k, the first columns. Frames without a seat
+        need no more than those of cameras and LEDs.
+    slopes, diagonals
+        (n, 6), out: gradient by the pose, and the diagonal of its normal matrix.
+    """
+    n_frames, n_cameras, n_leds = weights.shape
+    total = 0.0
+    u_row, v_row = empty_rows()
+    u_pose, v_pose = np.empty(6), np.empty(6)
+    u_point, v_point = np.empty(3), np.empty(3)
+    u_led, v_led, miss = np.empty(3), np.empty(3), np.empty(2)
+    row, common, columns = np.empty(6), np.empty(9), np.empty(9, np.int64)
+    for n in range(n_frames):
+        rotation, v, w, g = rotations[n], factors[n], y[n], z[n]
+        v[:] = 0.0
+        w[:] = 0.0
+        g[:] = 0.0
+        used = False
+        for led in range(n_leds):
+            lx, ly, lz = leds[led, 0], leds[led, 1], leds[led, 2]
+            qx = rotation[0, 0] * lx + rotation[0, 1] * ly + rotation[0, 2] * lz
+            qy = rotation[1, 0] * lx + rotation[1, 1] * ly + rotation[1, 2] * lz
+            qz = rotation[2, 0] * lx + rotation[2, 1] * ly + rotation[2, 2] * lz
+            at = led_columns + 3 * led
+            for c in range(n_cameras):
+                weight = weights[n, c, led]
+                if weight == 0.0:
+                    continue
+                used = True
+                first = N_CAMERA * c
+                square = add_spot(
+                    cameras[c], qx + origins[n, 0], qy + origins[n, 1], qz + origins[n, 2],
+                    uv[n, c, led], weight, first, u, b, u_row, v_row, u_point, v_point,
+                    miss,
+                )  # fmt: skip
+                if square == np.inf:
+                    return np.inf
+                total += square
+                miss_u, miss_v = miss[0], miss[1]
+                u_pose[0] = qy * u_point[2] - qz * u_point[1]
+                u_pose[1] = qz * u_point[0] - qx * u_point[2]
+                u_pose[2] = qx * u_point[1] - qy * u_point[0]
+                v_pose[0] = qy * v_point[2] - qz * v_point[1]
+                v_pose[1] = qz * v_point[0] - qx * v_point[2]
+                v_pose[2] = qx * v_point[1] - qy * v_point[0]
+                u_pose[3:], v_pose[3:] = u_point, v_point
+                if led_columns >= 0:
+                    for k in range(3):
+                        u_led[k] = (
+                            u_point[0] * rotation[0, k] + u_point[1] * rotation[1, k]
+                            + u_point[2] * rotation[2, k]
+                        )  # fmt: skip
+                        v_led[k] = (
+                            v_point[0] * rotation[0, k] + v_point[1] * rotation[1, k]
+                            + v_point[2] * rotation[2, k]
+                        )  # fmt: skip
+                    for i in range(3):
+                        b[at + i] += u_led[i] * miss_u + v_led[i] * miss_v
+                        for j in range(i + 1):
+                            u[at + i, at + j] += u_led[i] * u_led[j] + v_led[i] * v_led[j]
+                        for j in range(N_CAMERA):
+                            u[at + i, first + j] += u_led[i] * u_row[j] + v_led[i] * v_row[j]
+                        for j in range(6):
+                            w[j, at + i] += u_pose[j] * u_led[i] + v_pose[j] * v_led[i]
+                add_to_frame(v, w, g, u_pose, v_pose, first, u_row, v_row, miss_u, miss_v)
+        if not used:
+            slopes[n] = 0.0
+            diagonals[n] = 0.0
+            for i in range(6):
+                v[i, i] = 1.0
+            continue
+        if seats[n] >= 0:
+            seat = seats[n]
+            q = rotation @ tip
+            for axis in range(3):
+                off = seat_weight * (q[axis] + origins[n, axis] - seat_positions[seat, axis])
+                total += off * off
+                row[:] = 0.0
+                row[3 + axis] = seat_weight
+                after, before = (axis + 1) % 3, (axis + 2) % 3
+                row[after] = seat_weight * q[before]
+                row[before] = -seat_weight * q[after]
+                for k in range(3):
+                    columns[k] = seat_columns - 3 + k
+                    common[k] = seat_weight * rotation[axis, k]
+                columns[3] = seat_columns + 3 * seat + axis
+                common[3] = -seat_weight
+                for i in range(6):
+                    g[i] += row[i] * off
+                    for j in range(i + 1):
+                        v[i, j] += row[i] * row[j]
+                    for k in range(4):
+                        w[i, columns[k]] += row[i] * common[k]
+                for i in range(4):
+                    b[columns[i]] += common[i] * off
+                    for j in range(i + 1):
+                        u[columns[i], columns[j]] += common[i] * common[j]
+        if n_leds == 2:
+            # Nothing shows a turn of a bar about itself; it is held.
+            pin = v[0, 0] + v[1, 1] + v[2, 2]
+            for i in range(3):
+                for j in range(i + 1):
+                    v[i, j] += pin * rotation[i, 0] * rotation[j, 0]
+        for i in range(6):
+            slopes[n, i] = g[i]
+            diagonals[n, i] = v[i, i]
+        if not eliminate(v, w, g, damping):
+            return np.inf
+    return total
+
+
+@compiled(camera_kernel)
+def miss_frames(
+    cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, misses: Float
+) -> None:
+    """Write by how much the spots are missed.
+
+    Parameters
+    ----------
+    cameras, leds, uv, rotations, origins
+        As in `eliminate_frames`; NaN where not seen.
+    misses
+        (n, C, L, 2), out: predicted minus observed, px; NaN where not seen, infinite behind the
+        camera.
+    """
+    n_frames, n_cameras, n_leds = uv.shape[:3]
+    u_row, v_row = empty_rows()
+    for n in range(n_frames):
+        for led in range(n_leds):
+            at = rotations[n] @ leds[led] + origins[n]
+            for c in range(n_cameras):
+                _, u, v = spot_rows(cameras[c], at[0], at[1], at[2], u_row, v_row)
+                misses[n, c, led, 0] = u - uv[n, c, led, 0]
+                misses[n, c, led, 1] = v - uv[n, c, led, 1]
+
+
+@compiled(algebra)
+def resolve(factors: Float, y: Float, z: Float, step: Float, steps: Float) -> None:
+    """Write the steps (n, 6) of what was eliminated, given that of the common columns (k,)."""
+    for n in range(factors.shape[0]):
+        own = steps[n]
+        for i in range(6):
+            value = z[n, i]
+            for k in range(step.shape[0]):
+                value += y[n, i, k] * step[k]
+            own[i] = -value
+        backward(factors[n], own)
+
+
+@compiled(algebra)
+def move_poses(rotations: Float, origins: Float, steps: Float) -> None:
+    """Turn and shift the poses in place by rotation vectors (world axes) and translations."""
+    turned, work = np.empty((3, 3)), np.empty((3, 3))
+    for n in range(steps.shape[0]):
+        turn(rotations[n], steps[n, 0], steps[n, 1], steps[n, 2], turned, work)
+        for i in range(3):
+            origins[n, i] += steps[n, 3 + i]

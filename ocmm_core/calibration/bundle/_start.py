@@ -1,0 +1,94 @@
+"""Where a bundle adjustment starts: poses, bars and seats as the cameras from before see them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Pixels, Points3, perpendicular_pair, rigid_fit, unit
+from ocmm_core.tracking import ProbeBody, triangulate
+from ocmm_core.tracking.kernels import OK, allocate, solve_frames
+
+LEAST_LEDS = 3
+"""LEDs that two cameras saw in one frame: fewer leave its pose open."""
+
+_SHAPE_FRAMES = 200
+_SHAPE_ROUNDS = 10
+_NEVER_LOST_PX = 1e-9
+"""The start of a pose may be as uncertain as it likes."""
+
+
+def solvable(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which frames (n,) show enough, from what was seen (n, C, L)."""
+    enough: NDArray[np.bool_] = (seen.sum(axis=1) >= 2).sum(axis=1) >= LEAST_LEDS
+    return enough
+
+
+def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
+    """Return rotations (n, 3, 3), origins (n, 3), world from probe, and which were found (n,).
+
+    By the method of the thesis (2.4): rigid fit to triangulated LEDs, which also works with cameras
+    that are wrong by millimetres. ``uv`` is (n, C, L, 2), px.
+    """
+    outputs = allocate(len(uv))
+    solve_frames(
+        np.ascontiguousarray(uv, dtype=np.float64), rig.packed(), leds, np.zeros(3),
+        _NEVER_LOST_PX, 0, *outputs,
+    )  # fmt: skip
+    status, _, _, rotations, origins, _, _ = outputs
+    found = status == OK
+    rotations[~found] = np.eye(3)
+    origins[~found] = 0.0
+    return rotations, origins, found
+
+
+def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
+    """Return the LEDs (L, 3), mm, as frames (n, C, L, 2) show them, in the probe's frame.
+
+    Mean of the triangulated shapes, each laid onto the mean before (generalised Procrustes, Gower
+    1975; thesis 3.2), the last laid onto the body.
+
+    Raises
+    ------
+    CalibrationError
+        No frame shows all LEDs to two cameras.
+    """
+    complete = np.flatnonzero((np.isfinite(uv).all(axis=3).sum(axis=1) >= 2).all(axis=1))
+    if not len(complete):
+        raise CalibrationError(
+            "relocation.no_complete_frame",
+            "In no frame all LEDs of the probe were seen by two cameras, so that its unknown shape "
+            "has no start.",
+            "Wave the probe with its LEDs towards the cameras.",
+        )
+    every = max(1, len(complete) // _SHAPE_FRAMES)
+    shapes = [triangulate(rig, uv[index]) for index in complete[::every]]
+    mean = shapes[0]
+    for _ in range(_SHAPE_ROUNDS):
+        laid = []
+        for shape in shapes:
+            rotation, translation = rigid_fit(shape, mean)
+            laid.append(shape @ rotation.T + translation)
+        mean = np.median(laid, axis=0)
+    rotation, translation = rigid_fit(mean, body.leds_probe)
+    start: Points3 = mean @ rotation.T + translation
+    return start
+
+
+def start_bars(rig: Rig, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
+    """Return rotations (m, 3, 3), centres (m, 3), world from bar, and which were found (m,).
+
+    ``uv`` is (m, C, 2, 2), px; a bar lies along its x.
+    """
+    rotations, centres = np.tile(np.eye(3), (len(uv), 1, 1)), np.zeros((len(uv), 3))
+    found = np.zeros(len(uv), dtype=np.bool_)
+    for index, placement in enumerate(uv):
+        first, second = triangulate(rig, placement)
+        found[index] = np.isfinite(first).all() and np.isfinite(second).all()
+        if found[index]:
+            direction = unit(second - first)
+            rotations[index] = np.stack([direction, *perpendicular_pair(direction)], axis=1)
+            centres[index] = 0.5 * (first + second)
+    return rotations, centres, found

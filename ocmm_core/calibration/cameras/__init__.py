@@ -1,0 +1,76 @@
+"""Cameras from known points: fit, guards, covariance, and the guided procedure for it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.cameras import _kernel as kernel
+    from ocmm_core.calibration.cameras._dlt import cloud_of
+    from ocmm_core.calibration.cameras._guards import (
+        CHI2_DEVIATION,
+        FLAT_REFUSED,
+        FLAT_WARNED,
+        FOCAL_SIGMA,
+        OUTLIERS_REFUSED,
+        RMS_FORCED,
+        RMS_REFUSED,
+    )
+    from ocmm_core.calibration.cameras._kernel import empty_rows, spot_rows
+    from ocmm_core.calibration.cameras._lens import LensCamera
+    from ocmm_core.calibration.cameras._model_fit import OUTLIER_PROBABILITY, fit_camera
+    from ocmm_core.calibration.cameras._network import calibrate_rig
+    from ocmm_core.calibration.cameras._procedure_known_points import KnownPointsProcedure
+    from ocmm_core.calibration.cameras._reference_points import (
+        ReferencePoints,
+        SpotTable,
+        load_reference_points,
+        load_spots,
+        write_reference_points,
+        write_spots,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _dlt="cloud_of",
+        _guards=(
+            "CHI2_DEVIATION FLAT_REFUSED FLAT_WARNED FOCAL_SIGMA OUTLIERS_REFUSED RMS_FORCED "
+            "RMS_REFUSED"
+        ),
+        _kernel="empty_rows kernel spot_rows",
+        _lens="LensCamera",
+        _model_fit="OUTLIER_PROBABILITY fit_camera",
+        _network="calibrate_rig",
+        _procedure_known_points="KnownPointsProcedure",
+        _reference_points=(
+            "ReferencePoints SpotTable load_reference_points load_spots write_reference_points "
+            "write_spots"
+        ),
+    )
+
+__all__ = [
+    "CHI2_DEVIATION",
+    "FLAT_REFUSED",
+    "FLAT_WARNED",
+    "FOCAL_SIGMA",
+    "OUTLIERS_REFUSED",
+    "OUTLIER_PROBABILITY",
+    "RMS_FORCED",
+    "RMS_REFUSED",
+    "KnownPointsProcedure",
+    "LensCamera",
+    "ReferencePoints",
+    "SpotTable",
+    "calibrate_rig",
+    "cloud_of",
+    "empty_rows",
+    "fit_camera",
+    "kernel",
+    "load_reference_points",
+    "load_spots",
+    "spot_rows",
+    "write_reference_points",
+    "write_spots",
+]

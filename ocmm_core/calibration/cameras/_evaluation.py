@@ -1,0 +1,158 @@
+"""How good a calibration is: points that were not used for it, and what it predicts of itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.camera import N_PARAMETERS, Rig, on_sensor, project, projection_jacobians
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Int, Points3
+from ocmm_core.tracking import triangulate
+
+
+@dataclass(frozen=True, slots=True)
+class AxisErrors:
+    """Errors of points located with all cameras, as in Table 1 of the thesis.
+
+    Attributes
+    ----------
+    errors_world
+        (n, 3), mm, located minus known; NaN where fewer than two cameras saw the point.
+    rms, rms_space
+        (3,) per axis, and in space, mm.
+    largest
+        In space, mm.
+    """
+
+    errors_world: Points3
+    rms: Float
+    rms_space: float
+    largest: float
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorMap:
+    """What a calibration predicts of its own errors.
+
+    Attributes
+    ----------
+    nodes_world
+        (nx, ny, nz, 3), mm.
+    calibration_sigma
+        (nx, ny, nz, 3), mm: standard deviation per axis from the uncertain cameras; the same for
+        every exposure, so that no averaging removes it.
+    spot_sigma
+        (nx, ny, nz, 3), mm: from the noise of the spots.
+
+    Notes
+    -----
+    NaN where fewer than two cameras see the node.
+    """
+
+    nodes_world: Float
+    calibration_sigma: Float
+    spot_sigma: Float
+
+
+def split(points: ReferencePoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
+    """Return the indices of points for calibration and of those for evaluation, drawn at random.
+
+    Raises
+    ------
+    CalibrationError
+        Nothing would be left for one of them.
+    """
+    n = len(points.names)
+    if not 0 < calibration < n:
+        raise CalibrationError(
+            "calibration.split",
+            f"{calibration} of {n} points for calibration leave none for evaluation.",
+            f"Use between 1 and {n - 1} points, half of them as a rule.",
+        )
+    order = rng.permutation(n).astype(np.int64)
+    return np.sort(order[:calibration]), np.sort(order[calibration:])
+
+
+def subset(
+    points: ReferencePoints, spots: SpotTable, indices: Int
+) -> tuple[ReferencePoints, SpotTable]:
+    """Return the points with these indices and their spots."""
+    names = tuple(points.names[index] for index in indices)
+    return (
+        replace(points, names=names, positions_world=points.positions_world[indices]),
+        SpotTable(spots.serials, spots.uv[:, indices], spots.sigma_px),
+    )
+
+
+def axis_errors(rig: Rig, points: ReferencePoints, spots: SpotTable) -> AxisErrors:
+    """Return the errors of points located with all cameras of a calibrated rig.
+
+    Raises
+    ------
+    CalibrationError
+        No point was seen by two cameras.
+    """
+    rows = [spots.serials.index(camera.serial) for camera in rig.cameras]
+    errors = triangulate(rig, spots.uv[rows]) - points.positions_world
+    located = errors[np.isfinite(errors).all(axis=1)]
+    if not len(located):
+        raise CalibrationError(
+            "calibration.no_evaluation",
+            "None of the evaluation points was seen by two cameras.",
+            "Take evaluation points where the views of the cameras overlap.",
+        )
+    squares = np.mean(located**2, axis=0)
+    return AxisErrors(
+        errors_world=errors,
+        rms=np.sqrt(squares),
+        rms_space=float(np.sqrt(squares.sum())),
+        largest=float(np.linalg.norm(located, axis=1).max()),
+    )
+
+
+def error_map(
+    rig: Rig, volume_world: Float, nodes: tuple[int, int, int], sigma_px: float
+) -> ErrorMap:
+    """Return the errors that the covariance of the cameras predicts over a volume.
+
+    A point is located where its reprojection residuals are least; to first order it moves by
+    -(A'A)^-1 A' B d when the parameters of the cameras are wrong by d, A and B being the
+    derivatives of the spots by point and parameters.
+
+    Parameters
+    ----------
+    rig
+        With its `parameter_covariance`.
+    volume_world
+        (2, 3), mm, opposite corners; it may reach beyond what was calibrated.
+    nodes
+        Number of nodes along each axis.
+    sigma_px
+        Standard deviation of a spot, px per axis.
+    """
+    low, high = volume_world
+    axes = [np.linspace(low[i], high[i], nodes[i]) for i in range(3)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    points = grid.reshape(-1, 3)
+    count = len(rig.cameras)
+    by_point = np.zeros((len(points), count, 2, 3))
+    by_parameters = np.zeros((len(points), count, 2, N_PARAMETERS))
+    views = np.zeros(len(points), dtype=np.int64)
+    for c, camera in enumerate(rig.cameras):
+        seen = on_sensor(camera, project(camera, points))
+        by_point[seen, c], by_parameters[seen, c] = projection_jacobians(camera, points[seen])
+        views += seen
+    located = views >= 2
+    stacked = by_point[located].reshape(-1, 2 * count, 3)
+    inverse = np.linalg.inv(stacked.transpose(0, 2, 1) @ stacked)
+    # Each camera's spots depend on its own parameters only.
+    gain = np.einsum("nij,ncuj,ncup->nicp", inverse, by_point[located], by_parameters[located])
+    gain = gain.reshape(-1, 3, count * N_PARAMETERS)
+    variance = np.einsum("nip,pq,niq->ni", gain, rig.parameter_covariance, gain, optimize=True)
+    calibration_sigma, spot_sigma = np.full((2, len(points), 3), np.nan)
+    calibration_sigma[located] = np.sqrt(np.maximum(variance, 0.0))
+    spot_sigma[located] = sigma_px * np.sqrt(np.diagonal(inverse, axis1=1, axis2=2))
+    return ErrorMap(grid, calibration_sigma.reshape(grid.shape), spot_sigma.reshape(grid.shape))

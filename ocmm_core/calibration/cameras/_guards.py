@@ -1,0 +1,210 @@
+"""What a calibration must show before it may be used.
+
+Each limit is a finding with the reason and what to do. Some refuse, some warn; a person who knows
+why may force those that question the design of the calibration, never those that say that the
+cameras do not see what the list of points says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ocmm_core.calibration.cameras._dlt import cloud_of
+from ocmm_core.calibration.cameras._lens_terms import LensTerms
+from ocmm_core.calibration.cameras._model_fit import CameraFit, indices_of_wrong
+from ocmm_core.calibration.records import Finding
+from ocmm_core.camera import PARAMETERS
+
+FLAT_REFUSED, FLAT_WARNED = 0.1, 0.25
+"""Depth over width of the points. 15 mm on 400 costs 30 um at 100 mm depth, 200 mm 4.8 um."""
+
+SMALL_REFUSED, SMALL_WARNED = 0.03, 0.1
+"""Width of the points over their distance from the camera."""
+
+FEW_POINTS = 50
+
+RMS_REFUSED = 10.0
+"""Residuals over what their sigmas say; a wrong minimum shows a hundred."""
+
+RMS_FORCED = 2.0
+CHI2_DEVIATION = 4.0
+"""Standard deviations of chi-square from its expectation before it is named."""
+
+FOCAL_SIGMA = 1e-4
+OUTLIERS_REFUSED = 0.1
+LENS_EFFECT = 1.0
+"""RMS effect of the lens terms that the running model lacks, in sigmas of a spot."""
+
+
+def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:
+    """Return what speaks against the fit of one camera.
+
+    Parameters
+    ----------
+    names
+        Names of the points of the fit.
+    """
+    name = fit.camera.model.name
+    return [
+        *_residuals(fit, name),
+        *_wrong_points(fit, name, names),
+        *_volume(fit, name),
+        *_focal(fit, name),
+    ]
+
+
+def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
+    """Return what the test of the extra lens terms says."""
+    if not terms.significant:
+        return []
+    name = fit.camera.model.name
+    size = terms.effect_rms_px / fit.sigma_px
+    return [
+        Finding(
+            "calibration.lens_model",
+            f"The lens of camera '{name}' shows more distortion than the model holds: the term "
+            f"{terms.strongest()} and its neighbours move the spots by {terms.effect_rms_px:.4f} "
+            f"px RMS, {size:.1f} times their sigma.",
+            "Measure in the middle of the field with it only, or use a lens with less distortion."
+            if size > LENS_EFFECT
+            else "Nothing needs to be done; watch this figure at the next calibration.",
+            refuses=size > LENS_EFFECT,
+        )
+    ]
+
+
+def ratio_of(fit: CameraFit) -> float:
+    """Return how many times larger the residuals are than their sigmas say."""
+    return float(np.sqrt(fit.chi2 / max(fit.dof, 1)))
+
+
+def _residuals(fit: CameraFit, name: str) -> list[Finding]:
+    ratio = ratio_of(fit)
+    said = (
+        f"Camera '{name}' misses its spots by {fit.rms_px:.4f} px RMS, {ratio:.1f} times what "
+        f"their uncertainty explains"
+    )
+    if ratio > RMS_REFUSED or not np.isfinite(ratio):
+        return [
+            Finding(
+                "calibration.rms",
+                f"{said}; this is no calibration.",
+                "Check that every spot belongs to its reference point, that the axes of the list "
+                "are right-handed, and that the pixel pitch and focal length of the camera are "
+                "those of the rig document.",
+                refuses=True,
+            )
+        ]
+    found = []
+    if not fit.converged:
+        found.append(
+            Finding(
+                "calibration.not_converged",
+                f"The fit of camera '{name}' did not come to an end.",
+                "Take more points, spread over a deeper volume.",
+                refuses=True,
+            )
+        )
+    deviation = CHI2_DEVIATION * np.sqrt(2.0 / max(fit.dof, 1))
+    if ratio**2 > 1.0 + deviation:
+        found.append(
+            Finding(
+                "calibration.chi2",
+                f"{said} (chi-square {fit.chi2:.0f} for {fit.dof} degrees of freedom).",
+                "Look for vibration, a loose target or a changed temperature while the points were "
+                "taken, and check the sigma of the spots and the uncertainty in the list.",
+                refuses=ratio > RMS_FORCED,
+                forcible=True,
+            )
+        )
+    elif ratio**2 < 1.0 - deviation:
+        found.append(
+            Finding(
+                "calibration.chi2_low",
+                f"Camera '{name}' hits its spots {1.0 / max(ratio, 1e-9):.1f} times better than "
+                f"their stated uncertainty.",
+                "State the sigma of the averaged spots and the uncertainty of the list as they are;"
+                " the uncertainty of this calibration is too large.",
+                refuses=False,
+            )
+        )
+    return found
+
+
+def _wrong_points(fit: CameraFit, name: str, names: Sequence[str]) -> list[Finding]:
+    wrong = indices_of_wrong(fit)
+    if not len(wrong):
+        return []
+    listed = ", ".join(f"{names[i]} ({fit.distances[i]:.0f} sigma)" for i in wrong[:10])
+    if len(wrong) > 10:
+        listed += f" and {len(wrong) - 10} more"
+    return [
+        Finding(
+            "calibration.outliers",
+            f"Camera '{name}' sees {len(wrong)} of {len(fit.uv)} points elsewhere than the list "
+            f"says: {listed}; they were left out.",
+            "Take these points again, or correct them in the list.",
+            refuses=len(wrong) > OUTLIERS_REFUSED * len(fit.uv),
+        )
+    ]
+
+
+def _volume(fit: CameraFit, name: str) -> list[Finding]:
+    points = fit.points_world[fit.used]
+    found = []
+    if len(points) < FEW_POINTS:
+        found.append(
+            Finding(
+                "calibration.few_points",
+                f"Camera '{name}' is calibrated with {len(points)} points only.",
+                "Take 200 points or more.",
+                refuses=False,
+            )
+        )
+    flat = cloud_of(points).flatness
+    if flat < FLAT_WARNED:
+        found.append(
+            Finding(
+                "calibration.flat_volume",
+                f"The points of camera '{name}' fill a volume that is {flat:.2f} times as deep as "
+                f"wide: the focal length is then known badly and points in front of and behind "
+                f"this volume are measured wrong.",
+                "Take points in a volume at least a quarter as deep as wide; 200 mm of depth make "
+                "the calibration six times better than 15 mm.",
+                refuses=flat < FLAT_REFUSED,
+                forcible=True,
+            )
+        )
+    centre = fit.camera.model.centre_world
+    distance = float(np.linalg.norm(points.mean(axis=0) - centre))
+    width = float(np.ptp(points, axis=0).max()) / distance
+    if width < SMALL_WARNED:
+        found.append(
+            Finding(
+                "calibration.small_volume",
+                f"The points of camera '{name}' span only {100.0 * width:.1f} % of their distance.",
+                "Spread the points over the whole volume in which will be measured.",
+                refuses=width < SMALL_REFUSED,
+                forcible=True,
+            )
+        )
+    return found
+
+
+def _focal(fit: CameraFit, name: str) -> list[Finding]:
+    focal = PARAMETERS.index("focal")
+    sigma = float(np.sqrt(fit.covariance[focal, focal])) / fit.camera.model.focal
+    if sigma <= FOCAL_SIGMA:
+        return []
+    return [
+        Finding(
+            "calibration.focal_sigma",
+            f"The focal length of camera '{name}' is known to {sigma:.1e} of its value only, and "
+            f"{FOCAL_SIGMA:.0e} is the limit.",
+            "Take points in a deeper volume, or more points.",
+            refuses=True,
+            forcible=True,
+        )
+    ]

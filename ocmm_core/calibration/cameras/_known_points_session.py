@@ -1,0 +1,114 @@
+"""The events of a calibration from known points, and what its observations say."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+
+from ocmm_core.calibration.cameras._evaluation import axis_errors, split, subset
+from ocmm_core.calibration.cameras._network import RigCalibration, calibrate_rig
+from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.guided import Begun, CameraResiduals, Findings, SessionEvent, Spots
+from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.camera import Rig
+
+
+class KnownPointsBegun(Begun, frozen=True, kw_only=True):
+    """First line.
+
+    Attributes
+    ----------
+    names, positions, reference_sigma, frame, length_sigma
+        The list, as in `ReferencePoints`; mm.
+    evaluation
+        How many of the points are kept for evaluation.
+    valid_days
+        For how long the calibration may be used.
+    artefacts
+        The CMM that positioned the points, with its certificate.
+    """
+
+    names: tuple[str, ...]
+    positions: tuple[tuple[float, float, float], ...]
+    reference_sigma: float
+    frame: str
+    length_sigma: float
+    evaluation: int
+    valid_days: int
+    artefacts: tuple[ArtefactUse, ...]
+
+
+class PointTaken(SessionEvent, frozen=True, kw_only=True):
+    """The spots at one reference point; taken again, it replaces the one before.
+
+    Attributes
+    ----------
+    point
+        Name.
+    uv
+        (C, 1), px; nothing but None where the point was skipped.
+    sigma_px
+        Standard deviation of a spot.
+    """
+
+    point: str
+    uv: Spots
+    sigma_px: float
+
+
+KnownPointsEvent: TypeAlias = KnownPointsBegun | PointTaken
+
+
+def views_of(taken: PointTaken) -> int:
+    """Return how many cameras saw a point."""
+    return sum(camera[0] is not None for camera in taken.uv)
+
+
+def found_by(
+    rig: Rig, points: ReferencePoints, table: SpotTable, evaluation: int, force: bool
+) -> Findings:
+    """Return what the points say; ``evaluation`` of them, always the same ones, are held back.
+
+    Raises
+    ------
+    CalibrationError
+        A guard refuses, see `camera_network.calibrate_rig`.
+    """
+    used, held = (points, table), None
+    if evaluation:
+        chosen, rest = split(points, len(points.names) - evaluation, np.random.default_rng(0))
+        used, held = subset(points, table, chosen), subset(points, table, rest)
+    calibration = calibrate_rig(rig, *used, force)
+    at, errors = np.empty((0, 3)), np.empty((0, 3))
+    if held is not None:
+        located = axis_errors(calibration.applied_to(rig, rig.identity), *held).errors_world
+        seen = np.isfinite(located).all(axis=1)
+        at, errors = held[0].positions_world[seen], located[seen]
+    squares = [(one.chi2, one.dof) for one in calibration.cameras]
+    residuals = np.concatenate([one.residuals_px[one.used] for one in calibration.cameras])
+    return Findings(
+        cameras=tuple(one.model for one in calibration.cameras),
+        covariance=calibration.covariance,
+        volume_world=calibration.volume_world,
+        hull_world=calibration.hull_world,
+        residuals=tuple(
+            CameraResiduals(one.model.name, one.uv, one.residuals_px, one.used)
+            for one in calibration.cameras
+        ),
+        rms_px=float(np.sqrt(np.mean(residuals**2))),
+        chi2_per_dof=sum(chi2 for chi2, _ in squares) / sum(dof for _, dof in squares),
+        points=_points_used(calibration),
+        outliers=tuple(
+            f"{one.name} in {camera.model.name}"
+            for camera in calibration.cameras
+            for one in camera.outliers
+        ),
+        errors_at_world=at,
+        errors_world=errors,
+        warnings=calibration.warnings,
+    )
+
+
+def _points_used(calibration: RigCalibration) -> int:
+    return len({int(i) for one in calibration.cameras for i in one.indices[one.used]})

@@ -1,0 +1,111 @@
+"""A camera with three more lens terms than the running model, to find out whether they are needed.
+
+The running model (`camera.model`) stays as it is: k1, k2, p1, p2. Here k3 (radial, r^6) and the
+thin prism s1, s2 (Weng 1992) are added, so that a fit can free them and say what they change. A
+camera that needs them is refused rather than used with the wrong model (`guards`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ocmm_core.calibration.cameras._kernel import see_points
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel
+from ocmm_core.geometry import Float, Pixels, Points3
+
+EXTRA_TERMS = ("k3", "s1", "s2")
+"""Radial, mm^-6; thin prism along x and y, mm^-1."""
+
+ALL_PARAMETERS = (*PARAMETERS, *EXTRA_TERMS)
+"""Order of everything that can be fitted."""
+
+
+@dataclass(frozen=True, slots=True)
+class LensCamera:
+    """A camera model with the extra terms.
+
+    Attributes
+    ----------
+    model
+        The running model.
+    extra
+        (3,), in the order of `EXTRA_TERMS`.
+    """
+
+    model: CameraModel
+    extra: Float = field(default_factory=lambda: np.zeros(len(EXTRA_TERMS)))
+
+    def moved(self, change: Float) -> LensCamera:
+        """Return this camera with ``change`` (17,), in the order of `ALL_PARAMETERS`, added."""
+        return LensCamera(
+            self.model.perturbed(change[:N_PARAMETERS]), self.extra + change[N_PARAMETERS:]
+        )
+
+    def packed(self) -> Float:
+        """Return the numbers that the compiled kernel needs, (24,)."""
+        return np.concatenate([self.model.packed(), self.extra])
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Where a camera sees points, or how far from their spots, and how that moves.
+
+    Attributes
+    ----------
+    misses
+        (2, n): u and v of predicted minus observed, whitened; infinite behind the camera.
+    rows
+        (terms, 2, n): derivatives in the order of `ALL_PARAMETERS`.
+    """
+
+    misses: Float
+    rows: Float
+
+
+def see(
+    camera: LensCamera,
+    points_world: Points3,
+    terms: int = len(ALL_PARAMETERS),
+    uv: Pixels | None = None,
+    whitening: Float | None = None,
+) -> Seen:
+    """Return the pixels of world points (n, 3), mm, and their derivatives.
+
+    Parameters
+    ----------
+    terms
+        How many parameters are derived for, 14 to 17.
+    uv
+        (n, 2), px: spots that are subtracted.
+    whitening
+        (3, n), 1/px, as `camera_problem.CameraProblem` has it; plain pixels without.
+    """
+    n = len(points_world)
+    if uv is None:
+        uv = np.zeros((n, 2))
+    if whitening is None:
+        whitening = np.ones((3, n))
+        whitening[1] = 0.0
+    misses, rows = np.empty((2, n)), np.empty((terms, 2, n))
+    # Data from files may lie in another byte order, which the kernel does not take.
+    points = np.ascontiguousarray(points_world, dtype=np.float64)
+    spots = np.ascontiguousarray(uv, dtype=np.float64)
+    see_points(camera.packed(), points, spots, whitening, misses, rows)
+    return Seen(misses, rows)
+
+
+def by_point(camera: LensCamera, rows: Float) -> Float:
+    """Return derivatives by the point, (2, 3, n), 1/mm, world frame, from those of `see`.
+
+    A shift of the point and one of the camera differ by the camera's rotation alone.
+    """
+    rotation = camera.model.T_camera_from_world.rotation
+    moved: Float = np.einsum("aun,ab->ubn", rows[3:6], rotation)
+    return moved
+
+
+def project_extended(camera: LensCamera, points_world: Points3) -> Pixels:
+    """Return the pixel coordinates (n, 2) of world points (n, 3), mm; infinite behind it."""
+    return see(camera, points_world, N_PARAMETERS).misses.T

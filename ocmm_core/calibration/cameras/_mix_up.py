@@ -1,0 +1,113 @@
+"""Why does a list of points not fit its spots? Order, handedness and unit are tried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import numpy as np
+
+from ocmm_core.calibration.cameras._guards import OUTLIERS_REFUSED, RMS_REFUSED, ratio_of
+from ocmm_core.calibration.cameras._model_fit import fit_camera
+from ocmm_core.calibration.records import Finding
+from ocmm_core.camera import CameraModel
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Pixels, Points3
+
+Pattern: TypeAlias = tuple[str, str, Points3, Pixels]
+
+UNITS_MM = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0, "micrometres": 1e-3}
+"""A list in one of these that was taken for millimetres makes the rig this much too small."""
+
+UNIT_TOLERANCE = 0.15
+"""How far a baseline may be from the one of the rig document and still name the unit."""
+
+MAX_BASELINE_RATIO = 1.5
+
+
+def explain_misfit(
+    nominal: CameraModel,
+    points_world: Points3,
+    uv: Pixels,
+    sigma_px: float,
+    reference_sigma: float,
+) -> Finding | None:
+    """Return which mix-up of the list makes it fit the spots; None where none does.
+
+    Points and spots are (n, 3), mm, and (n, 2), px, in the order of the list. Two axes swapped, one
+    axis reversed, and u and v swapped are all the same mirror image up to a rotation, which the
+    camera's pose takes up: they cannot be told apart, and are named together.
+    """
+    for code, sentence, points, spots in _patterns(points_world, uv):
+        try:
+            fit = fit_camera(nominal, points, spots, sigma_px, reference_sigma)
+        except CalibrationError:
+            continue
+        good = ratio_of(fit) < RMS_REFUSED and np.mean(~fit.used) <= OUTLIERS_REFUSED
+        if good:
+            return Finding(
+                code,
+                f"The list of points does not fit the spots of camera '{nominal.name}', but it "
+                f"would {sentence}.",
+                "Correct the list of points or of spots, and calibrate again.",
+                refuses=True,
+            )
+    return None
+
+
+def explain_baseline(first: str, second: str, found_mm: float, expected_mm: float) -> list[Finding]:
+    """Return what the distance of two cameras says about the unit of the list.
+
+    The residuals of a calibration are the same in every unit; only something of known length tells.
+
+    Parameters
+    ----------
+    first, second
+        Names of the cameras.
+    found_mm, expected_mm
+        Distance of their centres by the calibration and by the rig document.
+    """
+    ratio = found_mm / expected_mm
+    said = (
+        f"By the list of points cameras '{first}' and '{second}' are {found_mm:.4g} mm apart, by "
+        f"the rig document {expected_mm:.4g} mm"
+    )
+    for unit, size in UNITS_MM.items():
+        for factor, problem in (
+            (1.0 / size, f"the list is in {unit}, but says mm"),
+            (size, f"the list is in mm, but says {unit}"),
+        ):
+            if abs(ratio / factor - 1.0) <= UNIT_TOLERANCE:
+                return [
+                    Finding(
+                        "calibration.wrong_unit",
+                        f"{said}: {problem}.",
+                        "Correct the unit in the head of the list.",
+                        refuses=True,
+                    )
+                ]
+    if 1.0 / MAX_BASELINE_RATIO <= ratio <= MAX_BASELINE_RATIO:
+        return []
+    return [
+        Finding(
+            "calibration.baseline",
+            f"{said}.",
+            "Check the unit of the list, and the camera positions in the rig document.",
+            refuses=True,
+            forcible=True,
+        )
+    ]
+
+
+def _patterns(points: Points3, uv: Pixels) -> Iterator[Pattern]:
+    order = "calibration.wrong_order"
+    yield order, "if the points were in reverse order", points[::-1], uv
+    yield order, "if every spot belonged to the next point", points[1:], uv[:-1]
+    yield order, "if every spot belonged to the point before", points[:-1], uv[1:]
+    yield (
+        "calibration.wrong_axes",
+        "if it were mirrored: two of its axes are swapped, one has the wrong sign, or u and v of "
+        "the spots are swapped",
+        points * np.array([1.0, 1.0, -1.0]),
+        uv,
+    )

@@ -1,0 +1,320 @@
+"""One camera from known points: several starts, wrong points found and named, full covariance.
+
+Thesis 3.1 (after Heikkila and Silven 1997) with its errata. The normal minimum is found from the
+nominal focal length or from the DLT; which of them leads there depends on depth and distortion, so
+starts are tried until the residuals are what the spots' sigma says, and the best is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.cameras._dlt import Start, starts
+from ocmm_core.calibration.cameras._least_squares import (
+    ABSOLUTE_DECREASE,
+    Minimum,
+    covariance_of,
+    minimise,
+)
+from ocmm_core.calibration.cameras._lens import LensCamera, project_extended
+from ocmm_core.calibration.cameras._problem import CameraProblem, free_parameters, whitening_of
+from ocmm_core.camera import CameraModel
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Int, Pixels, Points3
+
+MINIMUM_POINTS = 20
+"""Below this, 14 parameters leave too little to tell a wrong point from a right one."""
+
+OUTLIER_PROBABILITY = 1e-3
+"""That one of all good points is called wrong."""
+
+_MEDIAN_OF_RAYLEIGH = 1.1774
+_ROUNDS = 12
+_STEPS_PER_ROUND = 5
+_POSE = tuple(range(6))
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFit:
+    """What a fit of one camera found; nothing of it is judged here.
+
+    Attributes
+    ----------
+    camera
+        With the extra terms, which are zero where they were not freed.
+    free
+        Indices into `lens.ALL_PARAMETERS` of what was fitted.
+    covariance
+        (p, p) of what was fitted, from the sigma of spots and of reference points.
+    points_world, uv
+        (n, 3), mm, and (n, 2), px: all points that the camera saw.
+    used
+        (n,): False for the points that were found wrong.
+    distances
+        (n,): length of the whitened residual; about 1 for a good point.
+    residuals_px
+        (n, 2), observed minus predicted.
+    chi2, dof
+        Of the used points.
+    sigma_px, reference_sigma
+        What was assumed, px and mm per axis.
+    converged
+        Whether the minimum was reached.
+    start
+        Name of the start that led there.
+    iterations
+        Of the winning start.
+    """
+
+    camera: LensCamera
+    free: tuple[int, ...]
+    covariance: Float
+    points_world: Points3
+    uv: Pixels
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    distances: Float
+    residuals_px: Pixels
+    chi2: float
+    dof: int
+    sigma_px: float
+    reference_sigma: float
+    converged: bool
+    start: str
+    iterations: int
+
+    @property
+    def rms_px(self) -> float:
+        """Return the RMS residual of the used points, px per coordinate."""
+        return float(np.sqrt(np.mean(self.residuals_px[self.used] ** 2)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """A minimum, the points that it takes for good, and chi-square per degree of freedom."""
+
+    start: Start
+    minimum: Minimum[LensCamera]
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    ratio: float
+
+    @property
+    def score(self) -> float:
+        """Return what is least for the best candidate.
+
+        Leaving points out must not make a start look better than one that explains them.
+        """
+        return self.ratio + 100.0 * float(np.mean(~self.used))
+
+
+def fit_camera(
+    nominal: CameraModel,
+    points_world: Points3,
+    uv: Pixels,
+    sigma_px: float,
+    reference_sigma: float = 0.0,
+    extra_terms: tuple[str, ...] = (),
+) -> CameraFit:
+    """Return the camera that sees known points at these spots.
+
+    Parameters
+    ----------
+    nominal
+        Sensor size, pixel pitch and nominal focal length; anything else of it is not used.
+    points_world
+        (n, 3), mm.
+    uv
+        (n, 2), px.
+    sigma_px
+        Standard deviation of a spot, px per axis.
+    reference_sigma
+        Standard deviation of a reference position, mm per axis.
+    extra_terms
+        Of `lens.EXTRA_TERMS`, what is fitted besides the running model.
+
+    Raises
+    ------
+    CalibrationError
+        There are fewer than `MINIMUM_POINTS` points, or they do not determine the camera.
+    """
+    if len(points_world) < MINIMUM_POINTS:
+        raise CalibrationError(
+            "calibration.too_few_points",
+            f"Camera '{nominal.name}' saw {len(points_world)} of the reference points, but at "
+            f"least {MINIMUM_POINTS} are needed.",
+            "Take more points; 200 or more, spread over a deep volume, make a good calibration.",
+        )
+    candidates: list[_Candidate] = []
+    expected = 2 * len(uv) - len(free_parameters(extra_terms))
+    for start in starts(nominal, points_world, uv):
+        found = _from_start(start, points_world, uv, sigma_px, reference_sigma, extra_terms)
+        if found is None:
+            continue
+        candidates.append(found)
+        noise_only = found.ratio <= 1.0 + 4.0 * np.sqrt(2.0 / expected)
+        clean = noise_only and float(np.mean(found.used)) >= 0.9
+        # Nothing can be clearly better than residuals that are nothing but noise.
+        if clean and found.minimum.converged:
+            break
+    if not candidates:
+        raise CalibrationError(
+            "calibration.no_start",
+            f"No camera '{nominal.name}' at all can see the points at these spots.",
+            "Check that the points are not on a line, and that spots and points belong together.",
+        )
+    best = min(candidates, key=lambda candidate: candidate.score)
+    return _result(best, points_world, uv, sigma_px, reference_sigma, extra_terms)
+
+
+def _from_start(
+    start: Start,
+    points_world: Points3,
+    uv: Pixels,
+    sigma_px: float,
+    reference_sigma: float,
+    extra_terms: tuple[str, ...],
+) -> _Candidate | None:
+    """Return the minimum from one start, with wrong points left out; None where there is none."""
+    camera = LensCamera(start.camera)
+    problem = CameraProblem(
+        points_world,
+        uv,
+        whitening_of(camera, points_world, sigma_px, reference_sigma),
+        free_parameters(extra_terms),
+    )
+    minimum = minimise(problem, camera)
+    if not np.isfinite(minimum.cost):
+        return None
+    if reference_sigma > 0.0:
+        problem, minimum = _whitened_again(problem, minimum, sigma_px, reference_sigma)
+    used = np.ones(len(uv), dtype=np.bool_)
+    distances = np.linalg.norm(minimum.residuals.reshape(2, -1), axis=0)
+    if distances.max() > _least_limit(len(uv)) and distances.max() > _limit(distances):
+        # Wrong points may have led the fit astray beyond return.
+        minimum = _robust(problem, camera)
+        if reference_sigma > 0.0:
+            problem, _ = _whitened_again(problem, minimum, sigma_px, reference_sigma, steps=0)
+        minimum, used = without_wrong_points(problem, minimum.state)
+    dof = max(2 * int(used.sum()) - len(problem.free), 1)
+    return _Candidate(start, minimum, used, minimum.cost / dof)
+
+
+def _whitened_again(
+    problem: CameraProblem,
+    minimum: Minimum[LensCamera],
+    sigma_px: float,
+    reference_sigma: float,
+    steps: int = 60,
+) -> tuple[CameraProblem, Minimum[LensCamera]]:
+    """Return the problem with the weights that hold at its minimum, and that one's minimum."""
+    whitening = whitening_of(minimum.state, problem.points_world, sigma_px, reference_sigma)
+    problem = replace(problem, whitening=whitening)
+    return problem, (minimise(problem, minimum.state, steps) if steps else minimum)
+
+
+def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
+    """Return the minimum with Cauchy weights whose scale follows the median residual.
+
+    The pose comes first: a lens fitted to a wrong pose can run away.
+    """
+    for free in (_POSE, problem.free):
+        part = replace(problem, free=free)
+        last = np.inf
+        for _ in range(_ROUNDS):
+            distances = part.distances(part.miss(camera))
+            scale = 3.0 * _scale_of(distances)
+            weights = 1.0 / np.sqrt(1.0 + (distances / scale) ** 2)
+            minimum = minimise(part.scaled(weights), camera, _STEPS_PER_ROUND)
+            camera = minimum.state
+            if abs(last - scale) <= 1e-3 * scale:
+                break
+            last = scale
+    return minimum
+
+
+def without_wrong_points(
+    problem: CameraProblem, camera: LensCamera, enough: float = ABSOLUTE_DECREASE
+) -> tuple[Minimum[LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """Return the minimum of the good points, and which they are.
+
+    All points are judged again after every fit, so that one wrongly left out comes back; the first
+    time by ``camera``. Fits end where chi-square can fall by no more than ``enough``.
+    """
+    distances = problem.distances(problem.miss(camera))
+    used = distances <= _limit(distances)
+    for _ in range(_ROUNDS):
+        minimum = minimise(problem.scaled(used.astype(np.float64)), camera, enough=enough)
+        camera = minimum.state
+        distances = problem.distances(problem.miss(camera))
+        again = distances <= _limit(distances)
+        if np.array_equal(again, used):
+            break
+        used = again
+    return minimum, used
+
+
+def _scale_of(distances: Float) -> float:
+    """Return how many sigma the good residuals are, at least one."""
+    return max(float(np.median(distances)) / _MEDIAN_OF_RAYLEIGH, 1.0)
+
+
+def _limit(distances: Float) -> float:
+    """Return the distance above which a point is wrong.
+
+    Two coordinates: P(d > x) = exp(-x^2 / 2), shared among all points (Bonferroni).
+    """
+    return _scale_of(distances) * _least_limit(len(distances))
+
+
+def _least_limit(n: int) -> float:
+    """Return the limit where the good residuals are what their sigma says."""
+    return math.sqrt(-2.0 * math.log(OUTLIER_PROBABILITY / n))
+
+
+def _result(
+    best: _Candidate,
+    points_world: Points3,
+    uv: Pixels,
+    sigma_px: float,
+    reference_sigma: float,
+    extra_terms: tuple[str, ...],
+) -> CameraFit:
+    camera = best.minimum.state
+    free = free_parameters(extra_terms)
+    problem = CameraProblem(
+        points_world, uv, whitening_of(camera, points_world, sigma_px, reference_sigma), free
+    )
+    covariance = covariance_of(best.minimum.jacobian)
+    if covariance is None:
+        raise CalibrationError(
+            "calibration.undetermined",
+            f"The points do not determine camera '{camera.model.name}'.",
+            "Take points that fill a volume, not a plane or a line.",
+        )
+    residuals_px = uv - project_extended(camera, points_world)
+    return CameraFit(
+        camera=camera,
+        free=free,
+        covariance=covariance,
+        points_world=points_world,
+        uv=uv,
+        used=best.used,
+        distances=problem.distances(residuals_px),
+        residuals_px=residuals_px,
+        chi2=best.minimum.cost,
+        dof=2 * int(best.used.sum()) - len(free),
+        sigma_px=sigma_px,
+        reference_sigma=reference_sigma,
+        converged=best.minimum.converged,
+        start=best.start.name,
+        iterations=best.minimum.iterations,
+    )
+
+
+def indices_of_wrong(fit: CameraFit) -> Int:
+    """Return the indices of the points that were found wrong, the worst first."""
+    wrong = np.flatnonzero(~fit.used)
+    ordered: Int = wrong[np.argsort(-fit.distances[wrong])].astype(np.int64)
+    return ordered

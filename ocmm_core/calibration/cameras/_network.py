@@ -1,0 +1,285 @@
+"""All cameras of a rig from one list of known points.
+
+With the points from a CMM the cameras decouple (measured: their joint fit differs by less than a
+thousandth), so each is fitted by itself; what they have in common is the error of the reference
+points, and it couples their uncertainties.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ocmm_core.calibration.cameras._guards import (
+    OUTLIERS_REFUSED,
+    RMS_REFUSED,
+    judge_fit,
+    judge_lens,
+    ratio_of,
+)
+from ocmm_core.calibration.cameras._lens_terms import LensTerms, judge_lens_terms
+from ocmm_core.calibration.cameras._mix_up import explain_baseline, explain_misfit
+from ocmm_core.calibration.cameras._model_fit import CameraFit, fit_camera, indices_of_wrong
+from ocmm_core.calibration.cameras._network_covariance import joint_covariance, own_covariance
+from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.records import Finding, let_pass
+from ocmm_core.camera import CameraModel, Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Int, Pixels, Points3
+
+
+@dataclass(frozen=True, slots=True)
+class Outlier:
+    """A point that was left out.
+
+    Attributes
+    ----------
+    name
+        Of the reference point.
+    miss_px
+        (2,), observed minus predicted.
+    sigmas
+        Its length in standard deviations.
+    """
+
+    name: str
+    miss_px: Float
+    sigmas: float
+
+
+@dataclass(frozen=True, slots=True)
+class CameraCalibration:
+    """One calibrated camera and what may be said about it.
+
+    Attributes
+    ----------
+    model
+        The camera.
+    covariance
+        (14, 14), in the order of `camera.model.PARAMETERS`; grown by chi-square per degree of
+        freedom where that is above one, never shrunk; with the uncertain length of the list.
+    rms_px, chi2, dof
+        RMS residual per coordinate, and how it compares with the stated uncertainties.
+    indices
+        (n,): which reference points the camera saw.
+    uv, residuals_px
+        (n, 2), px; residuals are observed minus predicted.
+    used
+        (n,): False for the outliers.
+    outliers
+        Named, the worst first.
+    lens_terms
+        Whether k3 and the thin prism are needed.
+    warnings
+        What speaks against this camera and was not refused.
+    start
+        Which start led to the minimum.
+    """
+
+    model: CameraModel
+    covariance: Float
+    rms_px: float
+    chi2: float
+    dof: int
+    indices: Int
+    uv: Pixels
+    residuals_px: Pixels
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    outliers: tuple[Outlier, ...]
+    lens_terms: LensTerms
+    warnings: tuple[Finding, ...]
+    start: str
+
+
+@dataclass(frozen=True, slots=True)
+class RigCalibration:
+    """All cameras of a rig, calibrated together.
+
+    Attributes
+    ----------
+    cameras
+        In the order of the rig.
+    covariance
+        (14 C, 14 C), with what the common reference points and their common length do to all
+        cameras.
+    warnings
+        Of all cameras and of the rig.
+    hull_world
+        (h, 3), mm: corners of the convex hull of the points that at least two cameras used.
+    forced
+        Whether a person overruled a guard.
+    """
+
+    cameras: tuple[CameraCalibration, ...]
+    covariance: Float
+    warnings: tuple[Finding, ...]
+    hull_world: Points3
+    forced: bool
+
+    @property
+    def volume_world(self) -> Float:
+        """Return the box around the calibrated volume, (2, 3), mm."""
+        return np.stack([self.hull_world.min(axis=0), self.hull_world.max(axis=0)])
+
+    def applied_to(self, rig: Rig, identity: str) -> Rig:
+        """Return the rig with these cameras; ``identity`` is that of the calibration's record."""
+        return replace(
+            rig,
+            cameras=tuple(camera.model for camera in self.cameras),
+            volume_world=self.volume_world,
+            parameter_covariance=self.covariance,
+            identity=identity,
+        )
+
+
+def calibrate_rig(
+    rig: Rig, points: ReferencePoints, spots: SpotTable, force: bool = False
+) -> RigCalibration:
+    """Calibrate all cameras of ``rig`` from known points (thesis 3.1).
+
+    Parameters
+    ----------
+    rig
+        Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
+    points, spots
+        What was seen where.
+    force
+        Overrule the guards that question the design of the calibration; each becomes a warning.
+
+    Raises
+    ------
+    CalibrationError
+        A guard refuses, see `guards`; the sentence says which, why and what to do.
+    """
+    rows = _rows_of(rig, spots)
+    fits: list[CameraFit] = []
+    indices: list[Int] = []
+    findings: list[list[Finding]] = []
+    terms: list[LensTerms] = []
+    for nominal, row in zip(rig.cameras, rows, strict=True):
+        seen = np.flatnonzero(np.isfinite(spots.uv[row]).all(axis=1)).astype(np.int64)
+        at, uv = points.positions_world[seen], spots.uv[row, seen]
+        fit = _fit_or_explain(nominal, at, uv, spots.sigma_px, points.sigma)
+        found = judge_fit(fit, [points.names[i] for i in seen])
+        # What is hopeless is refused here: a test of its lens terms would mean nothing.
+        let_pass(found, force=True)
+        terms.append(judge_lens_terms(fit))
+        fits.append(fit)
+        indices.append(seen)
+        findings.append([*found, *judge_lens(fit, terms[-1])])
+    of_rig = _baselines(rig, fits)
+    everything = [*of_rig, *(one for found in findings for one in found)]
+    warnings = let_pass(everything, force)
+    cameras = tuple(
+        _camera_calibration(fit, points, seen, term, let_pass(found, force))
+        for fit, seen, term, found in zip(fits, indices, terms, findings, strict=True)
+    )
+    return RigCalibration(
+        cameras=cameras,
+        covariance=joint_covariance(fits, indices, points),
+        warnings=warnings,
+        hull_world=_hull(points, fits, indices),
+        forced=any(one.refuses for one in everything),
+    )
+
+
+def _fit_or_explain(
+    nominal: CameraModel, at: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
+) -> CameraFit:
+    """Return the fit of one camera; a list that would fit in another order is refused for it."""
+    try:
+        fit = fit_camera(nominal, at, uv, sigma_px, reference_sigma)
+    except CalibrationError as error:
+        if error.code == "calibration.too_few_points":
+            raise
+        _refuse_mix_up(nominal, at, uv, sigma_px, reference_sigma)
+        raise
+    if ratio_of(fit) > RMS_REFUSED or np.mean(~fit.used) > OUTLIERS_REFUSED:
+        _refuse_mix_up(nominal, at, uv, sigma_px, reference_sigma)
+    return fit
+
+
+def _refuse_mix_up(
+    nominal: CameraModel, at: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
+) -> None:
+    mixed_up = explain_misfit(nominal, at, uv, sigma_px, reference_sigma)
+    if mixed_up is not None:
+        let_pass([mixed_up], force=False)
+
+
+def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
+    """Return the row of the spots for every camera of the rig, by serial number."""
+    expected = {camera.serial: camera.name for camera in rig.cameras}
+    strange = [serial for serial in spots.serials if serial not in expected]
+    missing = [serial for serial in expected if serial not in spots.serials]
+    if strange or missing:
+        said = [f"there are spots of camera {serial}, which this rig has not" for serial in strange]
+        said += [f"there are none of camera {s} ('{expected[s]}')" for s in missing]
+        raise CalibrationError(
+            "calibration.serial_mismatch",
+            f"The spots were not taken with the cameras of rig '{rig.name}': {'; '.join(said)}.",
+            "Choose the rig that the spots were taken with, or correct the serial numbers in its "
+            "document if a camera was replaced.",
+        )
+    return [spots.serials.index(camera.serial) for camera in rig.cameras]
+
+
+def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
+    """Return what the distance of the first camera to every other says about the unit."""
+    found = []
+    first = rig.cameras[0]
+    for nominal, fit in zip(rig.cameras[1:], fits[1:], strict=True):
+        centres = fits[0].camera.model.centre_world, fit.camera.model.centre_world
+        found += explain_baseline(
+            first.name,
+            nominal.name,
+            float(np.linalg.norm(centres[1] - centres[0])),
+            float(np.linalg.norm(nominal.centre_world - first.centre_world)),
+        )
+    return found
+
+
+def _camera_calibration(
+    fit: CameraFit,
+    points: ReferencePoints,
+    seen: Int,
+    terms: LensTerms,
+    warnings: tuple[Finding, ...],
+) -> CameraCalibration:
+    outliers = tuple(
+        Outlier(points.names[seen[i]], fit.residuals_px[i], float(fit.distances[i]))
+        for i in indices_of_wrong(fit)
+    )
+    return CameraCalibration(
+        model=fit.camera.model,
+        covariance=own_covariance(fit, points),
+        rms_px=fit.rms_px,
+        chi2=fit.chi2,
+        dof=fit.dof,
+        indices=seen,
+        uv=fit.uv,
+        residuals_px=fit.residuals_px,
+        used=fit.used,
+        outliers=outliers,
+        lens_terms=terms,
+        warnings=warnings,
+        start=fit.start,
+    )
+
+
+def _hull(points: ReferencePoints, fits: Sequence[CameraFit], indices: Sequence[Int]) -> Points3:
+    views = np.zeros(len(points.names), dtype=np.int64)
+    for fit, seen in zip(fits, indices, strict=True):
+        views[seen[fit.used]] += 1
+    common = points.positions_world[views >= 2]
+    try:
+        return common[ConvexHull(common).vertices]
+    except (QhullError, ValueError) as error:
+        raise CalibrationError(
+            "calibration.no_common_volume",
+            f"Only {len(common)} points, or points in one plane, were seen by two cameras.",
+            "Point the cameras at one common volume, and take the points there.",
+        ) from error

@@ -1,0 +1,368 @@
+"""Guided calibration from known points: a target is brought to each position of a list.
+
+The list comes from a CMM; at each position the averaged spots of all cameras are one observation.
+They are taken live, step by step, or all at once from a table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.cameras._known_points_session import (
+    KnownPointsBegun,
+    KnownPointsEvent,
+    PointTaken,
+    found_by,
+    views_of,
+)
+from ocmm_core.calibration.cameras._model_fit import MINIMUM_POINTS
+from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.guided import (
+    OPEN,
+    Average,
+    CalibrationOutcome,
+    CameraProcedure,
+    Circumstances,
+    Decided,
+    Gate,
+    Kind,
+    KnownPoint,
+    KnownPointsView,
+    Live,
+    RestingSpots,
+    SessionLine,
+    Spots,
+    Step,
+    conclude,
+    first_line,
+    from_spots,
+    hash_of,
+    session_path,
+    to_spots,
+    utc_text,
+)
+from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, rig_from_record
+from ocmm_core.camera import Rig
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError
+
+EVALUATION_FROM = 80
+"""A list of so many points gives a part of them for evaluation."""
+
+PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
+
+
+class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]):
+    """See `procedure`; made by `begin` and `resume`."""
+
+    kind = Kind.KNOWN_POINTS
+    step_names = (PREPARE, COLLECT, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[KnownPointsEvent]],
+        begun: KnownPointsBegun,
+        rig: Rig,
+        store: CalibrationStore,
+    ) -> None:
+        super().__init__(chain, begun, rig, store)
+        self._begun = begun
+        self._points = ReferencePoints(
+            begun.names, np.array(begun.positions), begun.reference_sigma, begun.frame,
+            begun.length_sigma,
+        )  # fmt: skip
+        self._taken: list[PointTaken] = []
+        self._spots = RestingSpots(rig, 1)
+        self._aim: str | None = None
+        self._fold()
+
+    @classmethod
+    def begin(
+        cls,
+        folder: Path,
+        rig: Rig,
+        store: CalibrationStore,
+        points: ReferencePoints,
+        now: datetime,
+        *,
+        who: str,
+        temperature_c: float | None = None,
+        evaluation: int | None = None,
+        valid_days: int = 365,
+        artefacts: tuple[ArtefactUse, ...] = (),
+    ) -> KnownPointsProcedure:
+        """Begin a session.
+
+        Parameters
+        ----------
+        folder
+            Of session files.
+        rig
+            Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
+        store
+            Calibrations of that rig.
+        evaluation
+            Points kept for evaluation; by default a quarter of a list that is long enough.
+
+        Raises
+        ------
+        StorageError
+            The session file cannot be written.
+        CalibrationError
+            The evaluation would leave no points for the calibration.
+        """
+        count = len(points.names)
+        if evaluation is None:
+            evaluation = count // 4 if count >= EVALUATION_FROM else 0
+        if not 0 <= evaluation < count:
+            raise CalibrationError(
+                "calibration.split",
+                f"{evaluation} of {count} points for evaluation leave none for the calibration.",
+                "Keep fewer points for evaluation.",
+            )
+        begun = KnownPointsBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=store.active_hash or "",
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            names=points.names,
+            positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
+            reference_sigma=points.sigma,
+            frame=points.frame,
+            length_sigma=points.length_sigma,
+            evaluation=evaluation,
+            valid_days=valid_days,
+            artefacts=artefacts,
+        )
+        chain = _chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, store)
+
+    @classmethod
+    def resume(cls, path: Path, rig: Rig, store: CalibrationStore) -> KnownPointsProcedure:
+        """Continue the session of a file where it stopped.
+
+        Raises
+        ------
+        StorageError
+            The file is not as it was written.
+        CalibrationError
+            It is empty, or was begun with another rig.
+        """
+        chain = _chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, KnownPointsBegun)  # noqa: S101 - the only first line of this kind
+        return cls(chain, begun, rig, store)
+
+    @property
+    def points(self) -> ReferencePoints:
+        """Return the list that the session was begun with."""
+        return self._points
+
+    @property
+    def view(self) -> KnownPointsView:
+        """Return the snapshot."""
+        with self._lock:
+            views = {one.point: views_of(one) for one in self._taken}
+            points = tuple(
+                KnownPoint(name, position, views.get(name))
+                for name, position in zip(
+                    self._points.names, self._points.positions_world, strict=True
+                )
+            )
+            return KnownPointsView(self.base, points, self._next(), self._outcome)
+
+    def watch(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        with self._lock:
+            self._spots.feed(block)
+
+    def aim(self, point: str | None) -> None:
+        """Say which point is taken next; None is the first one that was not taken yet.
+
+        Raises
+        ------
+        CalibrationError
+            The list has no such point.
+        """
+        if point is not None and point not in self._points.names:
+            raise CalibrationError(
+                "known_points.unknown",
+                f"The point {point!r} is not in the list of reference points.",
+                "Choose a point of the list.",
+            )
+        with self._lock:
+            self._aim = point
+
+    def skip(self, now: datetime) -> None:
+        """Leave the next point out, because no camera can see it."""
+        with self._lock:
+            index = self._next()
+            if index is not None:
+                nothing: Spots = ((None,),) * len(self.rig.cameras)
+                name = self._points.names[index]
+                self._append(PointTaken(utc=utc_text(now), point=name, uv=nothing, sigma_px=0.0))
+
+    def take_table(self, spots: SpotTable, now: datetime) -> None:
+        """Take all points of a table of recorded spots that are not taken yet.
+
+        Raises
+        ------
+        CalibrationError
+            The spots are not those of the cameras of this rig.
+        """
+        serials = tuple(camera.serial for camera in self.rig.cameras)
+        if set(spots.serials) != set(serials):
+            raise CalibrationError(
+                "calibration.serial_mismatch",
+                f"The spots are those of cameras {_listed(spots.serials)}, and rig "
+                f"'{self.rig.name}' has {_listed(serials)}.",
+                "Choose the rig that the spots were taken with.",
+            )
+        rows = [spots.serials.index(serial) for serial in serials]
+        with self._lock:
+            done = {one.point for one in self._taken}
+            for index, name in enumerate(self._points.names):
+                if name not in done:
+                    uv = to_spots(spots.uv[rows, index][:, None])
+                    self._append(
+                        PointTaken(utc=utc_text(now), point=name, uv=uv, sigma_px=spots.sigma_px)
+                    )
+
+    def table(self) -> SpotTable:
+        """Return the spots of all points in the order of the list; NaN where not taken."""
+        with self._lock:
+            taken = {one.point: one for one in self._taken}
+        uv = np.full((len(self.rig.cameras), len(self._points.names), 2), np.nan)
+        sigmas = []
+        for index, name in enumerate(self._points.names):
+            if name in taken and views_of(taken[name]):
+                uv[:, index] = from_spots(taken[name].uv)[:, 0]
+                sigmas.append(taken[name].sigma_px)
+        sigma = float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else 1.0
+        return SpotTable(tuple(camera.serial for camera in self.rig.cameras), uv, sigma)
+
+    def _next(self) -> int | None:
+        if self._aim is not None:
+            return self._points.names.index(self._aim)
+        done = {one.point for one in self._taken}
+        return next((i for i, name in enumerate(self._points.names) if name not in done), None)
+
+    def _seen(self) -> Live:
+        return self._spots.live()
+
+    def _wants(self) -> bool:
+        return self._step == COLLECT and self._next() is not None
+
+    def _observation(self, utc: str) -> PointTaken:
+        index = self._next()
+        assert index is not None  # noqa: S101 - a point is wanted
+        average = self._spots.average()
+        return PointTaken(
+            utc=utc,
+            point=self._points.names[index],
+            uv=to_spots(average.uv),
+            sigma_px=average.sigma_px,
+        )
+
+    def _observe(self, event: KnownPointsEvent) -> None:
+        if isinstance(event, PointTaken):
+            self._taken.append(event)
+            self._aim = None
+            self._spots.taken(Average(from_spots(event.uv), event.sigma_px))
+
+    def _has_observation(self, step: str) -> bool:
+        return step == COLLECT and bool(self._taken)
+
+    def _undo(self, step: str) -> None:
+        self._taken.pop()
+
+    def _steps(self) -> tuple[Step, ...]:
+        done = len({one.point for one in self._taken})
+        count = len(self._points.names)
+        index = self._next()
+        where = "All points are taken."
+        if index is not None:
+            x, y, z = self._points.positions_world[index]
+            where = f"Bring the target to {self._points.names[index]} ({x:.1f}, {y:.1f}, {z:.1f})."
+        return (
+            Step(
+                PREPARE,
+                "Prepare",
+                "Fix one bright target to the machine that positions it, let cameras and machine "
+                "warm up, and cover other lights.",
+                OPEN,
+            ),
+            Step(COLLECT, "Known points", where, self._collected(done), done, count),
+            Step(
+                RESULT,
+                "Result",
+                "Look at the residuals and at what changes, then accept the new calibration or "
+                "keep the old one.",
+                Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+            ),
+        )
+
+    def _collected(self, done: int) -> Gate:
+        count = len(self._points.names)
+        if done < count:
+            return Gate(
+                False,
+                f"{count - done} of {count} points are not taken.",
+                "Take them, or skip those that no camera sees.",
+            )
+        uv = self.table().uv
+        for camera, of_camera in zip(self.rig.cameras, uv, strict=True):
+            seen = int(np.count_nonzero(np.isfinite(of_camera[:, 0])))
+            if seen < MINIMUM_POINTS:
+                return Gate(
+                    False,
+                    f"Camera '{camera.name}' saw {seen} of the points only.",
+                    f"Take a list of which every camera sees at least {MINIMUM_POINTS}.",
+                )
+        return OPEN
+
+    def _calculation(self) -> Callable[[], CalibrationOutcome]:
+        table, force, running = self.table(), self._forced, self._store.active()
+        made = self._taken[-1].utc if self._taken else self._begun.utc
+        rig, points, begun, sensors_c = self.rig, self._points, self._begun, self._sensors_c
+        before = None if running is None else rig_from_record(running)
+
+        def calculate() -> CalibrationOutcome:
+            found = found_by(rig, points, table, begun.evaluation, force)
+            how = Circumstances(
+                method="known points",
+                made=datetime.fromisoformat(made),
+                valid_days=begun.valid_days,
+                who=begun.who,
+                software=begun.software,
+                temperature_c=begun.temperature_c,
+                sensor_temperatures_c=sensors_c,
+                data_sha256=hash_of(points.positions_world, table.uv),
+                artefacts=begun.artefacts,
+                previous=begun.running,
+            )
+            return conclude(rig, found, how, before)
+
+        return calculate
+
+    def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
+        now = datetime.fromisoformat(decided.utc)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
+
+
+def _chain(path: Path) -> ChainFile[SessionLine[KnownPointsEvent]]:
+    return ChainFile(path, SessionLine[KnownPointsEvent])
+
+
+def _listed(serials: tuple[int, ...]) -> str:
+    return ", ".join(map(str, serials))

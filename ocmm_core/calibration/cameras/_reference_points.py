@@ -1,0 +1,253 @@
+"""The known points and the spots seen at them, as files.
+
+Reference positions, from a CMM::
+
+    # ocmm reference points
+    # unit: mm
+    # uncertainty: 0.0017
+    # length uncertainty: 3e-6
+    # frame: CMM machine frame
+    name;x;y;z
+    P001;-200,0;-7,5;-200,0
+
+``unit`` is mm, cm, m, um or inch; ``uncertainty`` is the standard uncertainty (k = 1) of one
+coordinate in that unit, independent from point to point; ``length uncertainty``, which may be left
+out, that of all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` says in words what the
+coordinates refer to and becomes the world frame. Without a column ``name`` the points are numbered
+from 1.
+
+Spots, the mean of many exposures at each point::
+
+    # ocmm spots
+    # sigma: 0.0105
+    point,serial,u,v
+    P001,20330001,312.4471,1766.0312
+
+``sigma`` is the standard deviation of one mean, px per axis. A point that a camera does not see has
+no row for that camera. Separators and decimal signs: `table_text`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.guided import Table, read_table
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Pixels, Points3
+
+UNITS_MM = {
+    "mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3, "\u00b5m": 1e-3, "\u03bcm": 1e-3,
+    "inch": 25.4, "in": 25.4,
+}  # fmt: skip
+
+MAX_COORDINATE_MM = 1e5
+
+_LENGTH = "length uncertainty"
+
+MAX_LENGTH_SIGMA = 1e-3
+"""No machine is that bad; somebody gave another unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferencePoints:
+    """Positions that are known.
+
+    Attributes
+    ----------
+    names
+        Of the points, each once.
+    positions_world
+        (n, 3), mm.
+    sigma
+        Standard uncertainty of one coordinate, mm.
+    frame
+        What the coordinates refer to, in words.
+    length_sigma
+        Relative standard uncertainty of all distances, which are too long or too short together.
+    """
+
+    names: tuple[str, ...]
+    positions_world: Points3
+    sigma: float
+    frame: str
+    length_sigma: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SpotTable:
+    """Averaged spots of every camera at the reference points.
+
+    Attributes
+    ----------
+    serials
+        Of the cameras.
+    uv
+        (C, n, 2), px, in the order of the reference points; NaN where not seen.
+    sigma_px
+        Standard deviation of one averaged spot, px per axis.
+    """
+
+    serials: tuple[int, ...]
+    uv: Pixels
+    sigma_px: float
+
+
+def load_reference_points(path: Path | str) -> ReferencePoints:
+    """Return the reference points of the list at ``path``.
+
+    Raises
+    ------
+    InputError
+        The file is no such list, lacks unit, uncertainty or frame, has an unknown unit, a length
+        uncertainty that is no small ratio, a name twice, a cell that is no number or a coordinate
+        of more than 100 m.
+    """
+    table = read_table(path, ("x", "y", "z"))
+    line, unit = table.value("unit", "what unit the coordinates are in")
+    size = UNITS_MM.get(unit.lower())
+    if size is None:
+        raise InputError(
+            "reference_points.unit",
+            f"{table.path}, line {line}: the unit {unit!r} is not known.",
+            "Write mm, cm, m, um or inch.",
+        )
+    sigma = size * _positive(table, "uncertainty", "how well the points are known", zero=True)
+    _, frame = table.value("frame", "what the coordinates refer to")
+    positions = np.array(
+        [[size * table.number(row, axis) for axis in ("x", "y", "z")] for row in table.rows]
+    )
+    far = np.abs(positions).max(axis=1) > MAX_COORDINATE_MM
+    if far.any():
+        row = table.rows[int(np.argmax(far))]
+        raise InputError(
+            "reference_points.unit",
+            f"{table.path}, line {row.line}: a coordinate is more than 100 m.",
+            f"Check the unit {unit!r} in the head of the list.",
+        )
+    return ReferencePoints(_names(table), positions, sigma, frame, _length_sigma(table))
+
+
+def load_spots(path: Path | str, points: ReferencePoints) -> SpotTable:
+    """Return the spots of the table at ``path`` in the order of the reference points.
+
+    Raises
+    ------
+    InputError
+        The file is no such table, lacks sigma, names a point that is not in the list, or has two
+        rows for the same point and camera, or a cell that is no number.
+    """
+    table = read_table(path, ("point", "serial", "u", "v"))
+    sigma_px = _positive(table, "sigma", "how well an averaged spot is known, in px")
+    index_of = {name: index for index, name in enumerate(points.names)}
+    spots: dict[int, Pixels] = {}
+    seen_in: dict[tuple[int, int], int] = {}
+    for row in table.rows:
+        name, serial_text = row.cells["point"], row.cells["serial"]
+        index = index_of.get(name)
+        if index is None:
+            raise InputError(
+                "spots.unknown_point",
+                f"{table.path}, line {row.line}: the point {name!r} is not in the list of "
+                f"reference points.",
+                "Give both files the same names.",
+            )
+        if not serial_text.isdecimal() or int(serial_text) == 0:
+            raise InputError(
+                "spots.serial",
+                f"{table.path}, line {row.line}: {serial_text!r} is not the serial number of a "
+                f"camera.",
+                "Write the number that the camera reports.",
+            )
+        serial = int(serial_text)
+        before = seen_in.setdefault((serial, index), row.line)
+        if before != row.line:
+            raise InputError(
+                "spots.twice",
+                f"{table.path}, line {row.line}: camera {serial} and point {name!r} occur in line "
+                f"{before} already.",
+                "Keep one of the two rows.",
+            )
+        camera = spots.setdefault(serial, np.full((len(points.names), 2), np.nan))
+        camera[index] = table.number(row, "u"), table.number(row, "v")
+    serials = tuple(sorted(spots))
+    return SpotTable(serials, np.stack([spots[serial] for serial in serials]), sigma_px)
+
+
+def write_reference_points(points: ReferencePoints) -> bytes:
+    """Return the list as `load_reference_points` reads it, in mm with decimal points."""
+    lines = [
+        "# ocmm reference points",
+        "# unit: mm",
+        f"# uncertainty: {points.sigma!r}",
+        f"# length uncertainty: {points.length_sigma!r}",
+        f"# frame: {points.frame}",
+        "name,x,y,z",
+    ]
+    for name, position in zip(points.names, points.positions_world.tolist(), strict=True):
+        lines.append(",".join([name, *(repr(value) for value in position)]))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def write_spots(spots: SpotTable, names: Sequence[str]) -> bytes:
+    """Return the table as `load_spots` reads it; ``names`` are those of the reference points."""
+    lines = ["# ocmm spots", f"# sigma: {spots.sigma_px!r}", "point,serial,u,v"]
+    for serial, camera in zip(spots.serials, spots.uv, strict=True):
+        for name, (u, v) in zip(names, camera.tolist(), strict=True):
+            if np.isfinite(u) and np.isfinite(v):
+                lines.append(f"{name},{serial},{u!r},{v!r}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _positive(table: Table, key: str, what: str, zero: bool = False) -> float:
+    line, text = table.value(key, what)
+    plain = text.replace(",", ".")
+    value = table.parse(line, f"'{key}'", plain if table.decimal_comma else text)
+    if value < 0.0 or (value == 0.0 and not zero):
+        raise InputError(
+            "table.value",
+            f"{table.path}, line {line}: '{key}' is {text}, but must be greater than zero.",
+            "State what is known of it.",
+        )
+    return value
+
+
+def _length_sigma(table: Table) -> float:
+    if _LENGTH not in table.head:
+        return 0.0
+    ratio = _positive(table, _LENGTH, "how well lengths are known", zero=True)
+    if ratio > MAX_LENGTH_SIGMA:
+        line, text = table.head[_LENGTH]
+        raise InputError(
+            "table.value",
+            f"{table.path}, line {line}: '{_LENGTH}' is {text}, but is a ratio below "
+            f"{MAX_LENGTH_SIGMA:g}.",
+            "Write 3 um/m as 3e-6.",
+        )
+    return ratio
+
+
+def _names(table: Table) -> tuple[str, ...]:
+    if "name" not in table.columns:
+        return tuple(str(number) for number in range(1, len(table.rows) + 1))
+    first: dict[str, int] = {}
+    for row in table.rows:
+        name = row.cells["name"]
+        if not name:
+            raise InputError(
+                "reference_points.name",
+                f"{table.path}, line {row.line}: the point has no name.",
+                "Name every point, or leave the whole column out.",
+            )
+        if name in first:
+            raise InputError(
+                "reference_points.name",
+                f"{table.path}, line {row.line}: the point {name!r} occurs in line {first[name]} "
+                f"already.",
+                "Give every point its own name.",
+            )
+        first[name] = row.line
+    return tuple(first)

@@ -1,0 +1,230 @@
+"""What all guided procedures share: steps, sessions, collecting, seats, and their outcome."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.guided._articulation import (
+        ARTICULATION_CHANCE,
+        Articulation,
+        BallPlace,
+        articulate,
+        handle_axis,
+        place_of_ball,
+    )
+    from ocmm_core.calibration.guided._blows import BlowSense, note_blow, require_no_doubt_since
+    from ocmm_core.calibration.guided._chance import range_limit
+    from ocmm_core.calibration.guided._collecting import (
+        STILL_FRAMES,
+        STRANGE,
+        WAVED_FRAMES,
+        Average,
+        ProbeSpots,
+        RestingSpots,
+        sigma_of_mean,
+    )
+    from ocmm_core.calibration.guided._conclusion import Circumstances, Findings, conclude, hash_of
+    from ocmm_core.calibration.guided._coverage import coverage, viewer_axes
+    from ocmm_core.calibration.guided._length_precision import (
+        length_sigma,
+        location_gains,
+        random_lines,
+    )
+    from ocmm_core.calibration.guided._outcome import (
+        CalibrationOutcome,
+        CameraChange,
+        CameraResiduals,
+        Comparison,
+        VerificationOutcome,
+    )
+    from ocmm_core.calibration.guided._procedure import (
+        OPEN,
+        CameraLive,
+        Decision,
+        Gate,
+        Kind,
+        Live,
+        Procedure,
+        ProcedureView,
+        Step,
+    )
+    from ocmm_core.calibration.guided._procedure_views import (
+        Coverage,
+        KnownPoint,
+        KnownPointsView,
+        LinePlan,
+        RelocationView,
+        Tilt,
+        VerificationView,
+    )
+    from ocmm_core.calibration.guided._repeats import (
+        JudgedRepeat,
+        Repeat,
+        RestingPosition,
+        judge_repeats,
+        repeat_finding,
+    )
+    from ocmm_core.calibration.guided._seats import (
+        SEAT_MM,
+        SEATS,
+        SeatVisited,
+        again_gate,
+        again_instruction,
+        first_gate,
+        first_instruction,
+        judge_first_visit,
+        judge_visit_again,
+    )
+    from ocmm_core.calibration.guided._session import CameraProcedure, O, ProbeProcedure
+    from ocmm_core.calibration.guided._session_drift import Rest, camera_step, rest_of, step_finding
+    from ocmm_core.calibration.guided._session_events import (
+        Begun,
+        CommonEvent,
+        Decided,
+        Entered,
+        SessionEvent,
+        SessionLine,
+        Spots,
+        first_line,
+        from_spots,
+        is_ended,
+        session_path,
+        sessions,
+        to_spots,
+        utc_text,
+    )
+    from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
+    from ocmm_core.calibration.guided._table_text import Row, Table, read_table
+    from ocmm_core.calibration.guided._touches import Touch, joint_covariance, tips_of, touch_of
+else:
+    __getattr__ = door(
+        __name__,
+        _articulation=(
+            "ARTICULATION_CHANCE Articulation BallPlace articulate handle_axis place_of_ball"
+        ),
+        _blows="BlowSense note_blow require_no_doubt_since",
+        _chance="range_limit",
+        _collecting=(
+            "Average ProbeSpots RestingSpots STILL_FRAMES STRANGE WAVED_FRAMES sigma_of_mean"
+        ),
+        _conclusion="Circumstances Findings conclude hash_of",
+        _coverage="coverage viewer_axes",
+        _length_precision="length_sigma location_gains random_lines",
+        _outcome="CalibrationOutcome CameraChange CameraResiduals Comparison VerificationOutcome",
+        _procedure="CameraLive Decision Gate Kind Live OPEN Procedure ProcedureView Step",
+        _procedure_views=(
+            "Coverage KnownPoint KnownPointsView LinePlan RelocationView Tilt VerificationView"
+        ),
+        _repeats="JudgedRepeat Repeat RestingPosition judge_repeats repeat_finding",
+        _seats=(
+            "SEATS SEAT_MM SeatVisited again_gate again_instruction first_gate first_instruction "
+            "judge_first_visit judge_visit_again"
+        ),
+        _session="CameraProcedure O ProbeProcedure",
+        _session_drift="Rest camera_step rest_of step_finding",
+        _session_events=(
+            "Begun CommonEvent Decided Entered SessionEvent SessionLine Spots first_line "
+            "from_spots is_ended session_path sessions to_spots utc_text"
+        ),
+        _shot_table="Shot load_shots write_shots",
+        _table_text="Row Table read_table",
+        _touches="Touch joint_covariance tips_of touch_of",
+    )
+
+__all__ = [
+    "ARTICULATION_CHANCE",
+    "OPEN",
+    "SEATS",
+    "SEAT_MM",
+    "STILL_FRAMES",
+    "STRANGE",
+    "WAVED_FRAMES",
+    "Articulation",
+    "Average",
+    "BallPlace",
+    "Begun",
+    "BlowSense",
+    "CalibrationOutcome",
+    "CameraChange",
+    "CameraLive",
+    "CameraProcedure",
+    "CameraResiduals",
+    "Circumstances",
+    "CommonEvent",
+    "Comparison",
+    "Coverage",
+    "Decided",
+    "Decision",
+    "Entered",
+    "Findings",
+    "Gate",
+    "JudgedRepeat",
+    "Kind",
+    "KnownPoint",
+    "KnownPointsView",
+    "LinePlan",
+    "Live",
+    "O",
+    "ProbeProcedure",
+    "ProbeSpots",
+    "Procedure",
+    "ProcedureView",
+    "RelocationView",
+    "Repeat",
+    "Rest",
+    "RestingPosition",
+    "RestingSpots",
+    "Row",
+    "SeatVisited",
+    "SessionEvent",
+    "SessionLine",
+    "Shot",
+    "Spots",
+    "Step",
+    "Table",
+    "Tilt",
+    "Touch",
+    "VerificationOutcome",
+    "VerificationView",
+    "again_gate",
+    "again_instruction",
+    "articulate",
+    "camera_step",
+    "conclude",
+    "coverage",
+    "first_gate",
+    "first_instruction",
+    "first_line",
+    "from_spots",
+    "handle_axis",
+    "hash_of",
+    "is_ended",
+    "joint_covariance",
+    "judge_first_visit",
+    "judge_repeats",
+    "judge_visit_again",
+    "length_sigma",
+    "load_shots",
+    "location_gains",
+    "note_blow",
+    "place_of_ball",
+    "random_lines",
+    "range_limit",
+    "read_table",
+    "repeat_finding",
+    "require_no_doubt_since",
+    "rest_of",
+    "session_path",
+    "sessions",
+    "sigma_of_mean",
+    "step_finding",
+    "tips_of",
+    "to_spots",
+    "touch_of",
+    "utc_text",
+    "viewer_axes",
+    "write_shots",
+]

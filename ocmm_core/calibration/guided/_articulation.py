@@ -1,0 +1,175 @@
+"""Whether the tip stays where it is while the probe is turned about its ball in a cone.
+
+Single point articulation (ASME B89.4.22): an error of the probe's geometry that cancels while the
+attitude stays turns with it and shows. The tips t_i = k - R_i d of a resting ball at k say by which
+vector d in the frame of the probe the ball is elsewhere than its calibration says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.calibration.guided._chance import range_limit, square_limit
+from ocmm_core.calibration.guided._touches import Touch, joint_covariance, tips_of
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3, unit
+from ocmm_core.tracking import ProbeBody
+
+ARTICULATION_CHANCE = 1e-3
+"""Probability that the spread exceeds its limit by chance."""
+
+SEAT_SIGMA_MM = 0.002
+"""How well a clean ball finds its place in a clean cone, standard deviation per axis."""
+
+_WORST_CONDITION = 1e10
+
+
+@dataclass(frozen=True, slots=True)
+class Articulation:
+    """The ball in a cone.
+
+    Attributes
+    ----------
+    mean_world
+        (3,), mm.
+    off_world
+        (n, 3), mm: tips less their mean.
+    spread_2s, largest
+        mm: two standard deviations, and the largest distance from the mean.
+    half_range
+        (3,), mm: half of largest less smallest, per world axis.
+    spread_limit, largest_limit
+        mm: what the stated uncertainties allow.
+    half_range_limit
+        (3,), mm.
+    """
+
+    mean_world: Float
+    off_world: Points3
+    spread_2s: float
+    largest: float
+    half_range: Float
+    spread_limit: float
+    largest_limit: float
+    half_range_limit: Float
+
+
+@dataclass(frozen=True, slots=True)
+class BallPlace:
+    """Where the ball is in the probe, against its calibration.
+
+    Attributes
+    ----------
+    offset_probe
+        (3,), mm: true less calibrated.
+    covariance
+        (3, 3), mm^2: with that of the calibration.
+    axis_probe
+        (3,): from the ball to the middle of the LEDs, unit.
+    """
+
+    offset_probe: Float
+    covariance: Float
+    axis_probe: Float
+
+    @property
+    def length_error(self) -> float:
+        """Return by how much the ball is farther from the LEDs than calibrated, mm."""
+        return -float(self.offset_probe @ self.axis_probe)
+
+    @property
+    def length_sigma(self) -> float:
+        """Return the standard uncertainty of the length error, mm."""
+        return float(np.sqrt(self.axis_probe @ self.covariance @ self.axis_probe))
+
+    @property
+    def sideways(self) -> float:
+        """Return how far the ball is off across that direction, mm."""
+        return float(np.linalg.norm(self._across @ self.offset_probe))
+
+    @property
+    def sideways_sigma(self) -> float:
+        """Return the larger standard uncertainty across that direction, mm."""
+        across = self._across @ self.covariance @ self._across
+        return float(np.sqrt(np.linalg.eigvalsh(across)[-1]))
+
+    @property
+    def _across(self) -> Float:
+        return np.eye(3) - np.outer(self.axis_probe, self.axis_probe)
+
+
+def articulate(
+    touches: Sequence[Touch],
+    rig: Rig,
+    body: ProbeBody,
+    chance: float = ARTICULATION_CHANCE,
+    seat_sigma_mm: float = SEAT_SIGMA_MM,
+) -> Articulation:
+    """Return how far the tips of two or more attitudes lie apart, and how far they may.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than two.
+    """
+    n = len(touches)
+    if n < 2:
+        raise CalibrationError(
+            "tip.few_attitudes",
+            f"{n} attitudes in the cone say nothing about the tip.",
+            "Hold the probe in five attitudes.",
+        )
+    tips = tips_of(touches)
+    mean = tips.mean(axis=0)
+    off = tips - mean
+    square = np.sum(off**2, axis=1)
+    centring = np.kron(np.eye(n) - 1.0 / n, np.eye(3))
+    covariance = centring @ _covariance(touches, rig, body, seat_sigma_mm) @ centring.T
+    blocks = covariance.reshape(n, 3, n, 3)
+    largest = max(square_limit(blocks[i, :, i], chance / n) for i in range(n))
+    return Articulation(
+        mean_world=mean,
+        off_world=off,
+        spread_2s=2.0 * float(np.sqrt(square.sum() / (n - 1))),
+        largest=float(np.sqrt(square.max())),
+        half_range=0.5 * np.ptp(tips, axis=0),
+        spread_limit=2.0 * float(np.sqrt(square_limit(covariance, chance) / (n - 1))),
+        largest_limit=float(np.sqrt(largest)),
+        half_range_limit=0.5
+        * np.array([range_limit(blocks[:, axis, :, axis], chance / 3.0) for axis in range(3)]),
+    )
+
+
+def place_of_ball(
+    touches: Sequence[Touch], rig: Rig, body: ProbeBody, seat_sigma_mm: float = SEAT_SIGMA_MM
+) -> BallPlace | None:
+    """Return where the ball is in the probe; None where the attitudes do not determine it."""
+    n = len(touches)
+    turns = np.array([one.rotation_world_from_probe for one in touches]).reshape(-1, 3, 3)
+    rows = np.concatenate(
+        [np.broadcast_to(np.eye(3), (n, 3, 3)), -turns], axis=2
+    ).reshape(3 * n, 6)  # fmt: skip
+    if n < 3 or np.linalg.cond(rows) ** 2 > _WORST_CONDITION:
+        return None
+    covariance = _covariance(touches, rig, body, seat_sigma_mm)
+    weighted = np.linalg.solve(covariance, rows)
+    inverse = np.linalg.inv(rows.T @ weighted)
+    found = inverse @ weighted.T @ tips_of(touches).ravel()
+    return BallPlace(found[3:], inverse[3:, 3:], handle_axis(body))
+
+
+def handle_axis(body: ProbeBody) -> Float:
+    """Return the direction from the ball to the middle of the LEDs, (3,), probe frame."""
+    axis: Float = unit(body.leds_probe.mean(axis=0) - body.tip_probe)
+    return axis
+
+
+def _covariance(touches: Sequence[Touch], rig: Rig, body: ProbeBody, seat_sigma_mm: float) -> Float:
+    n = len(touches)
+    axes = np.broadcast_to(np.eye(3), (n, 3, 3))
+    seats: Float = seat_sigma_mm**2 * np.eye(3 * n)
+    return joint_covariance(touches, axes, rig, body) + seats

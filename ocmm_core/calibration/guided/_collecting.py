@@ -1,0 +1,369 @@
+"""From frames to observations: averages of targets at rest, and poses of a probe in motion.
+
+Each collector looks at every frame and keeps the last few only. What it has is either ready to be
+taken or says in one sentence why not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.guided._labelling import label_roughly
+from ocmm_core.calibration.guided._procedure import CameraLive, Live
+from ocmm_core.camera import MAX_SLOTS, Rig
+from ocmm_core.geometry import Float, Int, Pixels
+from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, ordered_spots, solve
+
+STILL_FRAMES = 100
+"""As many as a measured point: noise of single exposures falls to a tenth."""
+
+WAVED_FRAMES = 8
+"""One millisecond at 8 kHz: the mean of a moving spot is then its place in the middle."""
+
+_SAME_PX = 1.0
+_SETTLED_PX = 0.02
+_SETTLED_MM = 0.02
+_SIGMAS = 6.0
+_REST_S = 0.1
+"""A hand that turns back stands still for less."""
+
+_MOST_TIP_SIGMA_MM = 0.06
+"""Standard deviation of a resting ball; more of the probe must be seen for it to be less."""
+
+_ENOUGH_SPOTS = 4
+_SHOW = "Show the whole probe to all cameras: its LEDs are not recognised yet."
+STRANGE = (
+    "The lights that are seen are not those of the probe: cover others, use the probe that was "
+    "chosen, or relocate the cameras if they no longer stand where the calibration says."
+)
+_TURN = "Turn the probe so that more of its LEDs are seen."
+
+_OUTSIDE_MM = 60.0
+"""Farther outside of what was calibrated, the model of the lens is only extrapolated."""
+
+_INSIDE = (
+    "LEDs are outside of the calibrated volume: hold the probe so that its handle points into it."
+)
+_LABEL_EVERY_NS = 20_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Average:
+    """Mean of some frames.
+
+    Attributes
+    ----------
+    uv
+        (C, n, 2), px: by spot or LED; NaN where it was not seen in every frame.
+    sigma_px
+        Standard deviation of one mean, px per axis.
+    """
+
+    uv: Pixels
+    sigma_px: float
+
+
+def sigma_of_mean(rig: Rig, frames: int) -> float:
+    """Return the standard deviation of the mean of resting spots, px per axis."""
+    return float(np.hypot(rig.noise.white_px / np.sqrt(frames), rig.noise.pattern_px))
+
+
+@dataclass(slots=True)
+class _Window:
+    """The last consecutive frames."""
+
+    size: int
+    counter: Int = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    uv: Float = field(default_factory=lambda: np.empty((0, 0, MAX_SLOTS, 2)))
+
+    def feed(self, block: FrameBlock) -> None:
+        """Add frames; a gap in them begins a new window."""
+        counter, uv = block.counter[-self.size :], block.uv[-self.size :]
+        if len(self.counter) and counter[0] == self.counter[-1] + 1:
+            counter = np.concatenate([self.counter, counter])[-self.size :]
+            uv = np.concatenate([self.uv, uv])[-self.size :]
+        breaks = np.flatnonzero(np.diff(counter) != 1)
+        start = int(breaks[-1]) + 1 if len(breaks) else 0
+        self.counter, self.uv = counter[start:], uv[start:]
+
+    @property
+    def full(self) -> bool:
+        return len(self.counter) == self.size
+
+
+class RestingSpots:
+    """Averages of ``count`` bright points at rest, told apart by nothing but their place.
+
+    Parameters
+    ----------
+    rig
+        Names of the cameras, and how their spots scatter.
+    count
+        Points that belong to the target.
+    frames
+        Of one average. As many before it must show rest as well: the last part of a motion moves
+        little, but it would be a part of the average.
+    """
+
+    def __init__(self, rig: Rig, count: int, frames: int = STILL_FRAMES) -> None:
+        self._rig = rig
+        self._count = count
+        self._frames = frames
+        self._window = _Window(2 * frames)
+        self._taken: Average | None = None
+
+    def feed(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        if len(block):
+            self._window.feed(block)
+
+    def taken(self, average: Average) -> None:
+        """Remember what was taken: the same place is not ready again."""
+        self._taken = average
+
+    def average(self) -> Average:
+        """Return the mean of the window; a camera that did not see all points has NaN."""
+        uv = np.full((len(self._rig.cameras), self._count, 2), np.nan)
+        for camera, slots in enumerate(self._slots()):
+            if len(slots) == self._count:
+                uv[camera] = self._window.uv[-self._frames :, camera, slots].mean(axis=0)
+        return Average(uv, sigma_of_mean(self._rig, self._frames))
+
+    def live(self) -> Live:
+        """Return what is seen now and whether it can be taken."""
+        window = self._window
+        if not len(window.counter):
+            return Live(wanted=window.size)
+        slots = self._slots()
+        motion = self._motion(slots)
+        hint = self._hint(slots, motion)
+        return Live(
+            cameras=tuple(
+                CameraLive(camera.name, uv, np.full(len(uv), -1, dtype=np.int64))
+                for camera, uv in zip(self._rig.cameras, _bright(window.uv[-1]), strict=True)
+            ),
+            ready=not hint,
+            hint=hint,
+            frames=len(window.counter),
+            wanted=window.size,
+            motion_px=motion,
+        )
+
+    def _slots(self) -> list[Int]:
+        """Return the slots of each camera that held a spot in every frame of the window."""
+        there = np.asarray(np.isfinite(self._window.uv).all(axis=(0, 3)))
+        return [np.flatnonzero(of_camera).astype(np.int64) for of_camera in there]
+
+    def _motion(self, slots: list[Int]) -> float:
+        """Return how far the means of both halves of the window lie apart, px."""
+        half = len(self._window.uv) // 2
+        if not half:
+            return float("nan")
+        moves = [
+            np.linalg.norm(
+                self._window.uv[half:, c, seen].mean(axis=0)
+                - self._window.uv[:half, c, seen].mean(axis=0),
+                axis=1,
+            )
+            for c, seen in enumerate(slots)
+        ]
+        return float(np.max(np.concatenate(moves), initial=0.0))
+
+    def _hint(self, slots: list[Int], motion: float) -> str:
+        names = [camera.name for camera in self._rig.cameras]
+        crowded = [name for name, seen in zip(names, slots, strict=True) if len(seen) > self._count]
+        if crowded:
+            return (
+                f"Camera '{crowded[0]}' sees more than the target: cover other lights and "
+                f"reflections."
+            )
+        views = sum(len(seen) == self._count for seen in slots)
+        if views < min(2, len(names)):
+            blind = next(
+                name for name, seen in zip(names, slots, strict=True) if len(seen) != self._count
+            )
+            return f"Camera '{blind}' does not see the target: move it into the view."
+        if not self._window.full:
+            return "Hold still: the average is being taken."
+        limit = _SETTLED_PX + _SIGMAS * self._rig.noise.white_px * np.sqrt(2.0 / self._frames)
+        if motion > limit:
+            return f"The target moves by {motion:.2f} px: wait until it rests."
+        if self._taken is not None and not self._has_moved(self._taken):
+            return "This place was taken: move on to the next one."
+        return ""
+
+    def _has_moved(self, taken: Average) -> bool:
+        """Return whether a camera sees a point where it saw none before, whichever it is."""
+        apart = self.average().uv[:, :, None] - taken.uv[:, None]
+        nearest = np.linalg.norm(apart, axis=3).min(axis=2)
+        return bool(np.nanmax(nearest, initial=0.0) > _SAME_PX)
+
+
+class ProbeSpots:
+    """Averages of the probe's labelled spots, at rest or passing.
+
+    Parameters
+    ----------
+    rig, body
+        What is seen; the cameras need not stand where the rig says, see ``moved``.
+    frames
+        Of one average.
+    resting
+        The ball must have rested for `_REST_S`, and must have moved ``distance_mm`` since the last
+        one that was taken.
+    distance_mm, turn_rad
+        For a waved probe: it moved or turned at least so far.
+    inside
+        The LEDs must be in the calibrated volume of the rig, or not far from it.
+    moved
+        The frame was moved: labels are found without trusting where the cameras stand.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        body: ProbeBody,
+        frames: int,
+        *,
+        resting: bool,
+        distance_mm: float,
+        turn_rad: float = np.inf,
+        inside: bool = False,
+        moved: bool = False,
+    ) -> None:
+        self._rig, self._body = rig, body
+        self._frames = frames
+        rest = round(_REST_S * rig.frame_rate_hz / frames) if resting else 1
+        self._parts = max(2, rest)
+        self._window = _Window(self._parts * frames if resting else frames)
+        self._resting, self._inside, self._moved = resting, inside, moved
+        self._distance_mm, self._turn_rad = distance_mm, turn_rad
+        self._slot_of_led: Int | None = None
+        self._label_at_ns = 0
+        self._before: tuple[Float, Float] | None = None
+
+    def feed(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        if not len(block):
+            return
+        self._window.feed(block)
+        if self._slot_of_led is not None:
+            self._drop_labels(self._slot_of_led, block)
+        self._find_labels(int(block.time_ns[-1]))
+
+    def taken(self, average: Average) -> None:
+        """Remember what was taken: the next one must be elsewhere."""
+        pose = solve(average.uv[None], self._rig, self._body, average.sigma_px)
+        self._before = pose.rotation_world_from_probe[0], pose.tip_world[0]
+
+    def average(self) -> Average:
+        """Return the mean of the window by LED, (C, L, 2)."""
+        assert self._slot_of_led is not None  # noqa: S101 - only asked for when ready
+        spots = ordered_spots(self._window.uv[-self._frames :], self._slot_of_led)
+        return Average(spots.mean(axis=0), sigma_of_mean(self._rig, self._frames))
+
+    def live(self) -> Live:
+        """Return what is seen now and whether it can be taken."""
+        window = self._window
+        if not len(window.counter):
+            return Live(wanted=window.size)
+        hint, motion = self._judge()
+        return Live(
+            cameras=self._cameras(),
+            ready=not hint,
+            hint=hint,
+            frames=len(window.counter),
+            wanted=window.size,
+            motion_px=motion,
+        )
+
+    def _cameras(self) -> tuple[CameraLive, ...]:
+        led_of_slot = np.full((len(self._rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
+        if self._slot_of_led is not None:
+            for camera, led in np.argwhere(self._slot_of_led >= 0):
+                led_of_slot[camera, self._slot_of_led[camera, led]] = led
+        latest = self._window.uv[-1]
+        seen = np.isfinite(latest).all(axis=2)
+        return tuple(
+            CameraLive(camera.name, latest[c, seen[c]], led_of_slot[c, seen[c]])
+            for c, camera in enumerate(self._rig.cameras)
+        )
+
+    def _judge(self) -> tuple[str, float]:
+        """Return why the window cannot be taken, empty where it can, and the motion in it, px."""
+        if self._slot_of_led is None:
+            counts = np.isfinite(self._window.uv[-1, :, :, 0]).sum(axis=1)
+            return (STRANGE if np.sort(counts)[-2] >= _ENOUGH_SPOTS else _SHOW), np.nan
+        spots = ordered_spots(self._window.uv, self._slot_of_led)
+        seen = np.isfinite(spots).all(axis=(0, 3))
+        if np.count_nonzero(seen.sum(axis=0) >= 2) < 3:
+            return "Fewer than three LEDs are seen by two cameras: turn the probe to them.", np.nan
+        if not self._window.full:
+            return "Hold still: the average is being taken.", np.nan
+        part = len(spots) // self._parts
+        means = spots.reshape(self._parts, part, *spots.shape[1:]).mean(axis=1)
+        motion = float(np.nanmax(np.linalg.norm(means - means[-1], axis=3)))
+        pose = solve(means, self._rig, self._body, self._rig.noise.white_px)
+        if np.any(pose.status):
+            return _TURN, motion
+        if self._resting:
+            share = sigma_of_mean(self._rig, self._frames) / self._rig.noise.white_px
+            variance = float(np.linalg.eigvalsh(pose.tip_covariance[-1])[-1])
+            if share * np.sqrt(variance) > _MOST_TIP_SIGMA_MM:
+                return _TURN, motion
+            if self._inside and self._outside(
+                pose.rotation_world_from_probe[-1], pose.origin_world[-1]
+            ):
+                return _INSIDE, motion
+            drift = float(np.linalg.norm(pose.tip_world - pose.tip_world[-1], axis=1).max())
+            sigma = np.sqrt(np.trace(pose.tip_covariance[-1]) * 2.0 / part)
+            if drift > _SETTLED_MM + _SIGMAS * sigma:
+                return f"The ball moves by {drift:.2f} mm: wait until it rests.", motion
+        return self._too_near(pose.rotation_world_from_probe[-1], pose.tip_world[-1]), motion
+
+    def _outside(self, rotation: Float, origin: Float) -> bool:
+        leds = self._body.leds_probe @ rotation.T + origin
+        low, high = self._rig.volume_world
+        return bool(np.maximum(low - leds, leds - high).max() > _OUTSIDE_MM)
+
+    def _too_near(self, rotation: Float, tip: Float) -> str:
+        if self._before is None:
+            return ""
+        far = np.linalg.norm(tip - self._before[1]) > self._distance_mm
+        cosine = 0.5 * (np.trace(self._before[0].T @ rotation) - 1.0)
+        turned = np.arccos(np.clip(cosine, -1.0, 1.0)) > self._turn_rad
+        if far or turned:
+            return ""
+        if self._resting:
+            return "This place was taken: move on to the next one."
+        return "Move the probe on, and turn it."
+
+    def _drop_labels(self, slot_of_led: Int, block: FrameBlock) -> None:
+        """Forget slots that were empty in any frame: they may hold another LED now."""
+        there = np.asarray(np.isfinite(block.uv).all(axis=(0, 3)))
+        cameras = np.arange(len(slot_of_led))[:, None]
+        kept = np.where((slot_of_led >= 0) & there[cameras, slot_of_led], slot_of_led, -1)
+        self._slot_of_led = kept if np.any(kept >= 0) else None
+
+    def _find_labels(self, now_ns: int) -> None:
+        """Look for labels where spots have none, but not in every frame."""
+        latest = self._window.uv[-1]
+        spots = np.count_nonzero(np.isfinite(latest[..., 0]))
+        known = 0 if self._slot_of_led is None else np.count_nonzero(self._slot_of_led >= 0)
+        if known >= spots or now_ns < self._label_at_ns:
+            return
+        self._label_at_ns = now_ns + _LABEL_EVERY_NS
+        noise = self._rig.noise
+        options = IdentifyOptions(float(np.hypot(noise.white_px, noise.pattern_px)))
+        found = identify(self._rig, self._body, latest, options).slot_of_led
+        if found is None and self._moved:
+            found = label_roughly(self._rig, self._body, latest)
+        if found is not None:
+            self._slot_of_led = found
+
+
+def _bright(uv: Float) -> list[Pixels]:
+    return [of_camera[np.isfinite(of_camera).all(axis=1)] for of_camera in uv]

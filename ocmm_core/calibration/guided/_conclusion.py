@@ -1,0 +1,243 @@
+"""From calibrated cameras to a record that waits for being accepted, and what it changes."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ocmm_core.calibration.guided._length_precision import length_sigma
+from ocmm_core.calibration.guided._outcome import (
+    CalibrationOutcome,
+    CameraChange,
+    CameraResiduals,
+    Comparison,
+)
+from ocmm_core.calibration.guided._session_events import utc_text
+from ocmm_core.calibration.records import (
+    SCHEMA,
+    ArtefactUse,
+    CameraRecord,
+    Finding,
+    Method,
+    ResidualMap,
+    entry_of,
+    rig_from_record,
+)
+from ocmm_core.camera import CameraModel, Rig, Vector3, project
+from ocmm_core.geometry import Float, Points3, rigid_fit
+from ocmm_core.tracking import triangulate
+
+MAP_CELLS = 16
+"""Of a residual map over either side of a sensor: some spots of a calibration in each cell."""
+
+COMPARED_LENGTH_MM = 400.0
+_NODES = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Circumstances:
+    """How a calibration came about.
+
+    Attributes
+    ----------
+    method
+        Of the calibration.
+    made
+        When its last observation was taken.
+    valid_days
+        For how long it may be used.
+    who, software, temperature_c, sensor_temperatures_c
+        As in `CameraRecord`.
+    data_sha256
+        Of the observations, see `hash_of`.
+    artefacts
+        What lengths and positions rest on.
+    previous
+        Hash of the record in force; empty for the first one.
+    """
+
+    method: Method
+    made: datetime
+    valid_days: int
+    who: str
+    software: str
+    temperature_c: float | None
+    sensor_temperatures_c: tuple[float, ...]
+    data_sha256: str
+    artefacts: tuple[ArtefactUse, ...]
+    previous: str
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What a calibration found, whichever method it was.
+
+    Attributes
+    ----------
+    cameras, covariance, volume_world, hull_world
+        As in `camera_network.RigCalibration` and `relocation_data.Relocation`.
+    residuals
+        One for each camera.
+    rms_px, chi2_per_dof
+        Of all cameras together.
+    points
+        Reference positions or poses that were used.
+    outliers
+        Names of what was left out.
+    errors_at_world, errors_world
+        See `outcome.CalibrationOutcome`.
+    warnings
+        What speaks against it and was not refused.
+    """
+
+    cameras: tuple[CameraModel, ...]
+    covariance: Float
+    volume_world: Float
+    hull_world: Points3
+    residuals: tuple[CameraResiduals, ...]
+    rms_px: float
+    chi2_per_dof: float
+    points: int
+    outliers: tuple[str, ...]
+    errors_at_world: Points3
+    errors_world: Points3
+    warnings: tuple[Finding, ...]
+
+
+def conclude(
+    rig: Rig, found: Findings, how: Circumstances, before: Rig | None
+) -> CalibrationOutcome:
+    """Return the record, the rig with it and how it differs from the calibration in force.
+
+    Parameters
+    ----------
+    rig
+        That was calibrated: its name, aliases, frame rate and noise.
+    before
+        The rig with the calibration in force; None where there is none.
+    """
+    low, high = found.volume_world
+    record = CameraRecord(
+        schema=SCHEMA,
+        rig=rig.name,
+        method=how.method,
+        made_utc=utc_text(how.made),
+        valid_until_utc=utc_text(how.made + timedelta(days=how.valid_days)),
+        made_by=how.who,
+        software=how.software,
+        temperature_c=how.temperature_c,
+        sensor_temperatures_c=how.sensor_temperatures_c,
+        frame_rate_hz=rig.frame_rate_hz,
+        noise=rig.noise,
+        cameras=tuple(
+            entry_of(camera, alias)
+            for camera, alias in zip(found.cameras, rig.aliases, strict=True)
+        ),
+        covariance=tuple(tuple(row) for row in _symmetric(found.covariance).tolist()),
+        volume_min=_vector(low),
+        volume_max=_vector(high),
+        hull=tuple(_vector(corner) for corner in found.hull_world),
+        residual_maps=tuple(
+            residual_map(camera, of_camera)
+            for camera, of_camera in zip(found.cameras, found.residuals, strict=True)
+        ),
+        rms_px=float(found.rms_px),
+        chi2_per_dof=float(found.chi2_per_dof),
+        points=found.points,
+        outliers=found.outliers,
+        data_sha256=how.data_sha256,
+        artefacts=how.artefacts,
+        previous=how.previous,
+    )
+    after = rig_from_record(record)
+    return CalibrationOutcome(
+        record=record,
+        rig=after,
+        residuals=found.residuals,
+        errors_at_world=found.errors_at_world,
+        errors_world=found.errors_world,
+        warnings=found.warnings,
+        comparison=None if before is None else compare(before, after),
+    )
+
+
+def compare(before: Rig, after: Rig) -> Comparison:
+    """Return how a calibration differs from the one before, after the best common motion.
+
+    Points of the volume are seen by the new cameras and located by the old ones; the rigid motion
+    between both is that of the whole frame, and the rest is what the calibrations disagree on.
+    """
+    low, high = after.volume_world
+    axes = [np.linspace(low[axis], high[axis], _NODES) for axis in range(3)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    located = triangulate(before, np.stack([project(camera, nodes) for camera in after.cameras]))
+    seen = np.isfinite(located).all(axis=1)
+    nodes, located = nodes[seen], located[seen]
+    rotation, translation = rigid_fit(located, nodes)
+    moved = located @ rotation.T + translation
+    changes = []
+    for old, new in zip(before.cameras, after.cameras, strict=True):
+        shift = new.centre_world - (rotation @ old.centre_world + translation)
+        turn = new.T_camera_from_world.rotation @ rotation @ old.T_camera_from_world.rotation.T
+        changes.append(
+            CameraChange(
+                name=new.name,
+                shift_mm=float(np.linalg.norm(shift)),
+                turn_rad=float(Rotation.from_matrix(turn).magnitude()),
+                focal_mm=new.focal - old.focal,
+                u0_px=new.u0 - old.u0,
+                v0_px=new.v0 - old.v0,
+            )
+        )
+    length = min(COMPARED_LENGTH_MM, float(np.max(high - low)))
+    return Comparison(
+        moved_mm=float(np.linalg.norm((nodes - located).mean(axis=0))),
+        turned_rad=float(Rotation.from_matrix(rotation).magnitude()),
+        cameras=tuple(changes),
+        nodes_world=nodes,
+        differences_world=nodes - moved,
+        length_sigma_before_mm=length_sigma(before, after.volume_world, length),
+        length_sigma_after_mm=length_sigma(after, after.volume_world, length),
+    )
+
+
+def residual_map(camera: CameraModel, residuals: CameraResiduals) -> ResidualMap:
+    """Return the mean residual in each cell of a camera's sensor."""
+    uv, left = residuals.uv[residuals.used], residuals.residuals_px[residuals.used]
+    column = np.clip((uv[:, 0] / camera.width * MAP_CELLS).astype(int), 0, MAP_CELLS - 1)
+    row = np.clip((uv[:, 1] / camera.height * MAP_CELLS).astype(int), 0, MAP_CELLS - 1)
+    cell = row * MAP_CELLS + column
+    count = np.bincount(cell, minlength=MAP_CELLS**2)
+    means = [
+        np.bincount(cell, left[:, axis], MAP_CELLS**2) / np.maximum(count, 1) for axis in range(2)
+    ]
+    return ResidualMap(
+        columns=MAP_CELLS,
+        rows=MAP_CELLS,
+        mean_u_px=tuple(means[0].tolist()),
+        mean_v_px=tuple(means[1].tolist()),
+        count=tuple(count.tolist()),
+    )
+
+
+def hash_of(*arrays: Float) -> str:
+    """Return the SHA-256 of observations, whatever the order of their lines in a session."""
+    total = hashlib.sha256()
+    for array in arrays:
+        total.update(repr(array.shape).encode())
+        total.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return total.hexdigest()
+
+
+def _symmetric(covariance: Float) -> Float:
+    half: Float = 0.5 * (covariance + covariance.T)
+    return half
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

@@ -1,0 +1,267 @@
+"""Guided procedures: steps with gates, seen as immutable snapshots.
+
+Window and command line use the same objects. A procedure is driven by few calls - frames are
+shown to it, observations are taken or dropped, the next step is entered - and everything that a
+screen needs is in the snapshot `view` (`procedure_views`), which is pulled. Every accepted
+observation is one line of a session file that is on the disk before the call returns; the state is
+a pure fold over these lines, so that a procedure that was killed at any moment is the same one
+after `resume`.
+
+The procedures, each with ``begin`` and ``resume`` (see their modules):
+
+- `procedure_known_points.KnownPointsProcedure`: steps ``prepare``, ``collect``, ``result``
+- `procedure_relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``,
+  ``again``, ``result``
+- `procedure_verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``,
+  ``again``, ``result``
+- `procedure_pivot.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
+
+``begin`` writes what is fixed for the whole session (rig, artefacts, people, temperature); the step
+``prepare`` shows it. A calculation that takes longer than a moment is `compute`; call it from a
+thread or a process of your own, it may run beside everything else. What it returned is then in the
+snapshot. It is not stored, because the same observations give the same result again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Protocol
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.records import Finding
+from ocmm_core.geometry import Int, Pixels
+
+
+class Kind(StrEnum):
+    """Which procedure it is; session files begin with this name."""
+
+    KNOWN_POINTS = "known-points"
+    RELOCATION = "relocation"
+    VERIFICATION = "verification"
+    PIVOT = "pivot"
+    QUALIFICATION = "qualification"
+    TIP_CHECK = "tip-check"
+
+
+class Decision(StrEnum):
+    """How a procedure ended."""
+
+    OPEN = "open"
+    ACCEPTED = "accepted"
+    KEPT = "kept the old one"
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """Whether the next step may be entered.
+
+    Attributes
+    ----------
+    open
+        It may.
+    reason, remedy
+        Why not, and what to do; one sentence each, empty where it is open.
+    """
+
+    open: bool
+    reason: str = ""
+    remedy: str = ""
+
+
+OPEN = Gate(True)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a procedure.
+
+    Attributes
+    ----------
+    name
+        Stable identifier.
+    title, instruction
+        For people: a few words, and what to do now.
+    gate
+        Out of this step.
+    done, wanted
+        Observations of this step; zero wanted where nothing is counted.
+    """
+
+    name: str
+    title: str
+    instruction: str
+    gate: Gate
+    done: int = 0
+    wanted: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class CameraLive:
+    """What one camera sees now.
+
+    Attributes
+    ----------
+    name
+        Of the camera.
+    uv
+        (k, 2), px: its spots in the latest frame.
+    labels
+        (k,): number of the LED of each spot, -1 where unknown.
+    """
+
+    name: str
+    uv: Pixels
+    labels: Int
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """What is seen now, and whether it could be taken.
+
+    Attributes
+    ----------
+    cameras
+        One for each camera; empty before the first frame.
+    ready
+        `take` would take it now.
+    hint
+        Why not, or what to do next, in one sentence.
+    frames, wanted
+        Frames of the present average, and how many make it complete.
+    motion_px
+        How far the spots moved during the average, px; NaN while there is none.
+    """
+
+    cameras: tuple[CameraLive, ...] = ()
+    ready: bool = False
+    hint: str = "No frame has arrived yet."
+    frames: int = 0
+    wanted: int = 0
+    motion_px: float = float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class ProcedureView:
+    """Everything that a screen shows of any procedure.
+
+    Attributes
+    ----------
+    kind
+        Which procedure.
+    session
+        Its file.
+    rig
+        Name of the rig.
+    begun_utc, who
+        ISO 8601 text, and who does it.
+    steps
+        In order.
+    current
+        Index of the current step.
+    live
+        What is seen now.
+    decision
+        How it ended, `Decision.OPEN` until then.
+    stored
+        What was accepted is in the store; where it is not, `compute` and `accept` put it there.
+    error
+        What the last calculation said against the observations; None while nothing did.
+    """
+
+    kind: Kind
+    session: Path
+    rig: str
+    begun_utc: str
+    who: str
+    steps: tuple[Step, ...]
+    current: int
+    live: Live
+    decision: Decision
+    stored: bool
+    error: Finding | None
+
+    @property
+    def step(self) -> Step:
+        """Return the current step."""
+        return self.steps[self.current]
+
+
+class Procedure(Protocol):
+    """What window and command line do with any procedure; any thread may call.
+
+    Times come from the caller, so that a test says what time it is.
+    """
+
+    @property
+    def base(self) -> ProcedureView:
+        """Return the part of the snapshot that all procedures have."""
+        ...
+
+    def watch(self, block: FrameBlock) -> None:
+        """Look at frames, in the order of their exposure; never takes anything by itself."""
+        ...
+
+    def take(self, now: datetime) -> None:
+        """Take what is seen now as the next observation of the current step.
+
+        Raises
+        ------
+        CalibrationError
+            `Live.ready` is not set; the sentence says why.
+        StorageError
+            It could not be stored; nothing was taken.
+        """
+        ...
+
+    def drop(self, now: datetime) -> None:
+        """Take back the last observation of the current step; without one, do nothing."""
+        ...
+
+    def advance(self, now: datetime) -> None:
+        """Enter the next step.
+
+        Raises
+        ------
+        CalibrationError
+            The gate is closed; the sentence says why and what to do.
+        """
+        ...
+
+    def back(self, now: datetime) -> None:
+        """Return to the step before; observations are kept."""
+        ...
+
+    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+        """Keep how warm the sensors are, degrees Celsius, camera by camera; None: not known."""
+        ...
+
+    def compute(self) -> None:
+        """Calculate the result of the observations so far; takes up to some seconds.
+
+        Raises
+        ------
+        CalibrationError
+            They do not allow it; the same is in the snapshot.
+        """
+        ...
+
+    def accept(self, now: datetime, reason: str) -> None:
+        """Store the result in the calibrations of the rig and end the procedure.
+
+        A calibration is then in force, and SUSPECT until a verification passed. Of a verification
+        this stores the verdict, whatever it is. May be called again where it was interrupted.
+
+        Raises
+        ------
+        CalibrationError
+            There is no result, or another one ended the procedure.
+        """
+        ...
+
+    def keep(self, now: datetime, reason: str) -> None:
+        """End the procedure and leave everything as it was."""
+        ...

@@ -1,0 +1,205 @@
+"""Whether places that were measured twice are still where they were.
+
+A session begins at a place and comes back to it at its end. What changed meanwhile - a camera, the
+frame, the table, the seat of the artefact - moves the second position against the first one, while
+an error that both share, such as that of the calibration, cancels. What remains is judged against
+what chance allows: the normalised square of the shift is chi-square with three degrees of freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+from scipy.special import chdtrc, chdtri
+
+from ocmm_core.calibration.guided._articulation import SEAT_SIGMA_MM
+from ocmm_core.calibration.records import Finding
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+
+REPEAT_CHANCE = 1e-3
+"""Probability that any repeat of a session is called inconsistent by chance."""
+
+
+@dataclass(frozen=True, slots=True)
+class RestingPosition:
+    """Where the ball rested.
+
+    Attributes
+    ----------
+    world
+        (3,), mm.
+    covariance
+        (3, 3), mm^2: of what is drawn anew when the place is measured again. What both positions
+        share (cameras, probe) does not belong to it; the pattern of the sensors does, where the
+        probe is held otherwise.
+    utc
+        When, ISO 8601 text.
+    """
+
+    world: Float
+    covariance: Float
+    utc: str
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat:
+    """One place, measured first and again.
+
+    Attributes
+    ----------
+    place
+        In words.
+    first, again
+        In order of time.
+    """
+
+    place: str
+    first: RestingPosition
+    again: RestingPosition
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedRepeat:
+    """What became of one place.
+
+    Attributes
+    ----------
+    place, first_utc, again_utc
+        See `Repeat`.
+    shift_world
+        (3,), mm: again less first.
+    normalised_square
+        Of the shift, with its covariance; 3 on average where nothing moved.
+    limit
+        What chance exceeds with the stated probability, shared by all repeats.
+    """
+
+    place: str
+    first_utc: str
+    again_utc: str
+    shift_world: Float
+    normalised_square: float
+    limit: float
+
+    @property
+    def consistent(self) -> bool:
+        """Return whether chance explains the shift."""
+        return self.normalised_square <= self.limit
+
+    @property
+    def shift_mm(self) -> float:
+        """Return the length of the shift."""
+        return float(np.linalg.norm(self.shift_world))
+
+    @property
+    def probability(self) -> float:
+        """Return how probable so large a shift is where nothing moved."""
+        return float(chdtrc(3.0, self.normalised_square))
+
+
+def judge_repeats(
+    repeats: Sequence[Repeat],
+    chance: float = REPEAT_CHANCE,
+    seat_sigma_mm: float = SEAT_SIGMA_MM,
+) -> tuple[JudgedRepeat, ...]:
+    """Return the shifts of places that were measured twice, in their order.
+
+    Parameters
+    ----------
+    chance
+        Probability that at least one of them is called inconsistent while nothing moved; each gets
+        the same part of it (Bonferroni).
+    seat_sigma_mm
+        How well the ball finds its seat, standard deviation per axis, each time anew.
+
+    Raises
+    ------
+    CalibrationError
+        A position or its covariance is no number, or the covariance is none.
+    """
+    limit = float(chdtri(3.0, chance / max(len(repeats), 1)))
+    judged = []
+    for one in repeats:
+        both = one.first.covariance + one.again.covariance
+        shift = np.asarray(one.again.world - one.first.world, dtype=np.float64)
+        _require_numbers(one.place, shift, both)
+        both = 0.5 * (both + both.T) + 2.0 * seat_sigma_mm**2 * np.eye(3)
+        if float(np.linalg.eigvalsh(both)[0]) <= 0.0:
+            raise _unusable(one.place, "has a covariance that is none")
+        square = float(shift @ np.linalg.solve(both, shift))
+        judged.append(JudgedRepeat(one.place, one.first.utc, one.again.utc, shift, square, limit))
+    return tuple(judged)
+
+
+def moved_between(judged: Sequence[JudgedRepeat]) -> tuple[str, str] | None:
+    """Return since when and until when something moved, ISO 8601 text; None where nothing did.
+
+    A single change explains all repeats where one fits: it lies in the time of every inconsistent
+    repeat and in that of no consistent one, so between the last consistent and the first
+    inconsistent moment. Where none does, the whole time of the inconsistent ones is returned.
+    """
+    wrong = [one for one in judged if not one.consistent]
+    if not wrong:
+        return None
+    spans = [(_moment(one.first_utc), _moment(one.again_utc)) for one in wrong]
+    low, high = max(begin for begin, _ in spans), min(end for _, end in spans)
+    # A consistent repeat takes its time off an end; what it takes away may let another one do so.
+    for _ in judged:
+        for one in judged:
+            begin, end = _moment(one.first_utc), _moment(one.again_utc)
+            if one.consistent and begin <= low < end:
+                low = end
+            elif one.consistent and begin < high <= end:
+                high = begin
+    if low >= high:
+        low, high = min(begin for begin, _ in spans), max(end for _, end in spans)
+    return low.isoformat(), high.isoformat()
+
+
+def repeat_finding(judged: Sequence[JudgedRepeat], remedy: str) -> Finding | None:
+    """Return what speaks against a session whose places moved; None where chance explains all.
+
+    Parameters
+    ----------
+    remedy
+        What to do, a sentence: which procedure to take again once what moved was found and fixed.
+    """
+    between = moved_between(judged)
+    if between is None:
+        return None
+    wrong = sorted((one for one in judged if not one.consistent), key=lambda one: -one.shift_mm)
+    places = "; ".join(f"{one.place} by {1e3 * one.shift_mm:.0f} um" for one in wrong)
+    return Finding(
+        "repeat.moved",
+        f"Measured again, {len(wrong)} of {len(judged)} places moved more than chance explains: "
+        f"{places}. It happened between {shown_moment(between[0])} and "
+        f"{shown_moment(between[1])} UTC.",
+        remedy,
+        refuses=True,
+    )
+
+
+def shown_moment(utc: str) -> str:
+    """Return an ISO 8601 moment as people read it, to the second."""
+    return f"{_moment(utc):%Y-%m-%d %H:%M:%S}"
+
+
+def _moment(utc: str) -> datetime:
+    return datetime.fromisoformat(utc)
+
+
+def _require_numbers(place: str, shift: Float, covariance: Float) -> None:
+    if not (np.isfinite(shift).all() and np.isfinite(covariance).all()):
+        raise _unusable(place, "has a position or covariance that is no number")
+
+
+def _unusable(place: str, what: str) -> CalibrationError:
+    return CalibrationError(
+        "repeat.unusable",
+        f"The repeat of {place} {what}.",
+        "Measure this place again with all LEDs in view of the cameras.",
+    )

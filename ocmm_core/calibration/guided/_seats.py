@@ -1,0 +1,118 @@
+"""Two seats that are fixed to the table: visited first, and again when all else was taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ocmm_core.calibration.guided._procedure import OPEN, Gate
+from ocmm_core.calibration.guided._session_events import SessionEvent, Spots
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
+
+SEATS = 2
+"""Visited first and again at the end."""
+
+SEAT_MM = 5.0
+"""Nobody moves a seat so far without knowing, and no two seats are so near."""
+
+_SEATS_APART = 0.3
+"""Of the space diagonal: two seats near each other say the same about a camera."""
+
+
+class SeatVisited(SessionEvent, frozen=True, kw_only=True):
+    """The probe in a seat that stays where it is during the session.
+
+    Attributes
+    ----------
+    seat
+        Index.
+    uv
+        (C, L), px.
+    sigma_px
+        Standard deviation of a spot.
+    """
+
+    seat: int
+    uv: Spots
+    sigma_px: float
+
+
+def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) -> str:
+    """Return why a resting ball is in no other seat; empty where it may be.
+
+    Parameters
+    ----------
+    tip_world
+        (3,), mm.
+    known_world
+        (3,), mm, each: seats that were visited.
+    """
+    away = [float(np.linalg.norm(tip_world - one)) for one in known_world]
+    least = _SEATS_APART * float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
+    if away and min(away) < least:
+        return (
+            f"This seat is {min(away):.0f} mm from the first one; at least {least:.0f} mm are "
+            f"needed: take another one."
+        )
+    return ""
+
+
+def judge_visit_again(
+    tip_world: Float, seat: int, known_world: Sequence[Float], near_mm: float = SEAT_MM
+) -> str:
+    """Return why a resting ball is not in the seat that is wanted; empty where it may be.
+
+    Parameters
+    ----------
+    tip_world, known_world
+        See `judge_first_visit`.
+    near_mm
+        From so near it may be that seat.
+    """
+    away = [float(np.linalg.norm(tip_world - one)) for one in known_world]
+    if away[seat] <= near_mm:
+        return ""
+    other = next((i for i, one in enumerate(away) if one <= near_mm), None)
+    where = f"in seat {other + 1}" if other is not None else f"{away[seat]:.0f} mm from it"
+    return f"Seat {seat + 1} is wanted, and the ball is {where}: put it into seat {seat + 1}."
+
+
+def first_gate(seat: int | None) -> Gate:
+    """Return the gate of the first visits, where ``seat`` is the next one; None after the last."""
+    if seat is None:
+        return OPEN
+    return Gate(
+        False,
+        f"Seat {seat + 1} of {SEATS} was not visited.",
+        "Put the ball into a cone that is fixed to the table.",
+    )
+
+
+def again_gate(seat: int | None) -> Gate:
+    """Return the gate of the visits at the end; see `first_gate`."""
+    if seat is None:
+        return OPEN
+    return Gate(
+        False,
+        f"Seat {seat + 1} of {SEATS} was not visited again.",
+        f"Put the ball into seat {seat + 1} once more.",
+    )
+
+
+def first_instruction(seat: int | None) -> str:
+    """Return what to do at the first visits; see `first_gate`."""
+    if seat is None:
+        return "Both seats were visited. Leave them where they are."
+    return (
+        f"Put the ball into seat {seat + 1} of {SEATS}: a cone that is fixed to the table and "
+        f"stays where it is until the end."
+    )
+
+
+def again_instruction(seat: int | None) -> str:
+    """Return what to do at the visits at the end; see `first_gate`."""
+    if seat is None:
+        return "Both seats were visited again."
+    return f"Put the ball into seat {seat + 1} of {SEATS} again."

@@ -1,0 +1,125 @@
+"""Averaged spots of the probe and of the bar as a file, for relocation, verification and tips.
+
+::
+
+    # ocmm shots
+    # sigma: 0.0105
+    shot;kind;place;serial;led;u;v
+    1;pose;;20330001;1;312.4471;1766.0312
+
+One row for each spot; the rows of a shot stand together or apart. ``kind`` is ``pose`` (the waved
+probe), ``bar`` (its two LEDs), ``seat`` (the ball in the control point ``place``; without a place,
+in an end of the bar), ``repeat`` (in the next of the two seats that a relocation visits first and
+again at its end), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
+point of it) or ``cone`` (held in the next attitude). ``led`` counts from 1 in the order of the
+probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
+signs: `table_text`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from ocmm_core.calibration.guided._table_text import Row, Table, read_table
+from ocmm_core.camera import Rig
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Pixels
+
+ShotKind = Literal["pose", "bar", "seat", "repeat", "nest", "sphere", "cone"]
+
+_COLUMNS = ("shot", "kind", "place", "serial", "led", "u", "v")
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """Simultaneous averaged spots.
+
+    Attributes
+    ----------
+    kind, place
+        See above.
+    uv
+        (C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN where not seen.
+    sigma_px
+        Standard deviation of a spot, px per axis.
+    """
+
+    kind: ShotKind
+    place: str
+    uv: Pixels
+    sigma_px: float
+
+
+def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
+    """Return the shots of the table at ``path``, in the order of their first rows.
+
+    Raises
+    ------
+    InputError
+        The file is no such table, or a row names a kind, camera or LED that is not known, repeats a
+        spot, or says something else of its shot than the row before.
+    """
+    table = read_table(path, _COLUMNS)
+    line, text = table.value("sigma", "how well an averaged spot is known, in px")
+    sigma_px = table.parse(line, "'sigma'", text)
+    if not sigma_px > 0.0:
+        raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
+    rows_of = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}
+    shots: dict[str, Shot] = {}
+    for row in table.rows:
+        kind = next((one for one in get_args(ShotKind) if one == row.cells["kind"]), None)
+        if kind is None:
+            raise _wrong(
+                table, row.line, f"{row.cells['kind']!r} is no kind of shot",
+                f"Write {', '.join(get_args(ShotKind))}.",
+            )  # fmt: skip
+        count = 2 if kind == "bar" else n_leds
+        shot = shots.get(row.cells["shot"])
+        if shot is None:
+            uv = np.full((len(rig.cameras), count, 2), np.nan)
+            shot = shots[row.cells["shot"]] = Shot(kind, row.cells["place"], uv, sigma_px)
+        if (shot.kind, shot.place) != (kind, row.cells["place"]):
+            raise _wrong(
+                table, row.line, f"shot {row.cells['shot']!r} was of another kind or place above",
+                "Give every shot its own number.",
+            )  # fmt: skip
+        camera = rows_of.get(row.cells["serial"])
+        if camera is None:
+            raise _wrong(
+                table, row.line, f"rig '{rig.name}' has no camera {row.cells['serial']!r}",
+                "Choose the rig that the shots were taken with.",
+            )  # fmt: skip
+        led = _led(table, row, count)
+        if np.isfinite(shot.uv[camera, led, 0]):
+            raise _wrong(table, row.line, "this spot occurs already", "Keep one of the rows.")
+        shot.uv[camera, led] = table.number(row, "u"), table.number(row, "v")
+    return tuple(shots.values())
+
+
+def write_shots(shots: Sequence[Shot], rig: Rig) -> bytes:
+    """Return the table as `load_shots` reads it; all shots must have the same sigma."""
+    lines = ["# ocmm shots", f"# sigma: {shots[0].sigma_px!r}", ",".join(_COLUMNS)]
+    for number, shot in enumerate(shots, start=1):
+        for camera, of_camera in zip(rig.cameras, shot.uv.tolist(), strict=True):
+            for led, (u, v) in enumerate(of_camera, start=1):
+                if np.isfinite(u) and np.isfinite(v):
+                    lines.append(
+                        f"{number},{shot.kind},{shot.place},{camera.serial},{led},{u!r},{v!r}"
+                    )
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _led(table: Table, row: Row, count: int) -> int:
+    text = row.cells["led"]
+    if not text.isdecimal() or not 1 <= int(text) <= count:
+        raise _wrong(table, row.line, f"there is no LED {text!r}", f"Write 1 to {count}.")
+    return int(text) - 1
+
+
+def _wrong(table: Table, line: int, what: str, remedy: str) -> InputError:
+    return InputError("shots.row", f"{table.path}, line {line}: {what}.", remedy)

@@ -1,0 +1,39 @@
+"""The watch over a calibration in use: has a camera, the probe or the part moved."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
+    from ocmm_core.calibration.monitor._baseline_file import load_baseline, save_baseline
+    from ocmm_core.calibration.monitor._change_rows import N_MOTIONS, camera_changes
+    from ocmm_core.calibration.monitor._change_verdict import Cause, Examination
+    from ocmm_core.calibration.monitor._looks import Look, LookCollector
+    from ocmm_core.calibration.monitor._monitor import CalibrationMonitor
+else:
+    __getattr__ = door(
+        __name__,
+        _baseline="Baseline learn_baseline",
+        _baseline_file="load_baseline save_baseline",
+        _change_rows="N_MOTIONS camera_changes",
+        _change_verdict="Cause Examination",
+        _looks="Look LookCollector",
+        _monitor="CalibrationMonitor",
+    )
+
+__all__ = [
+    "N_MOTIONS",
+    "Baseline",
+    "CalibrationMonitor",
+    "Cause",
+    "Examination",
+    "Look",
+    "LookCollector",
+    "camera_changes",
+    "learn_baseline",
+    "load_baseline",
+    "save_baseline",
+]

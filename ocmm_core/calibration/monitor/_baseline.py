@@ -1,0 +1,168 @@
+"""The residual map that the monitor compares with, learnt from a probe waved through the volume.
+
+The pattern of a sensor is fixed to it, so what is left over at a place today can be told from what
+is left over there tomorrow - if the map is fine enough to hold the pattern, which some hundred
+calibration points are not. A minute of waving crosses every place many times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+
+from ocmm_core.calibration.monitor._change_rows import Belief, spot_rows
+from ocmm_core.calibration.monitor._looks import Look, PatternMap
+from ocmm_core.calibration.monitor._pattern_fit import BellGrid, PatternFit
+from ocmm_core.calibration.records import ResidualMap
+from ocmm_core.camera import CameraModel, Rig, SpotNoise
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Pixels
+from ocmm_core.tracking import ProbeBody
+
+MIN_LOOKS = 1000
+"""20 s of waving in looks of 20 ms; a volume of 400 mm needs more."""
+
+_CELLS_PER_LENGTH = 2.0
+"""Between the middles of cells half a length apart, linear interpolation misses 3 % of it."""
+_HELD_OUT = 5
+"""Every fifth stretch of looks is not learnt from but tells how good the map is."""
+_STRETCH = 50
+_MOST_LEFT = 0.5
+"""Maps that leave more than this share of the pattern are not worth having."""
+_CAUTION = 1.3
+"""What is left is not normal: some places are held much worse than most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """What the cameras leave over while nothing has changed.
+
+    Attributes
+    ----------
+    maps
+        One for each camera: the pattern in the middle of each cell, and how many spots were in it.
+    belief
+        What is known besides of the errors of cameras and probe, given these maps.
+    left_px
+        Standard deviation of what the maps do not hold where spots were, per axis, found with
+        looks that they were not learnt from.
+    looks
+        How many they were learnt from.
+    """
+
+    maps: tuple[ResidualMap, ...]
+    belief: Belief
+    left_px: float
+    looks: int
+
+
+def learn_baseline(looks: Sequence[Look], rig: Rig, body: ProbeBody) -> Baseline:
+    """Return the residual maps that explain looks of a waved probe.
+
+    Parameters
+    ----------
+    looks
+        Of some 20 ms each, made without any map, with all the places and attitudes that
+        measuring will have.
+    rig, body
+        That they were tracked with.
+
+    Raises
+    ------
+    CalibrationError
+        There are too few looks.
+    """
+    if len(looks) < MIN_LOOKS:
+        raise CalibrationError(
+            "baseline.looks",
+            f"{len(looks)} looks at the moving probe are too few to learn the sensors from.",
+            f"Wave the probe through the whole volume until there are {MIN_LOOKS}.",
+        )
+    problem = PatternFit.of(looks, rig, body)
+    held_out = np.arange(len(looks)) // _STRETCH % _HELD_OUT == _HELD_OUT - 1
+    partial = problem.solve(~held_out)
+    left_px = problem.left_px(partial, held_out)
+    if left_px > _MOST_LEFT * rig.noise.pattern_px:
+        raise CalibrationError(
+            "baseline.unclear",
+            f"{left_px:.4f} px of the pattern of the sensors remain unexplained.",
+            "Wave the probe longer and through the whole volume; if that does not help, verify the "
+            "calibration.",
+        )
+    solution = problem.solve(np.ones(len(looks), dtype=np.bool_), partial)
+    maps = tuple(
+        _map_of(camera, rig.noise, problem.grids[c], solution, spot_rows(looks, rig, body, c).uv)
+        for c, camera in enumerate(rig.cameras)
+    )
+    return Baseline(maps, problem.belief(solution), left_px, len(looks))
+
+
+def pattern_maps(rig: Rig, maps: Sequence[ResidualMap], left_px: float) -> tuple[PatternMap, ...]:
+    """Return the residual maps of all cameras as looks take them.
+
+    Parameters
+    ----------
+    maps
+        One for each camera.
+    left_px
+        What they leave over where spots were as dense as they were for the typical one. It is more
+        where they were fewer, and with the distance from the last of them it grows to the whole
+        pattern. Cells longer than the pattern hold nothing of it.
+    """
+    return tuple(
+        _pattern_map(camera, rig.noise, residual_map, left_px)
+        for camera, residual_map in zip(rig.cameras, maps, strict=True)
+    )
+
+
+def _pattern_map(
+    camera: CameraModel, noise: SpotNoise, residual_map: ResidualMap, left_px: float
+) -> PatternMap:
+    shape = (residual_map.rows, residual_map.columns)
+    cell = np.array([camera.width, camera.height]) / np.array(shape[::-1])
+    count = np.array(residual_map.count).reshape(shape)
+    mean = np.array([residual_map.mean_u_px, residual_map.mean_v_px])
+    whole = noise.pattern_px**2
+    left: Float = np.full(shape, whole)
+    if float(cell.max()) < noise.pattern_length_px and count.any():
+        apart = np.asarray(distance_transform_edt(count == 0, sampling=cell[::-1]))
+        beyond = np.maximum(apart - cell.max(), 0.0) / noise.pattern_length_px
+        # Spots within the length of the pattern speak for a place, the near ones most.
+        reach = noise.pattern_length_px / np.sqrt(2.0) / cell[::-1]
+        density = np.asarray(gaussian_filter(count.astype(np.float64), reach))
+        typical = np.median(np.repeat(density.ravel(), count.ravel()))
+        fewer = np.maximum(typical / np.maximum(density, 1e-9), 1.0)
+        here = np.minimum((_CAUTION * left_px) ** 2 * fewer, whole)
+        left = np.minimum(here + whole * (1.0 - np.exp(-(beyond**2))), whole)
+    return PatternMap(cell, mean.reshape(2, *shape).transpose(1, 2, 0), np.sqrt(left))
+
+
+def _map_of(
+    camera: CameraModel,
+    noise: SpotNoise,
+    pair: tuple[BellGrid, BellGrid],
+    heights: Float,
+    uv: Pixels,
+) -> ResidualMap:
+    """Return the map of one camera whose looks had their spots at ``uv`` (n, 2)."""
+    size = np.array([camera.width, camera.height])
+    columns, rows = np.ceil(size * _CELLS_PER_LENGTH / noise.pattern_length_px).astype(int)
+    cell = size / np.array([columns, rows])
+    u, v = (np.arange(columns) + 0.5) * cell[0], (np.arange(rows) + 0.5) * cell[1]
+    places = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    means = []
+    for grid in pair:
+        bells, nodes = grid.bells(places)
+        means.append(np.round(np.sum(bells * heights[nodes], axis=(1, 2)), 6))
+    at = np.floor(uv / cell).astype(np.int64)
+    count = np.bincount(at[:, 1] * columns + at[:, 0], minlength=rows * columns)
+    return ResidualMap(
+        columns=int(columns),
+        rows=int(rows),
+        mean_u_px=tuple(means[0].tolist()),
+        mean_v_px=tuple(means[1].tolist()),
+        count=tuple(count.tolist()),
+    )

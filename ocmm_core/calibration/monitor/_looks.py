@@ -1,0 +1,211 @@
+"""Looks: what tracked frames leave over, averaged over moments in which the probe hardly moved.
+
+The monitor judges residuals far below the noise of one frame. A look is the mean residual of the
+frames of some tens of milliseconds: its white noise is small and known, and what remains is the
+pattern of the sensor at that place, the error of the calibration and of the probe - or a camera
+that moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ocmm_core.camera import Rig, project
+from ocmm_core.geometry import Float, Pixels
+from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, cut, join
+
+_MIN_SHARE = 0.5
+"""A look needs this share of the frames of its moment, all with the same LEDs seen."""
+_MIN_FRAMES = 4
+_REACH_PX = 60.0
+"""A probe that moves its spots further within one look is too fast for it: one pose could not
+stand for all its frames."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Mean residuals of frames that follow each other.
+
+    Attributes
+    ----------
+    first_ns, last_ns
+        Bus time of its first and last frame.
+    n_frames
+        Frames that were averaged.
+    residuals
+        (C, L, 2), px: seen minus predicted by the pose of each frame and by the residual map; NaN
+        where not seen.
+    pattern_px
+        (C, L): standard deviation of what the map does not hold of the pattern there.
+    white_px
+        Standard deviation of each of them that is left of the white noise.
+    rotation_world_from_probe, origin_world
+        (3, 3) and (3,), mm: pose in the middle.
+    known_tip_world, known_tip_covariance
+        (3,), mm, and (3, 3), mm^2: where the ball was, if that is known from elsewhere, as in a
+        control nest; None otherwise.
+    """
+
+    first_ns: int
+    last_ns: int
+    n_frames: int
+    residuals: Float
+    pattern_px: Float
+    white_px: float
+    rotation_world_from_probe: Float
+    origin_world: Float
+    known_tip_world: Float | None = None
+    known_tip_covariance: Float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PatternMap:
+    """What one camera is known to leave over at each place of its sensor.
+
+    Attributes
+    ----------
+    cell_px
+        (2,): width and height of a cell; the first one begins at pixel (0, 0).
+    mean_px
+        (rows, columns, 2): at the middle of the cells.
+    left_px
+        (rows, columns): standard deviation of what it does not hold of the pattern.
+    """
+
+    cell_px: Float
+    mean_px: Float
+    left_px: Float
+
+    def at(self, uv: Pixels) -> tuple[Pixels, Float]:
+        """Return mean and standard deviation at pixels (..., 2): (..., 2) and (...).
+
+        The mean is interpolated between the middles of the cells, the deviation is the largest of
+        the four around.
+        """
+        rows, columns = self.left_px.shape
+        place = uv / self.cell_px - 0.5
+        column = np.clip(np.floor(place[..., 0]).astype(np.int64), 0, max(columns - 2, 0))
+        row = np.clip(np.floor(place[..., 1]).astype(np.int64), 0, max(rows - 2, 0))
+        right, down = np.minimum(column + 1, columns - 1), np.minimum(row + 1, rows - 1)
+        h = np.clip(place[..., 0] - column, 0.0, 1.0)[..., None]
+        g = np.clip(place[..., 1] - row, 0.0, 1.0)[..., None]
+        mean = (1.0 - g) * ((1.0 - h) * self.mean_px[row, column] + h * self.mean_px[row, right])
+        mean += g * ((1.0 - h) * self.mean_px[down, column] + h * self.mean_px[down, right])
+        corners = [self.left_px[i, j] for i in (row, down) for j in (column, right)]
+        return mean, np.max(corners, axis=0)
+
+
+class LookCollector:
+    """Cut the stream of tracked frames into looks; used by one thread.
+
+    Parameters
+    ----------
+    rig, body
+        That the frames were tracked with.
+    length_ns
+        Bus time of a look.
+    maps
+        What the cameras are known to leave over, one for each; empty where nothing is known.
+    """
+
+    def __init__(
+        self, rig: Rig, body: ProbeBody, length_ns: int, maps: Sequence[PatternMap] = ()
+    ) -> None:
+        self._rig = rig
+        self._body = body
+        self._length_ns = length_ns
+        self._maps = tuple(maps)
+        self._pieces: list[TrackBlock] = []
+        self._moment = -1
+
+    def feed(self, track: TrackBlock) -> list[Look]:
+        """Take in tracked frames and return the looks that were completed.
+
+        Where the looks begin does not depend on how the stream is cut into blocks.
+        """
+        looks: list[Look] = []
+        moments = track.time_ns // self._length_ns
+        starts = [0, *(np.flatnonzero(np.diff(moments)) + 1).tolist(), len(track)]
+        for first, last in pairwise(starts):
+            if int(moments[first]) != self._moment:
+                looks += self._complete()
+                self._moment = int(moments[first])
+            self._pieces.append(cut(track, first, last))
+        return looks
+
+    def _complete(self) -> list[Look]:
+        pieces, self._pieces = self._pieces, []
+        if not pieces:
+            return []
+        look = look_of(join(pieces), self._rig, self._body, self._maps)
+        return [] if look is None else [look]
+
+
+def look_of(
+    frames: TrackBlock, rig: Rig, body: ProbeBody, maps: Sequence[PatternMap] = ()
+) -> Look | None:
+    """Return the look of consecutive frames.
+
+    Parameters
+    ----------
+    frames
+        Tracked frames; those without a tip are left out.
+    rig, body
+        That they were tracked with.
+    maps
+        What the cameras are known to leave over, one for each; empty where nothing is known.
+
+    Returns
+    -------
+    Look or None
+        None where too few frames saw the same LEDs, or the probe moved too far.
+    """
+    enough = max(_MIN_FRAMES, round(_MIN_SHARE * len(frames)))
+    good = np.flatnonzero(frames.status == FrameStatus.OK)
+    if len(good) < enough:
+        return None
+    _, kinds, counts = np.unique(frames.seen[good], axis=0, return_inverse=True, return_counts=True)
+    used = good[kinds.ravel() == int(np.argmax(counts))]
+    if len(used) < enough:
+        return None
+    uv = frames.uv[used]
+    seen = np.isfinite(uv[0, :, :, 0])
+    if float(np.ptp(uv[:, seen], axis=0).max()) > _REACH_PX:
+        return None
+    rotations, origins = frames.rotation_world_from_probe[used], frames.origin_world[used]
+    leds_world = body.leds_probe @ rotations.transpose(0, 2, 1) + origins[:, None]
+    residuals = np.stack(
+        [uv[:, c] - project(camera, leds_world) for c, camera in enumerate(rig.cameras)], axis=1
+    )
+    pattern = np.full(seen.shape, rig.noise.pattern_px)
+    for c, known in enumerate(maps):
+        expected, left = known.at(uv[:, c, seen[c]])
+        residuals[:, c, seen[c]] -= expected
+        pattern[c, seen[c]] = left.mean(axis=0)
+    mean = residuals.mean(axis=0)
+    # Six numbers of each frame went into its pose.
+    freedom = (len(used) - 1) * (2 * int(np.count_nonzero(seen)) - 6)
+    scatter = float(np.sqrt(np.sum((residuals - mean)[:, seen] ** 2) / freedom))
+    middle = len(used) // 2
+    return Look(
+        first_ns=int(frames.time_ns[used[0]]),
+        last_ns=int(frames.time_ns[used[-1]]),
+        n_frames=len(used),
+        residuals=mean,
+        pattern_px=pattern,
+        white_px=max(scatter, rig.noise.white_px) / float(np.sqrt(len(used))),
+        rotation_world_from_probe=rotations[middle],
+        origin_world=origins[middle],
+    )
+
+
+def leds_world_of(looks: Sequence[Look], body: ProbeBody) -> Float:
+    """Return where the LEDs of the looks are, (K, L, 3), mm, world."""
+    rotations = np.stack([look.rotation_world_from_probe for look in looks])
+    origins = np.stack([look.origin_world for look in looks])
+    leds: Float = body.leds_probe @ rotations.transpose(0, 2, 1) + origins[:, None]
+    return leds

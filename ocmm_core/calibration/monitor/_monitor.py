@@ -1,0 +1,144 @@
+"""The watch over a calibration in use: is what is seen still what the calibration says.
+
+Tracked frames become looks (`calibration.looks`); the latest two seconds of them, and the last
+minute more sparsely, are examined for changes (`calibration.change_verdict`).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.calibration.monitor._baseline import Baseline, pattern_maps
+from ocmm_core.calibration.monitor._change_rows import Belief
+from ocmm_core.calibration.monitor._change_verdict import (
+    Cause,
+    Examination,
+    MonitorOptions,
+    examine,
+)
+from ocmm_core.calibration.monitor._looks import Look, LookCollector
+from ocmm_core.calibration.records import ResidualMap
+from ocmm_core.camera import Rig
+from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock
+
+
+class CalibrationMonitor:
+    """Examine tracked frames as they come; used by one thread.
+
+    Parameters
+    ----------
+    rig, body
+        That the frames are tracked with.
+    maps
+        Residual maps of the calibration; empty where there are none.
+    baseline
+        What was learnt of the sensors, with this probe; None where nothing was. It goes before
+        ``maps``.
+    options
+        See `MonitorOptions`.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        body: ProbeBody,
+        maps: Sequence[ResidualMap] = (),
+        baseline: Baseline | None = None,
+        options: MonitorOptions | None = None,
+    ) -> None:
+        self._rig, self._body = rig, body
+        self._options = options or MonitorOptions()
+        self._belief = baseline.belief if baseline else Belief.of_documents(rig, body)
+        known = (
+            pattern_maps(rig, baseline.maps, baseline.left_px)
+            if baseline
+            else pattern_maps(rig, maps, rig.noise.pattern_px)
+            if maps
+            else ()
+        )
+        self._collector = LookCollector(rig, body, self._options.look_ns, known)
+        self._latest: deque[Look] = deque(maxlen=self._options.looks)
+        self._sparse: deque[Look] = deque(maxlen=self._options.looks)
+        self._count = 0
+        self._good_ns: dict[str, int] = {}
+        self._unnamed = 0
+        self._unfit = _UnfitFrames(self._options.unfit_ns)
+
+    def feed(self, track: TrackBlock) -> list[Examination]:
+        """Take in tracked frames and return the examinations that became due."""
+        results: list[Examination] = []
+        if self._unfit.feed(track):
+            results.append(
+                Examination(
+                    time_ns=int(track.time_ns[-1]),
+                    cause=Cause.UNKNOWN,
+                    cameras=(),
+                    what="The spots do not fit the probe any more: a camera was pushed hard, or "
+                    "the probe is bent or another one.",
+                    good=False,
+                    since_ns=self._unfit.last_fit_ns,
+                    scores=None,
+                )
+            )
+        for look in self._collector.feed(track):
+            results += self._take(look)
+        return results
+
+    def _take(self, look: Look) -> list[Examination]:
+        if self._latest and look.first_ns < self._latest[-1].first_ns:
+            # The bus clock was set anew: times of before mean nothing any more.
+            self._latest.clear()
+            self._sparse.clear()
+            self._good_ns.clear()
+            self._count = 0
+        self._latest.append(look)
+        self._count += 1
+        results = []
+        # Few looks at one place could all be wrong by what no map holds there.
+        if self._count % self._options.every == 0 and 2 * len(self._latest) >= self._options.looks:
+            results.append(self._examined("latest", self._latest))
+        if self._count % self._options.sparse == 0:
+            self._sparse.append(look)
+            due = self._count % (self._options.sparse * self._options.every) == 0
+            if due and 2 * len(self._sparse) >= self._options.looks:
+                results.append(self._examined("sparse", self._sparse))
+        return results
+
+    def _examined(self, kind: str, looks: deque[Look]) -> Examination:
+        result = examine(looks, self._rig, self._body, self._belief, self._options)
+        # Where only some looks are from after a change, nothing explains them for a while.
+        self._unnamed = self._unnamed + 1 if result.cause is Cause.UNKNOWN else 0
+        if 0 < self._unnamed <= self._options.looks // self._options.every:
+            result = replace(result, cause=Cause.NOTHING, what="")
+        # What happens in the middle of some looks may not show yet: all was well at their begin.
+        if result.good:
+            self._good_ns[kind] = looks[0].first_ns
+        return replace(result, since_ns=self._good_ns.get(kind))
+
+
+class _UnfitFrames:
+    """Notice that a probe that was followed is seen on and on but fits no pose any more."""
+
+    def __init__(self, patience_ns: int) -> None:
+        self._patience_ns = patience_ns
+        self._told = False
+        self.last_fit_ns: int | None = None
+
+    def feed(self, track: TrackBlock) -> bool:
+        """Take in frames and say, once, whether it has lasted too long."""
+        fit = np.flatnonzero(track.status == FrameStatus.OK)
+        lost = np.flatnonzero(track.status == FrameStatus.LOST)
+        if len(fit) or len(lost):
+            last_fit = int(fit[-1]) if len(fit) else -1
+            last_lost = int(lost[-1]) if len(lost) else -1
+            # Who loses the probe may come back with another one: that is no bump.
+            self.last_fit_ns = int(track.time_ns[last_fit]) if last_fit > last_lost else None
+            self._told = False
+        if self._told or self.last_fit_ns is None:
+            return False
+        self._told = int(track.time_ns[-1]) - self.last_fit_ns > self._patience_ns
+        return self._told

@@ -1,0 +1,210 @@
+"""The pattern of the sensors by ridge regression on the residuals of many looks.
+
+The pattern is a sum of Gaussian bells with independent heights, one for each node of a grid: such a
+field has the correlation that `camera.rig.SpotNoise` states. The heights are found together with
+the errors of calibration and probe; the pose of every look is eliminated, since it has absorbed a
+part of what is seen. Conjugate gradients (M. Hestenes, E. Stiefel, J. Res. NBS 49, 1952) need no
+matrix of the some ten thousand unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, cg
+
+from ocmm_core.calibration.monitor._change_rows import Belief, spot_rows
+from ocmm_core.calibration.monitor._looks import Look
+from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, SpotNoise
+from ocmm_core.geometry import Float, Int, Pixels
+from ocmm_core.tracking import ProbeBody
+
+_REACH = 3
+"""A bell is taken as zero this many nodes away, where it is 1 % high."""
+_BLUR_PX = 0.0007
+"""A look moves on while it is taken, and its mean is not quite that of its middle."""
+_TOLERANCE, _MOST_STEPS = 1e-3, 400
+
+
+@dataclass(frozen=True, slots=True)
+class BellGrid:
+    """Nodes of one image axis of one camera among all heights.
+
+    Attributes
+    ----------
+    start, columns, rows
+        Number of its first node, and how many there are.
+    step_px
+        Their distance, which is also the standard deviation of a bell.
+    height_px
+        Of a bell whose height is 1.
+    """
+
+    start: int
+    columns: int
+    rows: int
+    step_px: float
+    height_px: float
+
+    @classmethod
+    def on(cls, camera: CameraModel, noise: SpotNoise, start: int) -> BellGrid:
+        """Return the grid of one sensor; its nodes are numbered from ``start`` on."""
+        # Independent bells of width s make a field whose correlation has the length s sqrt(2); at
+        # this distance of the nodes its variance is that of a bell times pi.
+        step = noise.pattern_length_px / np.sqrt(2.0)
+        columns, rows = (int(size / step) + 2 for size in (camera.width, camera.height))
+        return cls(start, columns, rows, step, max(noise.pattern_px, _BLUR_PX) / np.sqrt(np.pi))
+
+    @property
+    def part(self) -> slice:
+        """Return where its heights are."""
+        return slice(self.start, self.start + self.columns * self.rows)
+
+    def bells(self, uv: Pixels) -> tuple[Float, Int]:
+        """Return the bells that reach pixels (n, 2) and the numbers of their nodes, (n, 6, 6)."""
+        place = uv / self.step_px
+        near = np.floor(place).astype(np.int64)[:, :, None] + np.arange(1 - _REACH, 1 + _REACH)
+        high = np.exp(-0.5 * (place[:, :, None] - near) ** 2)
+        column = np.clip(near[:, 0], 0, self.columns - 1)
+        row = np.clip(near[:, 1], 0, self.rows - 1)
+        nodes = self.start + row[:, :, None] * self.columns + column[:, None, :]
+        return self.height_px * high[:, 1, :, None] * high[:, 0, None, :], nodes
+
+
+@dataclass(frozen=True, slots=True)
+class PatternFit:
+    """The regression: a residual is heights of bells, errors in units of their belief, and a pose.
+
+    Rows are looks by cameras by LEDs by axes; those of spots that were not seen weigh nothing.
+
+    Attributes
+    ----------
+    bells
+        (K m, nodes): what each height adds to each residual, px.
+    errors
+        (K m, z): the same for the factor of the belief.
+    factor
+        (14 C + 3 L + 3, z).
+    residuals, weights
+        (K, m): px, and one over their standard deviation.
+    poses
+        (K, m, 6): orthonormal base of what the pose of a look can do to its weighted residuals.
+    grids
+        Of u and v of each camera.
+    """
+
+    bells: csr_array
+    errors: Float
+    factor: Float
+    residuals: Float
+    weights: Float
+    poses: Float
+    grids: tuple[tuple[BellGrid, BellGrid], ...]
+
+    @classmethod
+    def of(cls, looks: Sequence[Look], rig: Rig, body: ProbeBody) -> PatternFit:
+        """Return the regression on looks that were made without any map."""
+        shape = (len(looks), len(rig.cameras), body.n_leds, 2)
+        belief = Belief.of_documents(rig, body)
+        factor = belief.factor()
+        errors = np.zeros((*shape, len(belief.mean)))
+        by_pose = np.zeros((*shape, 6))
+        residuals, spot_weights = np.zeros(shape), np.zeros(shape)
+        row = np.arange(residuals.size).reshape(shape)
+        entries: list[tuple[Float, Int, Int]] = []
+        grids, start = [], 0
+        for c, camera in enumerate(rig.cameras):
+            spots = spot_rows(looks, rig, body, c)
+            at = (spots.look, c, spots.led)
+            by_pose[at], residuals[at] = spots.by_pose, spots.residuals
+            spot_weights[at] = 1.0 / np.hypot(spots.white_px, _BLUR_PX)[:, None]
+            errors[*at, :, c * N_PARAMETERS : (c + 1) * N_PARAMETERS] = spots.by_camera
+            for i in range(3):
+                errors[*at, :, len(rig.parameter_covariance) + 3 * spots.led + i] = (
+                    spots.by_led[:, :, i]
+                )  # fmt: skip
+            pair = []
+            for axis in range(2):
+                grid = BellGrid.on(camera, rig.noise, start)
+                start = grid.part.stop
+                pair.append(grid)
+                heights, nodes = grid.bells(spots.uv)
+                rows = np.broadcast_to(row[at][:, axis, None, None], nodes.shape)
+                entries.append((heights.ravel(), rows.ravel(), nodes.ravel()))
+            grids.append((pair[0], pair[1]))
+        values, rows_of, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
+        weights = spot_weights.reshape(len(looks), -1)
+        weighted = by_pose.reshape(len(looks), -1, 6) * weights[:, :, None]
+        # A look's own scale of turns and shifts, before the base is made orthonormal.
+        weighted /= np.linalg.norm(weighted, axis=1, keepdims=True)
+        return cls(
+            bells=csr_array((values, (rows_of, columns)), shape=(residuals.size, start)),
+            errors=errors.reshape(residuals.size, -1) @ factor,
+            factor=factor,
+            residuals=residuals.reshape(len(looks), -1),
+            weights=weights,
+            poses=np.linalg.qr(weighted)[0],
+            grids=tuple(grids),
+        )
+
+    def solve(self, used: NDArray[np.bool_], start: Float | None = None) -> Float:
+        """Return the heights, then the errors, that explain the looks ``used`` (K,).
+
+        ``start`` is what explains others of the looks; it saves half of the steps.
+        """
+        nodes = self.bells.shape[1]
+        weights = np.where(used[:, None], self.weights, 0.0)
+        back = self.bells.T.tocsr()
+
+        def gradient(residuals: Float) -> Float:
+            weighted = (self._without_poses(residuals * weights) * weights).ravel()
+            return np.concatenate([back @ weighted, self.errors.T @ weighted])
+
+        def normal(x: Float) -> Float:
+            return gradient(self.predicted(x)) + x
+
+        size = nodes + self.errors.shape[1]
+        operator = LinearOperator((size, size), matvec=normal, dtype=np.float64)
+        x, _ = cg(operator, gradient(self.residuals), start, rtol=_TOLERANCE, maxiter=_MOST_STEPS)
+        return np.asarray(x, dtype=np.float64)
+
+    def predicted(self, x: Float) -> Float:
+        """Return the residuals (K, m), px, that heights and errors make."""
+        nodes = self.bells.shape[1]
+        predicted: Float = self.bells @ x[:nodes] + self.errors @ x[nodes:]
+        return predicted.reshape(self.residuals.shape)
+
+    def left_px(self, x: Float, used: NDArray[np.bool_]) -> float:
+        """Return the standard deviation, px, that ``x`` leaves over beyond white noise."""
+        weighted = (self.residuals - self.predicted(x))[used] * self.weights[used]
+        rest = weighted - _onto(self.poses[used], weighted)
+        seen = self.weights[used] > 0.0
+        freedom = int(np.count_nonzero(seen)) - 6 * int(np.count_nonzero(used))
+        excess = float(np.sum(rest**2)) / freedom - 1.0
+        return float(np.sqrt(max(excess, 0.0)) / np.median(self.weights[used][seen]))
+
+    def belief(self, x: Float) -> Belief:
+        """Return what is known of cameras and probe when the heights are taken as known."""
+        weighted = self.errors.reshape(*self.weights.shape, -1) * self.weights[:, :, None]
+        information = np.eye(self.factor.shape[1])
+        for look, base in zip(weighted, self.poses, strict=True):
+            by_pose = base.T @ look
+            information += look.T @ look - by_pose.T @ by_pose
+        covariance = self.factor @ np.linalg.solve(information, self.factor.T)
+        return Belief(
+            mean=self.factor @ x[self.bells.shape[1] :],
+            covariance=0.5 * (covariance + covariance.T),
+        )
+
+    def _without_poses(self, weighted: Float) -> Float:
+        return weighted - _onto(self.poses, weighted)
+
+
+def _onto(base: Float, weighted: Float) -> Float:
+    """Return the part of weighted residuals (K, m) that poses can make."""
+    part: Float = (base @ (base.transpose(0, 2, 1) @ weighted[:, :, None]))[:, :, 0]
+    return part

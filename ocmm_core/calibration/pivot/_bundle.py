@@ -1,0 +1,241 @@
+"""Bundle adjustment of a swept probe: centre of the ball, arms to the LEDs, one turn a pose.
+
+The residuals are those of the spots in the images of all cameras. A turn of the body's frame
+changes nothing; of all solutions the one nearest to the last state is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.bundle import N_CAMERA
+from ocmm_core.calibration.cameras import LensCamera
+from ocmm_core.calibration.pivot._data import PivotSweep
+from ocmm_core.calibration.pivot._kernel import eliminate_turns, move_turns
+from ocmm_core.camera import Rig, project
+from ocmm_core.geometry import Float, Int, Points3, skew
+
+FIRST_DAMPING = 1e-6
+LARGEST_DAMPING = 1e6
+RELATIVE_DECREASE = 1e-9
+ENOUGH = 1e-4
+"""Chi-square; a step that lowers it by no more is a hundredth of the standard deviations."""
+
+LARGEST_CONDITION = 1e13
+_STANDING_FOR_ALL = 500
+
+
+@dataclass(frozen=True, slots=True)
+class PivotState:
+    """A swept probe.
+
+    Attributes
+    ----------
+    centre
+        (3,), mm, world: the ball.
+    arms
+        (L, 3), mm, body: from the ball to the LEDs.
+    rotations
+        (n, 3, 3), world from body.
+    slacks
+        (n, 3), mm, world: where the ball is in each pose, less the centre.
+    """
+
+    centre: Float
+    arms: Points3
+    rotations: Float
+    slacks: Points3
+
+    @property
+    def columns(self) -> int:
+        """Return the number of common unknowns."""
+        return 3 + self.arms.size
+
+    def turns(self) -> Float:
+        """Return what a turn of the body's frame does to the common unknowns, (k, 3)."""
+        return np.vstack([np.zeros((3, 3)), *(-skew(arm) for arm in self.arms)])
+
+    def points(self) -> Float:
+        """Return where the LEDs are in every pose, (n, L, 3), mm, world."""
+        places: Float = np.einsum("nij,lj->nli", self.rotations, self.arms)
+        return places + (self.centre + self.slacks)[:, None]
+
+
+@dataclass(frozen=True, slots=True)
+class PivotNormals:
+    """Reduced normal equations at a state.
+
+    Attributes
+    ----------
+    cost
+        Chi-square; infinite where the state is impossible.
+    normals, gradients
+        (B, k, k) and (B, k), block by block.
+    crossed
+        (B, k, 14 C): the rows that cross with the cameras, where they were asked for.
+    factors, y, z
+        What the turns need.
+    scores
+        (n, k): gradient of every pose.
+    """
+
+    cost: float
+    normals: Float
+    gradients: Float
+    crossed: Float
+    factors: Float
+    y: Float
+    z: Float
+    scores: Float
+
+
+@dataclass(frozen=True, slots=True)
+class PivotMinimum:
+    """Where an adjustment ended; as `bundle.BundleMinimum`."""
+
+    state: PivotState
+    cost: float
+    iterations: int
+    converged: bool
+
+
+def normals_at(
+    rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float, damping: float = 0.0,
+    blocks: Int | None = None, with_cameras: bool = False,
+) -> PivotNormals:  # fmt: skip
+    """Return the normal equations at ``state``, turns eliminated.
+
+    Parameters
+    ----------
+    blocks
+        (n,): number of the block of every pose, from 0; one block without.
+    with_cameras
+        Also how the cameras' parameters act on centre and arms.
+    """
+    n, k = len(sweep.uv), state.columns
+    width = k + N_CAMERA * len(rig.cameras) * with_cameras
+    size = 6 if slack_mm > 0.0 else 3
+    of = np.zeros(n, dtype=np.int64) if blocks is None else blocks
+    count = int(of.max()) + 1 if n else 1
+    normals, gradients = np.zeros((count, width, width)), np.zeros((count, k))
+    factors, y, z = np.empty((n, size, size)), np.empty((n, size, width)), np.empty((n, size))
+    scores = np.empty((n, k))
+    cameras = np.stack([LensCamera(camera).packed() for camera in rig.cameras])
+    cost = eliminate_turns(
+        cameras, state.arms, state.centre, np.ascontiguousarray(sweep.uv), sweep.weights,
+        1.0 / slack_mm if slack_mm > 0.0 else 0.0, state.rotations, state.slacks, damping, of,
+        normals, gradients, factors, y, z, scores,
+    )  # fmt: skip
+    crossed = normals[:, k:, :k].transpose(0, 2, 1)
+    normals = normals[:, :k, :k]
+    normals = normals + np.tril(normals, -1).transpose(0, 2, 1)
+    return PivotNormals(
+        cost if np.isfinite(cost) else np.inf, normals, gradients, crossed, factors, y, z, scores
+    )
+
+
+def adjust_pivot(
+    rig: Rig, sweep: PivotSweep, start: PivotState, slack_mm: float = 0.0, max_iterations: int = 25
+) -> PivotMinimum:
+    """Return the minimum of chi-square that is reached from ``start`` (Levenberg-Marquardt).
+
+    A start that is impossible itself is returned with an infinite cost.
+    """
+    state, damping = start, FIRST_DAMPING
+    here = normals_at(rig, sweep, state, slack_mm, damping)
+    converged, iteration = False, 0
+    while iteration < max_iterations and np.isfinite(here.cost):
+        step = -solve_pinned(here.normals[0], state.turns(), here.gradients[0], damping)
+        predicted = -float(step @ here.gradients[0]) + float(np.sum(here.z**2))
+        iteration += 1
+        trial = _moved(state, here, step)
+        there = normals_at(rig, sweep, trial, slack_mm, max(0.1 * damping, 1e-12))
+        if there.cost <= here.cost:
+            state, here, damping = trial, there, max(0.1 * damping, 1e-12)
+        small = predicted <= RELATIVE_DECREASE * here.cost + ENOUGH
+        if small and damping <= 1.0:
+            converged = True
+            break
+        if here is not there:
+            if damping >= LARGEST_DAMPING:
+                break
+            damping = max(10.0 * damping, 1e-4)
+            here = normals_at(rig, sweep, state, slack_mm, damping)
+    return PivotMinimum(state, here.cost, iteration, converged)
+
+
+def solve_pinned(normal: Float, turns: Float, right: Float, damping: float = 0.0) -> Float:
+    """Return the solution of the normal equations that turns the body's frame least."""
+    scaled, scale, _ = pinned_normal(normal, turns)
+    scaled.flat[:: len(scaled) + 1] += damping
+    shape = (-1,) + (1,) * (right.ndim - 1)
+    solved: Float = np.linalg.solve(scaled, right / scale.reshape(shape)) / scale.reshape(shape)
+    return solved
+
+
+def inverse_pinned(normal: Float, turns: Float) -> Float | None:
+    """Return the covariance (k, k) of the common unknowns; None where they are not determined."""
+    scaled, scale, pinned = pinned_normal(normal, turns)
+    if not np.linalg.cond(scaled) < LARGEST_CONDITION:
+        return None
+    inverse: Float = (np.linalg.inv(scaled) - pinned) / scale / scale[:, None]
+    return 0.5 * (inverse + inverse.T)
+
+
+def misses(rig: Rig, sweep: PivotSweep, state: PivotState) -> Float:
+    """Return predicted minus observed (n, C, L, 2), px; NaN where not seen."""
+    points = state.points()
+    return np.stack([project(camera, points) for camera in rig.cameras], axis=1) - sweep.uv
+
+
+def chi2_of_cameras(
+    rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float, draws: int, seed: int
+) -> Float:
+    """Return by how much cameras that are wrong by their uncertainty raise chi-square, (draws,).
+
+    Spots as drawn cameras would see this state without noise, adjusted with the known ones. Some
+    frames, evenly spread, stand for all.
+    """
+    some = np.arange(0, len(sweep.uv), max(1, len(sweep.uv) // _STANDING_FOR_ALL))
+    times = len(sweep.uv) / len(some)
+    state = replace(state, rotations=state.rotations[some], slacks=state.slacks[some])
+    sweep = replace(sweep, uv=sweep.uv[some], sigma_px=sweep.sigma_px[some])
+    rng = np.random.default_rng(seed)
+    spread = np.linalg.eigh(rig.parameter_covariance)
+    root = spread.eigenvectors * np.sqrt(np.maximum(spread.eigenvalues, 0.0))
+    points = state.points()
+    unseen = np.isnan(sweep.uv)
+    added = np.empty(draws)
+    for draw in range(draws):
+        off = (root @ rng.standard_normal(len(root))).reshape(len(rig.cameras), N_CAMERA)
+        uv = np.stack(
+            [project(c.perturbed(own), points) for c, own in zip(rig.cameras, off, strict=True)],
+            axis=1,
+        )
+        here = normals_at(rig, replace(sweep, uv=np.where(unseen, np.nan, uv)), state, slack_mm)
+        step = solve_pinned(here.normals[0], state.turns(), here.gradients[0])
+        added[draw] = here.cost - np.sum(here.z**2) - here.gradients[0] @ step
+    return times * np.maximum(added, 0.0)
+
+
+def pinned_normal(normal: Float, turns: Float) -> tuple[Float, Float, Float]:
+    """Return the normal matrix in scaled unknowns with its gauge pinned, the scale and the pin."""
+    scale = np.sqrt(np.maximum(normal.diagonal(), 0.0))
+    scale[scale == 0.0] = 1.0
+    basis = np.linalg.qr(scale[:, None] * turns)[0]
+    pinned: Float = basis @ basis.T
+    return normal / scale / scale[:, None] + pinned, scale, pinned
+
+
+def _moved(state: PivotState, here: PivotNormals, step: Float) -> PivotState:
+    rotations, slacks = state.rotations.copy(), state.slacks.copy()
+    move_turns(here.factors, here.y, here.z, step, rotations, slacks)
+    return replace(
+        state,
+        centre=state.centre + step[:3],
+        arms=state.arms + step[3:].reshape(-1, 3),
+        rotations=rotations,
+        slacks=slacks,
+    )

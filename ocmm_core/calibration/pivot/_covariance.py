@@ -1,0 +1,278 @@
+"""How far LEDs and tip of a swept probe can be wrong.
+
+Frames of a sweep are correlated: the hand moves on slowly over the pattern of the sensors, and the
+ball creeps. The formal covariance takes them as independent and flatters. Whole blocks of
+consecutive frames, as long as the frames' influences on the tip resemble each other, are drawn with
+replacement instead (block bootstrap; Kuensch 1989), each draw solved by one Gauss-Newton step from
+the sums of its blocks. A hand also comes back to the same attitudes, and with them to the same
+errors of the sensors: blocks of neighbouring attitudes are drawn likewise, and count where they
+scatter more. Neither sees all of the sensors' fixed pattern, which is the same in both sweeps of a
+cone; what the rig says of it is computed (`pivot_pattern`) and counts where it is larger. What the
+cameras' own uncertainty does to the result is common to all frames and added
+to it; what it does to the scatter of the blocks is taken off, or it would count twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.calibration.pivot._bundle import (
+    PivotNormals,
+    PivotState,
+    inverse_pinned,
+    normals_at,
+    pinned_normal,
+    solve_pinned,
+)
+from ocmm_core.calibration.pivot._data import PivotSweep
+from ocmm_core.calibration.pivot._pattern import pattern_covariance
+from ocmm_core.calibration.pivot._poses import PosePivot
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Int, Points3, RigidTransform, rigid_fit, skew
+
+MOST_BLOCKS = 200
+LEAST_BLOCKS = 8
+_CORRELATIONS_PER_BLOCK = 6.0
+_CELLS_ACROSS = 8
+
+PATTERN_WAVES = 300
+"""Cosine waves of a sensor's pattern: variances are then right to some per cent."""
+
+BEYOND_CHANCE = 1.4
+"""Variances from some sixty blocks differ by a fifth; always taking the larger would exaggerate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Geometry:
+    """LEDs and tip in the frame of a probe's document.
+
+    Attributes
+    ----------
+    leds_probe, tip_probe
+        (L, 3) and (3,), mm.
+    T_probe_from_body
+        From the frame of the adjustment, whose origin is the tip.
+    by_arms
+        (3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment. The LEDs stay
+        laid onto those of the document.
+    """
+
+    leds_probe: Points3
+    tip_probe: Float
+    T_probe_from_body: RigidTransform
+    by_arms: Float
+
+
+@dataclass(frozen=True, slots=True)
+class PivotUncertainty:
+    """Covariances (3 L + 3, 3 L + 3), mm^2, of LEDs and tip in the probe's frame.
+
+    Attributes
+    ----------
+    noise
+        Of the sweep, by block bootstrap, less what the cameras' errors add to the scatter of the
+        blocks; never below the formal one, nor below that of the sensors' pattern.
+    formal
+        Of independent frames with the stated sigma.
+    by_cameras
+        (3 L + 3, 14 C): derivative of LEDs and tip by the parameters of the cameras.
+    cameras
+        What the uncertainty of the cameras adds.
+    block
+        Frames in a block.
+    """
+
+    noise: Float
+    formal: Float
+    by_cameras: Float
+    cameras: Float
+    block: int
+
+    @property
+    def total(self) -> Float:
+        """Return all of it."""
+        return self.noise + self.cameras
+
+
+def geometry_in(leds_document: Points3, arms: Points3) -> Geometry:
+    """Return LEDs and tip, laid onto the LEDs (L, 3), mm, of the probe's document."""
+    rotation, tip = rigid_fit(arms, leds_document)
+    leds = arms @ rotation.T + tip
+    n_leds = len(leds)
+    # Motions of the whole probe: turns about the origin, then shifts.
+    motions = np.vstack([np.hstack([-skew(point), np.eye(3)]) for point in (*leds, tip)])
+    held = np.linalg.pinv(motions[: 3 * n_leds])
+    by_leds = np.vstack([np.eye(3 * n_leds), np.zeros((3, 3 * n_leds))]) - motions @ held
+    return Geometry(
+        leds, tip, RigidTransform(rotation, tip), by_leds @ np.kron(np.eye(n_leds), rotation)
+    )
+
+
+def pivot_uncertainty(
+    rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
+    resamples: int, seed: int, *, pattern: bool = False,
+) -> PivotUncertainty:  # fmt: skip
+    """Return how far a minimum can be wrong.
+
+    Parameters
+    ----------
+    sweep, state
+        The frames that took part, and the minimum.
+    resamples, seed
+        Draws of the bootstrap, and their seed.
+    pattern
+        The sensors have the pattern that the rig says.
+
+    Raises
+    ------
+    CalibrationError
+        The sweep leaves the probe open.
+    """
+    here = normals_at(rig, sweep, state, slack_mm, with_cameras=True)
+    turns = state.turns()
+    inverse = inverse_pinned(here.normals[0], turns)
+    if inverse is None:
+        raise CalibrationError(
+            "pivot.open",
+            "The sweep leaves the geometry of the probe open.",
+            "Sweep the probe by 20 degrees to all sides, and turn it about its handle too.",
+        )
+    by_common = np.hstack([np.zeros((len(geometry.by_arms), 3)), geometry.by_arms])
+    influences = here.scores @ inverse @ by_common[-3:].T
+    block = block_length(influences)
+    blocks = np.arange(len(sweep.uv), dtype=np.int64) // block
+    cells = attitude_blocks(state.rotations @ state.arms.mean(axis=0))
+    formal = by_common @ inverse @ by_common.T
+    noises = []
+    for numbers in (blocks, cells):
+        split = normals_at(rig, sweep, state, slack_mm, blocks=numbers, with_cameras=True)
+        drawn = by_common @ _bootstrap(split, turns, resamples, seed) @ by_common.T
+        of_cameras = _scatter_of_cameras(split, inverse, by_common, rig.parameter_covariance)
+        # A bootstrap of few blocks can by chance be smaller than what noise alone allows.
+        left = max(_of_tip(drawn) - of_cameras, _of_tip(formal))
+        noises.append(drawn * left / _of_tip(drawn))
+    beyond = _of_tip(noises[1]) > BEYOND_CHANCE * _of_tip(noises[0])
+    noise = noises[1] if beyond and cells.max() + 1 >= LEAST_BLOCKS else noises[0]
+    if pattern:
+        modelled = formal + pattern_covariance(
+            rig, sweep, state, by_common, inverse, slack_mm, PATTERN_WAVES, seed
+        )
+        noise = modelled if _of_tip(modelled) > _of_tip(noise) else noise
+    by_cameras = -by_common @ solve_pinned(here.normals[0], turns, here.crossed[0])
+    return PivotUncertainty(
+        noise=noise,
+        formal=formal,
+        by_cameras=by_cameras,
+        cameras=by_cameras @ rig.parameter_covariance @ by_cameras.T,
+        block=block,
+    )
+
+
+def block_length(influences: Float) -> int:
+    """Return how many consecutive frames are to be taken as one, from their influences (n, 3).
+
+    Six times the integrated autocorrelation time of the slowest axis (Sokal's window), so that
+    blocks hardly know of each other; never so long that fewer than eight remain.
+    """
+    n = len(influences)
+    times = max(_correlation_time(column) for column in influences.T)
+    shortest = -(-n // MOST_BLOCKS)
+    longest = max(n // LEAST_BLOCKS, 1)
+    return int(np.clip(np.ceil(_CORRELATIONS_PER_BLOCK * times), shortest, longest))
+
+
+def _correlation_time(series: Float) -> float:
+    """Return half of one plus twice the sum of the autocorrelations: 0.5 for white noise."""
+    centred = series - series.mean()
+    n = len(centred)
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(centred, size)) ** 2
+    correlation = np.fft.irfft(spectrum, size)[:n]
+    if not correlation[0] > 0.0:
+        return 0.5
+    sums = 0.5 + np.cumsum(correlation[1:] / correlation[0])
+    windows = np.arange(1, n)
+    enough = np.flatnonzero(windows >= 6.0 * sums)
+    return max(float(sums[enough[0]] if len(enough) else sums.max(initial=0.5)), 0.5)
+
+
+def pose_pivot_covariance(
+    rotations: Float, origins: Points3, found: PosePivot, resamples: int = 500, seed: int = 1
+) -> tuple[Float, Float]:
+    """Return the covariances (3, 3), mm^2, of a tip that was found from poses.
+
+    The first by bootstrap of blocks of consecutive poses; the second is the formal one of
+    independent poses, for comparison.
+
+    Parameters
+    ----------
+    rotations, origins, found
+        What `pivot_poses.pivot_of_poses` took and gave.
+    """
+    turns, places = rotations[found.used], origins[found.used]
+    n = len(turns)
+    off = turns @ found.tip + places - found.centre
+    centred = turns - turns.mean(axis=0)
+    normals = np.einsum("nki,nkj->nij", centred, centred)
+    scores = np.einsum("nki,nk->ni", centred, off)
+    inverse = np.linalg.inv(normals.sum(axis=0))
+    blocks = np.arange(n) // block_length(scores @ inverse)
+    count = int(blocks[-1]) + 1
+    block_normals, block_scores = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    np.add.at(block_normals, blocks, normals)
+    np.add.at(block_scores, blocks, scores)
+    rng = np.random.default_rng(seed)
+    draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
+    drawn = np.tensordot(draws, block_normals, 1)
+    tips = -np.linalg.solve(drawn, (draws @ block_scores)[..., None])[..., 0]
+    variance = float(np.sum(off**2)) / (3 * n - 6)
+    return np.cov(tips.T) * count / (count - 1), variance * inverse
+
+
+def attitude_blocks(directions: Points3) -> Int:
+    """Return to which cell of neighbouring directions every frame belongs, (n,), from 0.
+
+    Eight cells across each of the two widest directions; empty ones have no number.
+    """
+    centred = directions - directions.mean(axis=0)
+    across = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
+    low, width = across.min(axis=0), np.maximum(np.ptp(across, axis=0), 1e-12)
+    cells = np.minimum((_CELLS_ACROSS * (across - low) / width).astype(np.int64), _CELLS_ACROSS - 1)
+    numbers: Int = np.unique(cells @ [_CELLS_ACROSS, 1], return_inverse=True)[1]
+    return numbers
+
+
+def _of_tip(covariance: Float) -> float:
+    return float(np.trace(covariance[-3:, -3:]))
+
+
+def _scatter_of_cameras(
+    split: PivotNormals, inverse: Float, by_common: Float, cameras: Float
+) -> float:
+    """Return which variance of the tip the cameras' errors lend to a bootstrap of these blocks.
+
+    Cameras that are wrong by d leave every block the gradient ``(X_b - N_b N^-1 X) d`` at the
+    minimum of all.
+    """
+    shift = inverse @ split.crossed.sum(axis=0)
+    left = by_common[-3:] @ inverse @ (split.crossed - split.normals @ shift)
+    return float(np.einsum("bij,jk,bik->", left, cameras, left, optimize=True))
+
+
+def _bootstrap(split: PivotNormals, turns: Float, resamples: int, seed: int) -> Float:
+    """Return the covariance of the common unknowns over draws of blocks."""
+    rng = np.random.default_rng(seed)
+    normals, gradients = split.normals, split.gradients
+    count = len(normals)
+    draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
+    # One scale and one gauge serve all draws: their sums differ by some per cent only.
+    _, scale, pinned = pinned_normal(normals.sum(axis=0), turns)
+    drawn = np.tensordot(draws, normals, 1) / scale / scale[:, None] + pinned
+    steps = -np.linalg.solve(drawn, (draws @ gradients / scale)[..., None])[..., 0] / scale
+    steps -= steps.mean(axis=0)
+    # Draws from B blocks vary by (B - 1) / B of what B independent blocks do.
+    covariance: Float = steps.T @ steps / (resamples - 1) * (count / max(count - 1, 1))
+    return covariance

@@ -1,0 +1,97 @@
+"""How far a probe was turned about its ball, and what that promises, also while it is swept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ocmm_core.calibration.pivot._bundle import PivotState, inverse_pinned, normals_at
+from ocmm_core.calibration.pivot._covariance import geometry_in
+from ocmm_core.calibration.pivot._data import Coverage, PivotSweep
+from ocmm_core.calibration.pivot._pattern import pattern_covariance
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, unit
+from ocmm_core.tracking import ProbeBody, solve
+
+ATTITUDE_STEP = np.radians(2.0)
+_LEAST_FRAMES = 10
+_WAVES = 60
+"""Cosine waves of a sensor's pattern: enough for what is shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class PivotPreview:
+    """A sweep as it stands, for the map while it goes on.
+
+    Attributes
+    ----------
+    coverage
+        So far; None with fewer than ten frames.
+    tip_sigma
+        mm: standard uncertainty of the tip (root of the sum over its axes) that spot noise and
+        cameras would leave if the sweep ended now; infinite where it is open.
+    centre_world
+        (3,), mm: where the ball rests by the probe's document; NaN without coverage.
+    """
+
+    coverage: Coverage | None
+    tip_sigma: float
+    centre_world: Float
+
+
+def coverage_of(rotations: Float, middle_probe: Float) -> Coverage:
+    """Return how far the rotations (n, 3, 3), world from probe, reach.
+
+    Parameters
+    ----------
+    middle_probe
+        (3,): from the ball to the middle of the LEDs.
+    """
+    turns = Rotation.from_matrix(rotations)
+    vectors = (turns.mean().inv() * turns).as_rotvec()
+    axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)[2]
+    along = vectors @ axes.T
+    low, high = np.percentile(along, [1.0, 99.0], axis=0)
+    order = np.argsort(low - high)
+    cells = np.unique(np.round(vectors / ATTITUDE_STEP).astype(np.int64), axis=0)
+    return Coverage(axes[order], (high - low)[order], len(cells), unit(rotations @ middle_probe))
+
+
+def preview_pivot(
+    rig: Rig, body: ProbeBody, sweep: PivotSweep, *, pattern: bool = False
+) -> PivotPreview:
+    """Return coverage and predicted uncertainty of a sweep that goes on.
+
+    The probe is taken as its document says; nothing is fitted but the poses, so that this is
+    quick enough to be shown live.
+
+    Parameters
+    ----------
+    pattern
+        As in `pivot_data.PivotOptions`.
+    """
+    sigma = float(np.median(sweep.sigma_px)) if len(sweep.uv) else 1.0
+    poses = solve(sweep.uv, rig, body, sigma)
+    solved = poses.status == 0
+    if np.count_nonzero(solved) < _LEAST_FRAMES:
+        return PivotPreview(None, np.inf, np.full(3, np.nan))
+    arms = body.leds_probe - body.tip_probe
+    rotations = poses.rotation_world_from_probe[solved]
+    centre = np.median(poses.tip_world[solved], axis=0)
+    state = PivotState(centre, arms, rotations, np.zeros((len(rotations), 3)))
+    kept = sweep.only(solved)
+    here = normals_at(rig, kept, state, 0.0, with_cameras=True)
+    covariance = inverse_pinned(here.normals[0], state.turns())
+    tip_sigma = np.inf
+    if covariance is not None:
+        by_arms = geometry_in(body.leds_probe, arms).by_arms[-3:]
+        by_cameras = by_arms @ (covariance @ here.crossed[0])[3:]
+        variance = by_arms @ covariance[3:, 3:] @ by_arms.T
+        variance += by_cameras @ rig.parameter_covariance @ by_cameras.T
+        if pattern:
+            by_common = np.hstack([np.zeros((3, 3)), by_arms])
+            variance += pattern_covariance(rig, kept, state, by_common, covariance, 0.0, _WAVES, 1)
+        tip_sigma = float(np.sqrt(np.trace(variance)))
+    return PivotPreview(coverage_of(rotations, arms.mean(axis=0)), tip_sigma, centre)

@@ -1,0 +1,191 @@
+"""The compiled inner loops of the pivot calibration: one turn a pose about a ball that rests.
+
+Every pose has a turn of its own, three unknowns, and with slack also the place of the ball in its
+cone, six. They are eliminated pose by pose, as in `bundle_kernel`; what all poses have in common
+is the centre of the ball and the arms from it to the LEDs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.calibration.bundle import N_CAMERA, eliminate
+from ocmm_core.calibration.bundle import kernel as bundle_kernel
+from ocmm_core.calibration.cameras import empty_rows, spot_rows
+from ocmm_core.calibration.cameras import kernel as camera_kernel
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking.kernels import small_algebra as algebra
+from ocmm_core.tracking.kernels import turn
+
+
+@compiled(camera_kernel, bundle_kernel)
+def eliminate_turns(
+    cameras: Float, arms: Float, centre: Float, uv: Float, weights: Float, slack_weight: float,
+    rotations: Float, slacks: Float, damping: float, blocks: Int,
+    normals: Float, gradients: Float, factors: Float, y: Float, z: Float, scores: Float,
+) -> float:  # fmt: skip
+    """Add all poses to the reduced normal equations; return the sum of squares.
+
+    Infinite where an LED is not in front of a camera or a turn is not determined.
+
+    Parameters
+    ----------
+    cameras
+        (C, 24): `lens.LensCamera.packed`.
+    arms, centre
+        (L, 3), mm, body: from the centre of the ball to the LEDs, and (3,), mm, world.
+    uv, weights
+        (n, C, L, 2), px, and (n, C, L), 1/px, zero for what is not used.
+    slack_weight
+        1/mm: one over how far the ball moves in its cone; zero where it rests.
+    rotations, slacks
+        (n, 3, 3), world from body, and (n, 3), mm: where the ball is, less the centre.
+    damping
+        Of Levenberg and Marquardt, on the diagonals of the poses.
+    blocks
+        (n,): to which of B normal equations each pose belongs.
+    normals, gradients
+        (B, k, k) lower triangle and (B, k), added to, poses eliminated. Columns: centre, arms, and
+        if k is larger than these the cameras, 14 each, of which only the rows that cross with
+        centre and arms are written.
+    factors, y, z
+        (n, d, d), (n, d, k) and (n, d), out; d is 6 with slack and else 3.
+    scores
+        (n, 3 + 3 L), out: what each pose adds to the gradient of centre and arms.
+    """
+    n_poses, n_cameras, n_leds = weights.shape
+    size, width = y.shape[1], y.shape[2]
+    own = 3 + 3 * n_leds
+    with_cameras = width > own
+    total = 0.0
+    u_row, v_row = empty_rows()
+    u_pose, v_pose = np.zeros(6), np.zeros(6)
+    u_point, v_point = np.empty(3), np.empty(3)
+    u_led, v_led = np.empty(3), np.empty(3)
+    for n in range(n_poses):
+        rotation, v, w, g = rotations[n], factors[n], y[n], z[n]
+        normal, gradient, score = normals[blocks[n]], gradients[blocks[n]], scores[n]
+        v[:] = 0.0
+        w[:] = 0.0
+        g[:] = 0.0
+        score[:] = 0.0
+        used = False
+        for led in range(n_leds):
+            lx, ly, lz = arms[led, 0], arms[led, 1], arms[led, 2]
+            qx = rotation[0, 0] * lx + rotation[0, 1] * ly + rotation[0, 2] * lz
+            qy = rotation[1, 0] * lx + rotation[1, 1] * ly + rotation[1, 2] * lz
+            qz = rotation[2, 0] * lx + rotation[2, 1] * ly + rotation[2, 2] * lz
+            px = qx + centre[0] + slacks[n, 0]
+            py = qy + centre[1] + slacks[n, 1]
+            pz = qz + centre[2] + slacks[n, 2]
+            at = 3 + 3 * led
+            for c in range(n_cameras):
+                weight = weights[n, c, led]
+                if weight == 0.0:
+                    continue
+                used = True
+                packed = cameras[c]
+                depth, predicted_u, predicted_v = spot_rows(packed, px, py, pz, u_row, v_row)
+                if not depth > 0.0:
+                    return np.inf
+                miss_u = weight * (predicted_u - uv[n, c, led, 0])
+                miss_v = weight * (predicted_v - uv[n, c, led, 1])
+                total += miss_u * miss_u + miss_v * miss_v
+                for k in range(3):
+                    u_point[k] = weight * (
+                        u_row[3] * packed[k] + u_row[4] * packed[3 + k] + u_row[5] * packed[6 + k]
+                    )
+                    v_point[k] = weight * (
+                        v_row[3] * packed[k] + v_row[4] * packed[3 + k] + v_row[5] * packed[6 + k]
+                    )
+                u_pose[0] = qy * u_point[2] - qz * u_point[1]
+                u_pose[1] = qz * u_point[0] - qx * u_point[2]
+                u_pose[2] = qx * u_point[1] - qy * u_point[0]
+                v_pose[0] = qy * v_point[2] - qz * v_point[1]
+                v_pose[1] = qz * v_point[0] - qx * v_point[2]
+                v_pose[2] = qx * v_point[1] - qy * v_point[0]
+                for k in range(3):
+                    u_pose[3 + k], v_pose[3 + k] = u_point[k], v_point[k]
+                    u_led[k] = (
+                        u_point[0] * rotation[0, k] + u_point[1] * rotation[1, k]
+                        + u_point[2] * rotation[2, k]
+                    )  # fmt: skip
+                    v_led[k] = (
+                        v_point[0] * rotation[0, k] + v_point[1] * rotation[1, k]
+                        + v_point[2] * rotation[2, k]
+                    )  # fmt: skip
+                for i in range(3):
+                    score[i] += u_point[i] * miss_u + v_point[i] * miss_v
+                    score[at + i] += u_led[i] * miss_u + v_led[i] * miss_v
+                    for j in range(i + 1):
+                        normal[i, j] += u_point[i] * u_point[j] + v_point[i] * v_point[j]
+                        normal[at + i, at + j] += u_led[i] * u_led[j] + v_led[i] * v_led[j]
+                    for j in range(3):
+                        normal[at + i, j] += u_led[i] * u_point[j] + v_led[i] * v_point[j]
+                for i in range(size):
+                    by_u, by_v = u_pose[i], v_pose[i]
+                    g[i] += by_u * miss_u + by_v * miss_v
+                    for j in range(i + 1):
+                        v[i, j] += by_u * u_pose[j] + by_v * v_pose[j]
+                    for j in range(3):
+                        w[i, j] += by_u * u_point[j] + by_v * v_point[j]
+                        w[i, at + j] += by_u * u_led[j] + by_v * v_led[j]
+                if with_cameras:
+                    first = own + N_CAMERA * c
+                    for k in range(N_CAMERA):
+                        by_u, by_v = weight * u_row[k], weight * v_row[k]
+                        for i in range(3):
+                            normal[first + k, i] += by_u * u_point[i] + by_v * v_point[i]
+                            normal[first + k, at + i] += by_u * u_led[i] + by_v * v_led[i]
+                        for i in range(size):
+                            w[i, first + k] += by_u * u_pose[i] + by_v * v_pose[i]
+        if not used:
+            for i in range(size):
+                v[i, i] = 1.0
+            continue
+        if size == 6:
+            for i in range(3):
+                off = slack_weight * slacks[n, i]
+                total += off * off
+                g[3 + i] += slack_weight * off
+                v[3 + i, 3 + i] += slack_weight * slack_weight
+        if not eliminate(v, w, g, damping):
+            return np.inf
+        for k in range(size):
+            for i in range(own):
+                factor = w[k, i]
+                score[i] -= factor * g[k]
+                for j in range(i + 1):
+                    normal[i, j] -= factor * w[k, j]
+            for i in range(own, width):
+                factor = w[k, i]
+                for j in range(own):
+                    normal[i, j] -= factor * w[k, j]
+        for i in range(own):
+            gradient[i] += score[i]
+    return total
+
+
+@compiled(algebra)
+def move_turns(
+    factors: Float, y: Float, z: Float, step: Float, rotations: Float, slacks: Float
+) -> None:
+    """Turn all poses, and with slack shift them, in place, given the step (k,) of the rest."""
+    turned, work = np.empty((3, 3)), np.empty((3, 3))
+    n_poses, size = z.shape
+    own = np.zeros(6)
+    for n in range(n_poses):
+        for i in range(size):
+            value = z[n, i]
+            for k in range(step.shape[0]):
+                value += y[n, i, k] * step[k]
+            own[i] = -value
+        for i in range(size - 1, -1, -1):
+            value = own[i]
+            for k in range(i + 1, size):
+                value -= factors[n, k, i] * own[k]
+            own[i] = value / factors[n, i, i]
+        turn(rotations[n], own[0], own[1], own[2], turned, work)
+        for i in range(size - 3):
+            slacks[n, i] += own[3 + i]

@@ -1,0 +1,201 @@
+"""The geometry of a probe from a sweep about its ball.
+
+The ball rests in a cone and the probe is swept around it. One adjustment on the spots of all
+cameras finds where the ball is and where the LEDs stand about it (thesis 3.2, and what replaces
+its mean of four spheres). Everything here is a pure function of the frames.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, misses
+from ocmm_core.calibration.pivot._centre import thesis_pivot
+from ocmm_core.calibration.pivot._covariance import geometry_in, pivot_uncertainty
+from ocmm_core.calibration.pivot._coverage import coverage_of
+from ocmm_core.calibration.pivot._culprit import accuse_in_sweep
+from ocmm_core.calibration.pivot._data import PivotCalibration, PivotOptions, PivotSweep
+from ocmm_core.calibration.pivot._guards import (
+    find_jump,
+    judge_coverage,
+    judge_jump,
+    judge_left_out,
+    judge_shape,
+    judge_uncertainty,
+    shared_part,
+)
+from ocmm_core.calibration.pivot._robust import adjust_pivot_robustly
+from ocmm_core.calibration.pivot._start import start_pivot
+from ocmm_core.calibration.records import let_pass
+from ocmm_core.calibration.relocation import judge_residuals
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking import ProbeBody
+
+LEAST_FRAMES = 30
+TOGETHER = 0.05
+"""Of the frames; reflections and slips of a hand are fewer."""
+_END = 0.02
+"""Of the frames, at either end of the sweep."""
+
+_DRAWS = 8
+"""Of cameras, the worst of which says how large chi-square may be."""
+
+
+def calibrate_probe(
+    rig: Rig,
+    body: ProbeBody,
+    sweep: PivotSweep,
+    options: PivotOptions | None = None,
+    force: bool = False,
+) -> PivotCalibration:
+    """Return LEDs and tip of the probe as the sweep shows them.
+
+    Parameters
+    ----------
+    rig
+        The calibrated cameras; their `parameter_covariance` becomes part of the uncertainty.
+    body
+        The probe by its document: what its LEDs are compared with, and whose frame is kept.
+        Its numbers are not used for the result.
+    sweep
+        The frames.
+    options
+        Slack of the ball, and limits of the guards.
+    force
+        Overrule the guards that question the design of the calibration.
+
+    Raises
+    ------
+    CalibrationError
+        The sweep leaves the probe open, or a guard refuses.
+    """
+    options = options or PivotOptions()
+    limits = options.limits
+    _check(body, sweep)
+    start = start_pivot(rig, sweep, options.seed)
+    robust = adjust_pivot_robustly(rig, sweep, start, options.slack_mm)
+    if not robust.minimum.converged:
+        raise CalibrationError(
+            "pivot.not_converged",
+            "The adjustment of the sweep did not come to an end.",
+            "Sweep the probe wider, with its LEDs towards the cameras.",
+        )
+    state, used = robust.minimum.state, robust.used
+    geometry = geometry_in(body.leds_probe, state.arms)
+    of_probe = geometry.T_probe_from_body.rotation
+    rotations = np.full((len(used), 3, 3), np.nan)
+    rotations[used] = state.rotations @ of_probe.T
+    middle = (geometry.leds_probe - geometry.tip_probe).mean(axis=0)
+    coverage = coverage_of(rotations[used], middle)
+    turned = judge_coverage(coverage, limits)
+    # Without enough motion the rest cannot be computed, or says nothing.
+    let_pass(turned, force)
+    kept = sweep.only(used)
+    uncertainty = pivot_uncertainty(
+        rig, kept, state, geometry, options.slack_mm, options.resamples, options.seed,
+        pattern=options.pattern,
+    )  # fmt: skip
+    total = uncertainty.total
+    tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
+    spots = int(np.count_nonzero(kept.weights))
+    # With slack each pose has three unknowns and three conditions more.
+    dof = max(2 * spots - 3 * len(kept.uv) - state.columns + 3, 1)
+    # Cameras that are wrong by no more than their uncertainty leave residuals beyond the spots'.
+    by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
+    chi2 = robust.minimum.cost
+    common = shared_part(rig, sweep) if options.pattern else 0.0
+    judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
+    # Where many do not fit the others, it is not single frames that are wrong.
+    asked, held = used, rotations
+    if _did_not_come_back(used):
+        asked = robust.free.solved
+        held = np.where(used[:, None, None], rotations, robust.free.rotations @ of_probe.T)
+    examined = sweep.only(asked)
+    more = 2 * (np.count_nonzero(examined.weights) - spots) - 3 * (len(examined.uv) - len(kept.uv))
+    accused = accuse_in_sweep(
+        rig, examined, np.flatnonzero(asked), geometry.leds_probe, geometry.tip_probe,
+        state.centre, held[asked], options.slack_mm, dof + int(more),
+    )  # fmt: skip
+    judgements = [
+        *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
+        *judge_residuals(judged, dof),
+        *turned,
+        *judge_left_out(robust.left_out, len(used), limits),
+        *judge_jump(find_jump(robust.free, used, state.centre, common), limits),
+        *judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
+    ]
+    # The sensors' pattern follows the hand, and looks like small changes in time: where it is known
+    # to be there, a culprit is named only for what another guard has noticed.
+    noticed = any(one.refuses and not one.forcible for one in judgements)
+    named = [accused] if accused is not None and (noticed or not options.pattern) else []
+    findings = [*named, *judgements]
+    warnings = let_pass(findings, force)
+    residuals = np.full(sweep.uv.shape, np.nan)
+    residuals[used] = -misses(rig, kept, state)
+    thesis = thesis_pivot(start.targets[used])
+    return PivotCalibration(
+        leds_probe=geometry.leds_probe,
+        tip_probe=geometry.tip_probe,
+        covariance=total,
+        noise_covariance=uncertainty.noise,
+        formal_covariance=uncertainty.formal,
+        by_cameras=uncertainty.by_cameras,
+        centre_world=state.centre,
+        rotations=rotations,
+        used=used,
+        left_out=robust.left_out,
+        residuals_px=residuals,
+        rms_px=float(np.sqrt(np.nanmean(residuals**2))),
+        chi2=chi2,
+        dof=dof,
+        tips_world=robust.free.tips,
+        block=uncertainty.block,
+        coverage=coverage,
+        thesis=thesis,
+        thesis_tip_probe=tip_of_arms(thesis.arms, body),
+        warnings=warnings,
+        iterations=robust.iterations,
+        forced=force and any(one.refuses for one in findings),
+    )
+
+
+def _did_not_come_back(used: NDArray[np.bool_]) -> bool:
+    """Return whether many frames do not fit the others, up to an end of the sweep.
+
+    A ball that left its cone for a while and came back makes wrong frames; what moves and stays
+    where it is makes two kinds of frames, of which the fewer are no more wrong than the others.
+    """
+    end = max(int(_END * len(used)), 1)
+    many = np.count_nonzero(~used) > TOGETHER * len(used)
+    return bool(many and min(used[:end].mean(), used[-end:].mean()) < 0.5)
+
+
+def tip_of_arms(arms: Float, body: ProbeBody) -> Float:
+    """Return the tip (3,), mm, in the frame of the document into which the arms are laid."""
+    return rigid_fit(arms, body.leds_probe)[1]
+
+
+def _check(body: ProbeBody, sweep: PivotSweep) -> None:
+    if sweep.uv.ndim != 4 or sweep.uv.shape[2] != body.n_leds:
+        raise CalibrationError(
+            "pivot.leds",
+            f"The sweep shows spots of {sweep.uv.shape[2] if sweep.uv.ndim == 4 else 0} LEDs, and "
+            f"probe '{body.name}' has {body.n_leds}.",
+            "Choose the document of the probe that was swept.",
+        )
+    if len(sweep.sigma_px) != len(sweep.uv) or not np.all(sweep.sigma_px > 0.0):
+        raise CalibrationError(
+            "pivot.sigma",
+            "The sweep does not give every frame a standard deviation of its spots above zero.",
+            "Give the sigma of the spots in pixels.",
+        )
+    if len(sweep.uv) < LEAST_FRAMES:
+        raise CalibrationError(
+            "pivot.few_frames",
+            f"The sweep has {len(sweep.uv)} frames only; {LEAST_FRAMES} are the least, and some "
+            f"thousands are good.",
+            "Sweep the probe for half a minute.",
+        )

@@ -1,0 +1,182 @@
+"""Frames that do not belong to a sweep are found and named: wrong spots, and a ball that jumped.
+
+Every frame is laid open again by itself: the tracker's own pose (six unknowns) tells whether its
+spots fit the probe, and where it puts the tip tells whether the ball was where it rested in the
+others. All frames are judged again after every fit, so that one wrongly left out comes back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtri
+
+from ocmm_core.calibration.cameras import OUTLIER_PROBABILITY
+from ocmm_core.calibration.pivot._bundle import PivotMinimum, PivotState, adjust_pivot
+from ocmm_core.calibration.pivot._data import LeftOut, PivotSweep
+from ocmm_core.calibration.pivot._start import PivotStart, lay
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking.kernels import OK, allocate, solve_frames
+
+_ROUNDS = 8
+_LEAST_FRAMES = 10
+_MEDIAN_OF_CHI2_3 = 2.3660
+
+
+@dataclass(frozen=True, slots=True)
+class FreePoses:
+    """Every frame by itself, with the arms of a state as the body.
+
+    Attributes
+    ----------
+    solved
+        (n,).
+    tips, covariances
+        (n, 3), mm, world, and (n, 3, 3), mm^2; NaN where not solved.
+    rotations
+        (n, 3, 3), world from probe; NaN where not solved.
+    chi2, dof
+        (n,): of the spots.
+    """
+
+    solved: NDArray[np.bool_]
+    tips: Points3
+    covariances: Float
+    rotations: Float
+    chi2: Float
+    dof: Float
+
+    @property
+    def spot_scale(self) -> float:
+        """Return how many sigma the good spots are off, at least one."""
+        if not self.solved.any():
+            return 1.0
+        ratio = self.chi2[self.solved] / self.dof[self.solved]
+        middle = float(np.median(self.dof[self.solved]))
+        usual = chdtri(middle, 0.5) / middle
+        return max(float(np.sqrt(np.median(ratio) / usual)), 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class RobustPivot:
+    """What is left when the wrong frames are left out.
+
+    Attributes
+    ----------
+    minimum
+        Its state has the rotations of the frames that took part only, in their order.
+    used
+        (n,): which these are.
+    left_out
+        The others, in order.
+    free
+        All frames by themselves.
+    iterations
+        Steps of all adjustments.
+    """
+
+    minimum: PivotMinimum
+    used: NDArray[np.bool_]
+    left_out: tuple[LeftOut, ...]
+    free: FreePoses
+    iterations: int
+
+
+def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
+    """Return what every frame shows by itself of a body whose tip is its origin."""
+    outputs = allocate(len(sweep.uv))
+    # One sigma serves all frames here; the results are brought to each frame's own below.
+    sigma = float(np.median(sweep.sigma_px))
+    solve_frames(
+        np.ascontiguousarray(sweep.uv), rig.packed(), np.ascontiguousarray(arms), np.zeros(3),
+        sigma, 1, *outputs,
+    )  # fmt: skip
+    status, tips, covariances, rotations, _, chi2, dof = outputs
+    size = (sweep.sigma_px / sigma) ** 2
+    return FreePoses(
+        (status == OK) & (dof > 0), tips, covariances * size[:, None, None], rotations,
+        chi2 / size, dof.astype(np.float64),
+    )  # fmt: skip
+
+
+def adjust_pivot_robustly(
+    rig: Rig, sweep: PivotSweep, start: PivotStart, slack_mm: float
+) -> RobustPivot:
+    """Return the adjustment of the frames that belong together.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than ten frames do.
+    """
+    used, state = start.agreeing, start.state
+    iterations = 0
+    free = None
+    for _ in range(_ROUNDS):
+        if np.count_nonzero(used) < _LEAST_FRAMES:
+            raise CalibrationError(
+                "pivot.no_agreement",
+                f"Only {np.count_nonzero(used)} frames agree on where the ball of the probe rests.",
+                "Put the ball firmly into its cone and sweep the probe without lifting it.",
+            )
+        minimum = adjust_pivot(rig, sweep.only(used), _only(state, used), slack_mm)
+        iterations += minimum.iterations
+        free = free_poses(rig, sweep, minimum.state.arms)
+        state = _everywhere(start, minimum.state, used)
+        good, left_out = _judge(sweep, minimum.state.centre, slack_mm, free)
+        if np.array_equal(good, used):
+            break
+        used = good
+    assert free is not None  # noqa: S101 - there is at least one round
+    return RobustPivot(minimum, used, left_out, free, iterations)
+
+
+def _judge(
+    sweep: PivotSweep, centre: Points3, slack_mm: float, free: FreePoses
+) -> tuple[NDArray[np.bool_], tuple[LeftOut, ...]]:
+    n = len(sweep.uv)
+    probability = OUTLIER_PROBABILITY / max(n, 1)
+    scale = free.spot_scale
+    with np.errstate(invalid="ignore"):
+        fits = free.chi2 <= scale**2 * chdtri(np.maximum(free.dof, 1.0), probability)
+    off = free.tips - centre
+    distances = np.full(n, np.nan)
+    solved = free.solved
+    spread = free.covariances[solved] * scale**2 + slack_mm**2 * np.eye(3)
+    distances[solved] = np.einsum(
+        "ni,ni->n", off[solved], np.linalg.solve(spread, off[solved][..., None])[..., 0]
+    )
+    both = solved & fits
+    middle = float(np.median(distances[both])) / _MEDIAN_OF_CHI2_3 if both.any() else 1.0
+    limit = max(middle, 1.0) * float(chdtri(3, probability))
+    good = both & (np.nan_to_num(distances, nan=np.inf) <= limit)
+    left_out = []
+    for frame in np.flatnonzero(~good):
+        if not solved[frame]:
+            left_out.append(LeftOut(int(frame), "few", 0.0))
+        elif not fits[frame]:
+            ratio = float(free.chi2[frame] / free.dof[frame])
+            left_out.append(LeftOut(int(frame), "spots", ratio))
+        else:
+            left_out.append(LeftOut(int(frame), "tip", float(np.linalg.norm(off[frame]))))
+    return good, tuple(left_out)
+
+
+def _only(state: PivotState, used: NDArray[np.bool_]) -> PivotState:
+    return PivotState(
+        state.centre, state.arms, state.rotations[used].copy(), state.slacks[used].copy()
+    )
+
+
+def _everywhere(start: PivotStart, found: PivotState, used: NDArray[np.bool_]) -> PivotState:
+    """Return a state of all frames: those that took part as found, the others laid on anew."""
+    rotations, _, _ = lay(found.arms, start.targets)
+    rotations[~start.solvable] = np.eye(3)
+    rotations[used] = found.rotations
+    slacks = np.zeros((len(rotations), 3))
+    slacks[used] = found.slacks
+    return PivotState(found.centre, found.arms, rotations, slacks)

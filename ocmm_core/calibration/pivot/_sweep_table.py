@@ -1,0 +1,100 @@
+"""Two recorded sweeps of a probe as a file, for its pivot calibration.
+
+::
+
+    # ocmm sweeps
+    # sigma: 0.0146
+    sweep;frame;serial;led;u;v
+    1;1;20330001;1;312.4471;1766.0312
+
+One row for each spot. ``sweep`` is 1 for the sweep that calibrates and 2 for the independent one,
+with the cone in another place or the probe leaning to another side. ``frame`` numbers the poses of
+a sweep in the order of time; rows may stand in any order. ``led`` counts from 1 in the order of the
+probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
+signs: `table_text`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.guided import Row, Table, read_table
+from ocmm_core.calibration.pivot._data import PivotSweep
+from ocmm_core.camera import Rig
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+
+_COLUMNS = ("sweep", "frame", "serial", "led", "u", "v")
+_SWEEPS = 2
+
+
+def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ...]:
+    """Return both sweeps of the table at ``path``.
+
+    Raises
+    ------
+    InputError
+        The file is no such table, lacks a sweep, or a row names a sweep, camera or LED that is not
+        known, or repeats a spot.
+    """
+    table = read_table(path, _COLUMNS)
+    line, text = table.value("sigma", "how well a spot is known, in px")
+    sigma_px = table.parse(line, "'sigma'", text)
+    if not sigma_px > 0.0:
+        raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
+    cameras = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}
+    frames: tuple[dict[int, Float], ...] = tuple({} for _ in range(_SWEEPS))
+    for row in table.rows:
+        sweep = _count(table, row, "sweep", _SWEEPS)
+        led = _count(table, row, "led", n_leds)
+        number = _count(table, row, "frame", None)
+        camera = cameras.get(row.cells["serial"])
+        if camera is None:
+            raise _wrong(
+                table, row.line, f"rig '{rig.name}' has no camera {row.cells['serial']!r}",
+                "Choose the rig that the sweeps were taken with.",
+            )  # fmt: skip
+        uv = frames[sweep].setdefault(number, np.full((len(rig.cameras), n_leds, 2), np.nan))
+        if np.isfinite(uv[camera, led, 0]):
+            raise _wrong(table, row.line, "this spot occurs already", "Keep one of the rows.")
+        uv[camera, led] = table.number(row, "u"), table.number(row, "v")
+    for number, own in enumerate(frames, start=1):
+        if not own:
+            raise InputError(
+                "sweeps.missing",
+                f"{table.path}: there is no sweep {number}.",
+                "Give both sweeps: the one that calibrates, and an independent one.",
+            )
+    return tuple(
+        PivotSweep.even(np.array([own[number] for number in sorted(own)]), sigma_px)
+        for own in frames
+    )
+
+
+def write_sweeps(sweeps: Sequence[PivotSweep], rig: Rig) -> bytes:
+    """Return the table as `load_sweeps` reads it; all frames must have the same sigma."""
+    sigma_px = float(sweeps[0].sigma_px[0])
+    lines = ["# ocmm sweeps", f"# sigma: {sigma_px!r}", ",".join(_COLUMNS)]
+    for number, sweep in enumerate(sweeps, start=1):
+        for frame, spots in enumerate(sweep.uv.tolist(), start=1):
+            for camera, of_camera in zip(rig.cameras, spots, strict=True):
+                for led, (u, v) in enumerate(of_camera, start=1):
+                    if np.isfinite(u) and np.isfinite(v):
+                        lines.append(f"{number},{frame},{camera.serial},{led},{u!r},{v!r}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _count(table: Table, row: Row, column: str, most: int | None) -> int:
+    """Return a number that counts from 1, from 0."""
+    text = row.cells[column]
+    if not text.isdecimal() or int(text) < 1 or (most is not None and int(text) > most):
+        wanted = "a number from 1" if most is None else f"1 to {most}"
+        raise _wrong(table, row.line, f"there is no {column} {text!r}", f"Write {wanted}.")
+    return int(text) - 1
+
+
+def _wrong(table: Table, line: int, what: str, remedy: str) -> InputError:
+    return InputError("sweeps.row", f"{table.path}, line {line}: {what}.", remedy)

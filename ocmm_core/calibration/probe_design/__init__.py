@@ -1,0 +1,109 @@
+"""How a probe is built, how it bends and grows, and how well its LEDs will show the tip."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.probe_design._beam import (
+        compression,
+        sag,
+        side_load,
+        upright_shortening,
+    )
+    from ocmm_core.calibration.probe_design._definition import (
+        Examined,
+        definition_of,
+        examine,
+        probe_text,
+        read_definition,
+        save_definition,
+    )
+    from ocmm_core.calibration.probe_design._design import ProbeDesign, load_design, shipped_design
+    from ocmm_core.calibration.probe_design._layout import (
+        Postures,
+        TipMap,
+        TipNumber,
+        View,
+        tilt_map,
+        tip_number,
+        volume_map,
+    )
+    from ocmm_core.calibration.probe_design._layout_labels import WrongLabels, wrong_labels
+    from ocmm_core.calibration.probe_design._shape import (
+        ContactForce,
+        Warmth,
+        body_in_use,
+        bow_shape,
+        check_temperature,
+        contact_force,
+        force_shapes,
+        growth_shape,
+        sag_shape,
+        tip_shift,
+    )
+    from ocmm_core.calibration.probe_design._thermal import (
+        HIGHEST_C,
+        LOWEST_C,
+        REFERENCE_C,
+        Expansion,
+        Temperature,
+        require_temperature,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _beam="compression sag side_load upright_shortening",
+        _definition="Examined definition_of examine probe_text read_definition save_definition",
+        _design="ProbeDesign load_design shipped_design",
+        _layout="Postures TipMap TipNumber View tilt_map tip_number volume_map",
+        _layout_labels="WrongLabels wrong_labels",
+        _shape=(
+            "ContactForce Warmth body_in_use bow_shape check_temperature contact_force "
+            "force_shapes growth_shape sag_shape tip_shift"
+        ),
+        _thermal="Expansion HIGHEST_C LOWEST_C REFERENCE_C Temperature require_temperature",
+    )
+
+__all__ = [
+    "HIGHEST_C",
+    "LOWEST_C",
+    "REFERENCE_C",
+    "ContactForce",
+    "Examined",
+    "Expansion",
+    "Postures",
+    "ProbeDesign",
+    "Temperature",
+    "TipMap",
+    "TipNumber",
+    "View",
+    "Warmth",
+    "WrongLabels",
+    "body_in_use",
+    "bow_shape",
+    "check_temperature",
+    "compression",
+    "contact_force",
+    "definition_of",
+    "examine",
+    "force_shapes",
+    "growth_shape",
+    "load_design",
+    "probe_text",
+    "read_definition",
+    "require_temperature",
+    "sag",
+    "sag_shape",
+    "save_definition",
+    "shipped_design",
+    "side_load",
+    "tilt_map",
+    "tip_number",
+    "tip_shift",
+    "upright_shortening",
+    "volume_map",
+    "wrong_labels",
+]

@@ -1,0 +1,190 @@
+"""A probe that is being defined: its document as text, what can be said of it, and its file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design._layout_labels import WrongLabels, wrong_labels
+from ocmm_core.camera import Vector3
+from ocmm_core.documents import load_document, write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import (
+    SCHEMA,
+    LedEntry,
+    OrientationRule,
+    ProbeBody,
+    ProbeDocument,
+    StrobeEntry,
+    body_of,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """What can be said of a definition that may be used.
+
+    Attributes
+    ----------
+    body
+        The probe.
+    labels
+        The nearest wrong labelling with all LEDs, and with each of them hidden.
+    """
+
+    body: ProbeBody
+    labels: tuple[WrongLabels, ...]
+
+    @property
+    def nearest_hidden(self) -> WrongLabels | None:
+        """Return the nearest wrong labelling with one LED hidden; None where all are excluded."""
+        found = [one for one in self.labels if one.hidden and one.ambiguity is not None]
+        return min(
+            found,
+            key=lambda one: np.inf if one.ambiguity is None else one.ambiguity.residual_mm,
+            default=None,
+        )
+
+
+def probe_text(document: ProbeDocument) -> str:
+    """Return a document as TOML; numbers keep all their digits."""
+    lines = [
+        f"schema = {_text(SCHEMA)}",
+        'unit = "mm"',
+        f"name = {_text(document.name)}",
+        f"tip = {_vector(document.tip)}",
+        f"tip_diameter = {_number(document.tip_diameter)}",
+        f"tip_diameter_sigma = {_number(document.tip_diameter_sigma)}",
+        f"tip_sigma = {_vector(document.tip_sigma)}",
+        f"led_sigma = {_number(document.led_sigma)}",
+        f"emission_half_angle_deg = {_number(document.emission_half_angle_deg)}",
+    ]
+    for led in document.leds:
+        position, direction = _vector(led.position), _vector(led.direction)
+        lines += ["", "[[leds]]", f"position = {position}", f"direction = {direction}"]
+    for rule in document.orientation_rules:
+        axis, world = _vector(rule.probe_axis), _vector(rule.world_direction)
+        lines += ["", "[[orientation_rules]]", f"probe_axis = {axis}", f"world_direction = {world}"]
+    if document.strobe is not None:
+        dark = ", ".join(str(frame) for frame in document.strobe.dark)
+        lines += ["", "[strobe]", f"period = {document.strobe.period}", f"dark = [{dark}]"]
+    return "\n".join([*lines, ""])
+
+
+def read_definition(path: Path) -> ProbeDocument:
+    """Return the document of another probe to begin with; it need not be usable.
+
+    Raises
+    ------
+    InputError
+        The file is missing or malformed.
+    """
+    return load_document(path, ProbeDocument, SCHEMA)
+
+
+def definition_of(body: ProbeBody) -> ProbeDocument:
+    """Return the document of a probe, to begin another one with."""
+    sigmas = np.sqrt(np.diag(body.geometry_covariance))
+    return ProbeDocument(
+        schema=SCHEMA,
+        unit="mm",
+        name=body.name,
+        tip=_vector3(body.tip_probe),
+        tip_diameter=2.0 * body.tip_radius,
+        tip_diameter_sigma=2.0 * body.tip_radius_sigma,
+        tip_sigma=_vector3(sigmas[-3:]),
+        led_sigma=float(sigmas[:-3].max()),
+        emission_half_angle_deg=float(np.degrees(body.emission_half_angle)),
+        leds=[
+            LedEntry(position=_vector3(led), direction=_vector3(direction))
+            for led, direction in zip(body.leds_probe, body.led_directions_probe, strict=True)
+        ],
+        orientation_rules=tuple(
+            OrientationRule(probe_axis=_vector3(axis), world_direction=_vector3(world))
+            for axis, world in body.rules
+        ),
+        strobe=None
+        if body.code is None
+        else StrobeEntry(period=body.code.period, dark=[int(one) for one in body.code.dark]),
+    )
+
+
+def examine(document: ProbeDocument, path: Path, tell: Callable[[str, float], None]) -> Examined:
+    """Return what can be said of a definition; takes up to some seconds with eight LEDs.
+
+    Parameters
+    ----------
+    document
+        What was defined.
+    path
+        Where it would be written; named in errors.
+    tell
+        Told what is examined next, and the share that is done.
+
+    Raises
+    ------
+    InputError
+        It cannot be used; the sentence says why.
+    """
+    tell("labels", 0.0)
+    body = body_of(document, path, _identity(document))
+    tell("hidden LEDs", 0.5)
+    return Examined(body, wrong_labels(body))
+
+
+def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:
+    """Write a definition as a new file, and return the probe.
+
+    Raises
+    ------
+    InputError
+        It cannot be used, or there is a file already: records name the document that they were
+        made with, so that a document is never changed.
+    StorageError
+        The file cannot be written.
+    """
+    body = body_of(document, path, _identity(document))
+    if path.exists():
+        raise InputError(
+            "definition.exists",
+            f"{path}: there is a file of that name.",
+            "Give the probe a name of its own; a document that was used is never changed.",
+        )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(path, probe_text(document).encode("utf-8"))
+    except OSError as error:
+        raise StorageError(
+            "definition.write",
+            f"{path}: the file cannot be written ({error.strerror}).",
+            "Choose a folder that you may write to.",
+        ) from error
+    return body
+
+
+def _identity(document: ProbeDocument) -> str:
+    return hashlib.sha256(probe_text(document).encode("utf-8")).hexdigest()
+
+
+def _vector3(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _vector(values: Sequence[float]) -> str:
+    return f"[{', '.join(_number(value) for value in values)}]"
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def _text(value: str) -> str:
+    # A JSON string is a basic string of TOML, but for DEL.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,281 @@
+"""How a probe is built: materials, sections and layers, and the document that says so.
+
+The probe document says where LEDs and ball are; this one says what is between them. A probe can be
+used without it: then nothing is known about its bending and its growth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.calibration.probe_design._beam import Bar, Beam, Panel, Section, make_beam
+from ocmm_core.calibration.probe_design._thermal import HIGHEST_C, LOWEST_C, Chain, Expansion, Layer
+from ocmm_core.camera import Vector3
+from ocmm_core.documents import Document, load_document, read_bytes, resource
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, unit
+from ocmm_core.tracking import ProbeBody
+
+SCHEMA = "ocmm.probe-design/1"
+_TOUCH_MM = 1e-6
+_PPM = 1e-6
+_GPA = 1e3
+
+
+class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    pass
+
+
+class MaterialEntry(_Entry, frozen=True, kw_only=True):
+    """A material: kg/m^3, GPa, and the expansion with its standard uncertainty, 1e-6/K."""
+
+    name: str
+    density: float
+    modulus_gpa: float
+    expansion_ppm: float
+    expansion_sigma_ppm: float
+
+
+class BarEntry(_Entry, frozen=True, kw_only=True, tag="bar", tag_field="shape"):
+    """A round section; diameters at its start and its end."""
+
+    material: str
+    start: float
+    end: float
+    diameter: tuple[float, float]
+    bore: tuple[float, float] = (0.0, 0.0)
+
+
+class PanelEntry(_Entry, frozen=True, kw_only=True, tag="panel", tag_field="shape"):
+    """A sandwich panel; widths at its start and its end, thickness of the core and of one face."""
+
+    material: str
+    start: float
+    end: float
+    width: tuple[float, float]
+    core: float
+    face: float
+    core_density: float
+
+
+class LayerEntry(_Entry, frozen=True, kw_only=True):
+    """A piece of the chain that grows."""
+
+    material: str
+    length: float
+
+
+class DesignDocument(Document, frozen=True, kw_only=True):
+    """A probe's design as it is written down; lengths in mm from the ball's centre.
+
+    Attributes
+    ----------
+    name, probe
+        Of the design, and of the probe in the probe document.
+    axis
+        From the ball along the probe, probe frame.
+    soft
+        The direction in which it bends most easily, probe frame; across the axis.
+    handle
+        Where the hand holds it.
+    contact_force_n
+        The hand presses with up to so much.
+    temperature_range_k
+        Where its temperature is not measured, it is within so much of that of its calibration.
+    reference_temperature_c
+        Of its calibration, where no record says it.
+    materials, sections, ball
+        What it is made of, what bends, and the material of the ball.
+    chain_start, chain
+        What grows, one after the other; where the first piece begins.
+    """
+
+    name: str
+    probe: str
+    axis: Vector3
+    soft: Vector3
+    handle: float
+    contact_force_n: float
+    temperature_range_k: float
+    ball: str
+    materials: list[MaterialEntry]
+    sections: list[BarEntry | PanelEntry]
+    chain_start: float
+    chain: list[LayerEntry]
+    reference_temperature_c: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeDesign:
+    """A probe's design, checked.
+
+    Attributes
+    ----------
+    name, probe
+        Of the design and of the probe that it belongs to.
+    axis_probe, soft_probe
+        (3,), unit, probe frame: along it, and across it where it bends most easily.
+    beam
+        What bends.
+    chain
+        What grows.
+    ball
+        Expansion of the ball.
+    handle_mm
+        Where the hand holds it, from the ball's centre.
+    contact_force_n
+        Largest force of the hand.
+    temperature_range_k
+        How far its temperature is from that of its calibration where nobody measures it.
+    reference_temperature_c
+        Of its calibration by this document; None where it says nothing.
+    text
+        The document, for the job file.
+    """
+
+    name: str
+    probe: str
+    axis_probe: Float
+    soft_probe: Float
+    beam: Beam
+    chain: Chain
+    ball: Expansion
+    handle_mm: float
+    contact_force_n: float
+    temperature_range_k: float
+    reference_temperature_c: float | None
+    text: str
+
+
+def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
+    """Return the design of a probe by the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, belongs to another probe, names a material that it does not
+        describe, has gaps or values that no probe has.
+    """
+    path = Path(path)
+    document = load_document(path, DesignDocument, SCHEMA)
+    if document.probe != body.name:
+        raise InputError(
+            "design.probe",
+            f"{path}: field 'probe' is {document.probe!r}, but the probe is {body.name!r}.",
+            "Give the design of this probe.",
+        )
+    materials = {entry.name: entry for entry in document.materials}
+    _check(path, document, materials)
+    expansions = {
+        name: Expansion(name, _PPM * entry.expansion_ppm, _PPM * entry.expansion_sigma_ppm)
+        for name, entry in materials.items()
+    }
+    axis = unit(np.array(document.axis))
+    across = np.array(document.soft) - (np.array(document.soft) @ axis) * axis
+    ends = document.chain_start + np.cumsum([entry.length for entry in document.chain])
+    starts = [document.chain_start, *ends[:-1].tolist()]
+    layers = tuple(
+        Layer(start, float(end), expansions[entry.material])
+        for start, end, entry in zip(starts, ends, document.chain, strict=True)
+    )
+    return ProbeDesign(
+        name=document.name,
+        probe=document.probe,
+        axis_probe=axis,
+        soft_probe=unit(across),
+        beam=make_beam([_section(entry, materials[entry.material]) for entry in document.sections]),
+        chain=Chain(axis, layers),
+        ball=expansions[document.ball],
+        handle_mm=document.handle,
+        contact_force_n=document.contact_force_n,
+        temperature_range_k=document.temperature_range_k,
+        reference_temperature_c=document.reference_temperature_c,
+        text=read_bytes(path).decode("utf-8"),
+    )
+
+
+def shipped_design(body: ProbeBody) -> Path | None:
+    """Return the design in the resources folder that goes with a probe, or None."""
+    if any(mark in body.name for mark in "/\\\0"):
+        return None
+    path = resource("designs", f"{body.name}.toml")
+    return path if path.is_file() else None
+
+
+def _section(entry: BarEntry | PanelEntry, material: MaterialEntry) -> Section:
+    modulus = _GPA * material.modulus_gpa
+    if isinstance(entry, BarEntry):
+        return Bar(entry.start, entry.end, entry.diameter, entry.bore, material.density, modulus)
+    return Panel(
+        entry.start, entry.end, entry.width, entry.core, entry.face, material.density,
+        entry.core_density, modulus, _PPM * material.expansion_ppm,
+    )  # fmt: skip
+
+
+def _check(path: Path, document: DesignDocument, materials: dict[str, MaterialEntry]) -> None:
+    def wrong(field: str, fault: str, remedy: str = "Correct that field.") -> InputError:
+        return InputError("design.field", f"{path}: field '{field}' {fault}.", remedy)
+
+    if not document.sections or not document.chain:
+        raise wrong("sections" if not document.sections else "chain", "is empty")
+    named = [("ball", document.ball)]
+    named += [(f"sections[{i}].material", s.material) for i, s in enumerate(document.sections)]
+    named += [(f"chain[{i}].material", layer.material) for i, layer in enumerate(document.chain)]
+    for field, name in named:
+        if name not in materials:
+            raise wrong(field, f"names {name!r}", "Describe that material under [[materials]].")
+    positive = [
+        (f"materials[{i}].{field}", getattr(entry, field))
+        for i, entry in enumerate(document.materials)
+        for field in ("density", "modulus_gpa")
+    ]
+    positive += [(f"chain[{i}].length", layer.length) for i, layer in enumerate(document.chain)]
+    for i, entry in enumerate(document.sections):
+        positive.append((f"sections[{i}].end", entry.end - entry.start))
+        if isinstance(entry, BarEntry):
+            walls = zip(entry.diameter, entry.bore, strict=True)
+            positive += [(f"sections[{i}].diameter", outer - inner) for outer, inner in walls]
+            if min(entry.bore) < 0.0:
+                raise wrong(f"sections[{i}].bore", "is below zero")
+        else:
+            positive += [(f"sections[{i}].width", width) for width in entry.width]
+            positive += [(f"sections[{i}].{f}", getattr(entry, f)) for f in ("core", "face")]
+            if entry.core_density < 0.0:
+                raise wrong(f"sections[{i}].core_density", "is below zero")
+        expected = document.sections[i - 1].end if i else 0.0
+        if abs(entry.start - expected) > _TOUCH_MM:
+            raise wrong(
+                f"sections[{i}].start",
+                f"is {entry.start:g} mm, but the section before ends at {expected:g} mm"
+                if i
+                else f"is {entry.start:g} mm, but the first section begins at the ball, at 0",
+                "Let the sections follow each other without gaps.",
+            )
+    for field, value in positive:
+        if not value > 0.0:
+            raise wrong(field, "leaves nothing there: it must be greater than zero")
+    for i, material in enumerate(document.materials):
+        if abs(material.expansion_ppm) > 200.0 or not 0.0 <= material.expansion_sigma_ppm < 100.0:
+            raise wrong(
+                f"materials[{i}].expansion_ppm",
+                f"is {material.expansion_ppm:g} ± {material.expansion_sigma_ppm:g}",
+                "Give the growth of a metre in micrometres for each kelvin, e.g. 11.5 for steel.",
+            )
+    if len(materials) != len(document.materials):
+        raise wrong("materials", "names a material twice")
+    if min(document.contact_force_n, document.temperature_range_k) < 0.0:
+        raise wrong("contact_force_n or temperature_range_k", "is below zero")
+    if document.chain_start > 0.0:
+        raise wrong("chain_start", "lies behind the ball's centre; the chain begins at the ball")
+    if not 0.0 < document.handle <= document.sections[-1].end:
+        raise wrong("handle", f"is {document.handle:g} mm, which is not on the probe")
+    axis, soft = np.array(document.axis), np.array(document.soft)
+    if np.linalg.norm(np.cross(axis, soft)) < 1e-6:
+        raise wrong("soft", "does not lie across 'axis'")
+    known = document.reference_temperature_c
+    if known is not None and not LOWEST_C <= known <= HIGHEST_C:
+        raise wrong("reference_temperature_c", f"is {known:g}, where no probe is calibrated")

@@ -1,0 +1,248 @@
+"""How well a rig sees the tip of a probe: the least possible error of its LED layout.
+
+The Cramer-Rao bound of the pose, carried to the tip, for white noise of the spots and exactly known
+cameras and LEDs. The product's estimator reaches it within two parts in a hundred, so the bound
+is what a layout gives; no frame has to be simulated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import Rig, on_sensor, project, projection_jacobians
+from ocmm_core.geometry import Float, rotation_xyz
+from ocmm_core.tracking import ProbeBody
+from ocmm_core.tracking.kernels import MAX_TIP_SIGMA
+
+_CHUNK = 1000
+_AT_ONCE = 24
+"""Poses that a cell of a map is the mean of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Postures:
+    """How and where the probe is held.
+
+    Attributes
+    ----------
+    tilt_deg
+        About X, Y and Z of the world: as likely everywhere between minus and plus this.
+    volume_world
+        (2, 3), mm: corners; the ball is as likely everywhere between them.
+    """
+
+    tilt_deg: tuple[float, float, float]
+    volume_world: Float
+
+    def draw(self, n: int, rng: np.random.Generator) -> tuple[Float, Float]:
+        """Return rotations world from probe (n, 3, 3) and places of the ball (n, 3), mm."""
+        angles = np.radians(rng.uniform(-1.0, 1.0, (n, 3)) * self.tilt_deg)
+        low, high = self.volume_world
+        return _rotations(angles), low + (high - low) * rng.random((n, 3))
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What the rig is good for with one layout.
+
+    Attributes
+    ----------
+    sigma_px
+        Noise of a spot.
+    everything_seen
+        LEDs that face away from a camera are taken to be seen all the same.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    sigma_px: float
+    everything_seen: bool = False
+
+    def covariance(self, rotations: Float, tips_world: Float) -> Float:
+        """Return the bound (n, 3, 3), mm^2; NaN where the pose gives no number.
+
+        Parameters
+        ----------
+        rotations
+            (n, 3, 3), world from probe.
+        tips_world
+            (n, 3), mm.
+        """
+        bound = np.empty((len(tips_world), 3, 3))
+        for start in range(0, len(bound), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            bound[part] = self._some(rotations[part], tips_world[part])
+        return bound
+
+    def seen(self, rotations: Float, tips_world: Float) -> NDArray[np.bool_]:
+        """Return which camera sees which LED, (n, C, L)."""
+        arms = self.body.leds_probe - self.body.tip_probe
+        places = np.einsum("nij,lj->nli", rotations, arms) + tips_world[:, None]
+        shape = (len(tips_world), len(self.rig.cameras), self.body.n_leds)
+        if self.everything_seen:
+            return np.ones(shape, np.bool_)
+        light = np.einsum("nij,lj->nli", rotations, self.body.led_directions_probe)
+        least = np.cos(self.body.emission_half_angle)
+        seen = np.empty(shape, np.bool_)
+        for index, camera in enumerate(self.rig.cameras):
+            ray = camera.centre_world - places
+            facing = np.sum(ray * light, axis=2) > least * np.linalg.norm(ray, axis=2)
+            seen[:, index] = facing & on_sensor(camera, project(camera, places))
+        return seen
+
+    def _some(self, rotations: Float, tips_world: Float) -> Float:
+        seen = self.seen(rotations, tips_world)
+        information = np.zeros((len(tips_world), 6, 6))
+        for led, arm in enumerate(self.body.leds_probe - self.body.tip_probe):
+            arms = rotations @ arm
+            for index, camera in enumerate(self.rig.cameras):
+                d_point, _ = projection_jacobians(camera, arms + tips_world)
+                # The pose turns about the tip: d(point) = turn x arm + shift of the tip.
+                rows = np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2)
+                rows *= seen[:, index, led, None, None]
+                information += rows.transpose(0, 2, 1) @ rows
+        enough = np.count_nonzero(np.count_nonzero(seen, axis=1) >= 2, axis=1) >= 3
+        # Turns of a radian and shifts of a millimetre are too unlike to ask for a condition.
+        information[~enough] = np.eye(6)
+        scale = np.sqrt(np.einsum("nii->ni", information))
+        alike = information / (scale[:, :, None] * scale[:, None, :])
+        enough &= np.linalg.cond(alike) < 1e12
+        alike[~enough] = np.eye(6)
+        inverse = np.linalg.inv(alike) / (scale[:, :, None] * scale[:, None, :])
+        bound: Float = self.sigma_px**2 * inverse[:, 3:, 3:]
+        enough &= np.einsum("nii->n", bound) <= MAX_TIP_SIGMA**2
+        bound[~enough] = np.nan
+        return bound
+
+
+@dataclass(frozen=True, slots=True)
+class TipNumber:
+    """The error of the tip over many poses.
+
+    Attributes
+    ----------
+    axes_um
+        RMS along X, Y and Z of the world.
+    space_um
+        RMS of the distance.
+    nineteen_of_twenty_um
+        RMS distance that 95 % of the poses stay below.
+    share
+        Poses that give a number at all.
+    """
+
+    axes_um: tuple[float, float, float]
+    space_um: float
+    nineteen_of_twenty_um: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class TipMap:
+    """The error of the tip over two quantities.
+
+    Attributes
+    ----------
+    title, names
+        What is shown, and what the columns and the rows are, with units.
+    columns, rows
+        (n,) and (m,): values at the middle of the cells.
+    space_um
+        (m, n): RMS distance; NaN where nothing is seen.
+    """
+
+    title: str
+    names: tuple[str, str]
+    columns: Float
+    rows: Float
+    space_um: Float
+
+
+def tip_number(view: View, postures: Postures, poses: int, seed: int) -> TipNumber:
+    """Return the number of a layout; NaN where no pose gives one."""
+    bound = view.covariance(*postures.draw(poses, np.random.default_rng(seed)))
+    variances = 1e6 * np.einsum("nii->ni", bound)
+    good = np.isfinite(variances).all(axis=1)
+    if not good.any():
+        return TipNumber((np.nan, np.nan, np.nan), np.nan, np.nan, 0.0)
+    axes = np.sqrt(variances[good].mean(axis=0))
+    distances = np.sqrt(variances[good].sum(axis=1))
+    return TipNumber(
+        axes_um=(float(axes[0]), float(axes[1]), float(axes[2])),
+        space_um=float(np.linalg.norm(axes)),
+        nineteen_of_twenty_um=float(np.quantile(distances, 0.95)),
+        share=float(good.mean()),
+    )
+
+
+def tilt_map(view: View, postures: Postures, cells: int, seed: int) -> TipMap:
+    """Return the error over the tilts about X and Y, everywhere in the volume."""
+    about_x, about_y = (
+        np.linspace(-1.0, 1.0, cells) * (angle or 1.0) for angle in postures.tilt_deg[:2]
+    )
+    # The same places in every cell: the map shows the tilt, and not which places were drawn.
+    rng = np.random.default_rng(seed)
+    _, tips = postures.draw(_AT_ONCE, rng)
+    turns = rng.uniform(-1.0, 1.0, _AT_ONCE) * postures.tilt_deg[2]
+
+    def poses(x: float, y: float) -> tuple[Float, Float]:
+        angles = np.radians(np.column_stack([np.full(_AT_ONCE, x), np.full(_AT_ONCE, y), turns]))
+        return _rotations(angles), tips
+
+    return TipMap(
+        "Over the tilt of the probe",
+        ("tilt about X / °", "tilt about Y / °"),
+        about_x,
+        about_y,
+        _cells(view, about_x, about_y, poses),
+    )
+
+
+def volume_map(view: View, postures: Postures, cells: int, seed: int, *, top: bool) -> TipMap:
+    """Return the error over the volume, at every tilt, seen from above or from the front."""
+    rotations, drawn = postures.draw(_AT_ONCE, np.random.default_rng(seed))
+    low, high = postures.volume_world
+    other = 1 if top else 2
+    across, along = (np.linspace(low[axis], high[axis], cells) for axis in (0, other))
+
+    def poses(x: float, y: float) -> tuple[Float, Float]:
+        tips = drawn.copy()
+        tips[:, 0], tips[:, other] = x, y
+        return rotations, tips
+
+    name = ("From above", "Y, away from the cameras / mm") if top else ("From the front", "Z / mm")
+    return TipMap(
+        f"Over the volume. {name[0]}",
+        ("X / mm", name[1]),
+        across,
+        along,
+        _cells(view, across, along, poses),
+    )
+
+
+def _cells(
+    view: View,
+    columns: Float,
+    rows: Float,
+    poses: Callable[[float, float], tuple[Float, Float]],
+) -> Float:
+    drawn = [poses(float(column), float(row)) for row in rows for column in columns]
+    bound = view.covariance(
+        np.concatenate([rotations for rotations, _ in drawn]),
+        np.concatenate([tips for _, tips in drawn]),
+    )
+    squares = np.einsum("nii->n", bound).reshape(len(rows), len(columns), _AT_ONCE)
+    good = np.isfinite(squares)
+    count = np.count_nonzero(good, axis=2)
+    total = np.where(good, squares, 0.0).sum(axis=2)
+    # A cell of which most poses are lost has no honest mean.
+    known = 2 * count >= _AT_ONCE
+    return np.where(known, 1e3 * np.sqrt(total / np.maximum(count, 1)), np.nan)
+
+
+def _rotations(angles: Float) -> Float:
+    return np.stack([rotation_xyz(*row) for row in angles])

@@ -1,0 +1,220 @@
+"""What warmth, weight and force do to the places of LEDs and ball, and to the tip that is computed.
+
+A shape says how the LEDs and the ball's centre move for one unit of its cause, in the order of
+`ProbeBody.geometry_covariance`. The covariance of what is not corrected is then the sum of squares
+of shapes, and goes the same way to every point as the uncertainty of the probe's calibration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design._beam import Deflection, bow, compression, sag, side_load
+from ocmm_core.calibration.probe_design._design import ProbeDesign
+from ocmm_core.calibration.probe_design._thermal import (
+    Temperature,
+    require_temperature,
+    strain_shapes,
+)
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking import ProbeBody
+
+
+@dataclass(frozen=True, slots=True)
+class ContactForce:
+    """What the hand's force on the ball does.
+
+    Attributes
+    ----------
+    by_force
+        (3 L + 3, 3), mm/N: movement of LEDs and ball by the force on the ball, probe frame.
+    largest_n
+        Every force from zero up to this one is as likely, N.
+    """
+
+    by_force: Float
+    largest_n: float
+
+
+@dataclass(frozen=True, slots=True)
+class Warmth:
+    """How warm the probe is and was.
+
+    Attributes
+    ----------
+    now
+        None where nobody knows.
+    made
+        At its calibration; None where nobody knows.
+    compensated
+        Its geometry is computed for the present temperature.
+    """
+
+    now: Temperature | None = None
+    made: Temperature | None = None
+    compensated: bool = False
+
+    @property
+    def difference_k(self) -> float | None:
+        """Return by how much it is warmer than at its calibration, K; None where unknown."""
+        if self.now is None or self.made is None:
+            return None
+        return self.now.celsius - self.made.celsius
+
+
+def check_temperature(what: str, temperature: Temperature) -> None:
+    """Raise InputError where a temperature is none that one measures at."""
+    require_temperature(what, temperature.celsius)
+    if not 0.0 < temperature.sigma_k <= 10.0:
+        raise InputError(
+            "temperature.sigma",
+            f"The temperature of the {what} is given with an uncertainty of "
+            f"{temperature.sigma_k:g} K.",
+            "Give its standard uncertainty in kelvin, above 0 and up to 10.",
+        )
+
+
+def warmth_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
+    """Return the shapes (m, 3 L + 3) of a relative growth of one of each material, mm."""
+    moved = strain_shapes(design.chain, body.leds_probe - body.tip_probe)
+    flat = moved.reshape(len(moved), -1)
+    return np.hstack([flat, np.zeros((len(flat), 3))])
+
+
+def growth_shape(design: ProbeDesign, body: ProbeBody) -> Float:
+    """Return the shape (3 L + 3) of one kelvin, mm/K."""
+    per_k = np.array([material.per_k for material in design.chain.materials])
+    shape: Float = per_k @ warmth_shapes(design, body)
+    return shape
+
+
+def force_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
+    """Return the shapes (3 L + 3, 3), mm/N, of a force on the ball along the axes of the probe."""
+    axis, soft = design.axis_probe, design.soft_probe
+    stiff = np.cross(axis, soft)
+    across = [
+        _bent(body, design, direction, side_load(design.beam, design.handle_mm, stiff=is_stiff))
+        for direction, is_stiff in ((soft, False), (stiff, True))
+    ]
+    pressed = np.zeros(3 * body.n_leds + 3)
+    along = (body.leds_probe - body.tip_probe) @ axis
+    for led, place in enumerate(np.minimum(along, design.handle_mm)):
+        rest = compression(design.beam, max(float(place), 0.0), design.handle_mm)
+        pressed[3 * led : 3 * led + 3] = rest * axis
+    pressed[-3:] = compression(design.beam, 0.0, design.handle_mm) * axis
+    shapes: Float = np.stack([*across, pressed], axis=1) @ np.stack([soft, stiff, axis])
+    return shapes
+
+
+def sag_shape(design: ProbeDesign, body: ProbeBody) -> Float:
+    """Return the shape (3 L + 3), mm, of the weight of the level probe, across its soft side."""
+    bent = sag(design.beam, (0.0, design.handle_mm))
+    return _bent(body, design, design.soft_probe, bent)
+
+
+def bow_shape(design: ProbeDesign, body: ProbeBody) -> Float:
+    """Return the shape (3 L + 3), mm/K, of one face of the panel warmer than the other."""
+    return _bent(body, design, design.soft_probe, bow(design.beam))
+
+
+def tip_shift(body: ProbeBody, shape: Float) -> Float:
+    """Return by how much the tip is computed wrong (3,), mm, probe frame, where nobody corrects it.
+
+    LEDs all count alike, as in appendix B; what the cameras see better counts more in truth, and
+    `tracking.sensitivity` knows how much.
+    """
+    # Small against the probe: the same turn for a thousandth of the movement has no curvature.
+    scale = 1e-3 / max(float(np.abs(shape).max()), 1e-30)
+    moved = scale * shape.reshape(-1, 3)
+    rotation, origin = rigid_fit(body.leds_probe, body.leds_probe + moved[:-1])
+    found = rotation @ body.tip_probe + origin
+    shift: Float = (found - body.tip_probe - moved[-1]) / scale
+    return shift
+
+
+def contact_force(design: ProbeDesign, body: ProbeBody) -> ContactForce:
+    """Return what the hand's force does."""
+    return ContactForce(force_shapes(design, body), design.contact_force_n)
+
+
+def body_in_use(body: ProbeBody, design: ProbeDesign, warmth: Warmth) -> ProbeBody:
+    """Return the probe as it is measured with, with all that is known of warmth and weight.
+
+    Compensated, LEDs and ball are where they are at the present temperature, and what is left is
+    the uncertainty of temperatures and expansions. Otherwise they stay, and the growth itself is
+    uncertainty: that of the known difference, or of the range in the design.
+
+    Raises
+    ------
+    InputError
+        It is to be compensated, and one of the temperatures is not known or none.
+    """
+    shapes = warmth_shapes(design, body)
+    growth = growth_shape(design, body)
+    covariance = body.geometry_covariance.copy()
+    weight = sag_shape(design, body)
+    # Which way it hangs is not followed: a part of gravity across the panel, a third of its square.
+    covariance += np.outer(weight, weight) / 3.0
+    for what, temperature in (("probe", warmth.now), ("probe's calibration", warmth.made)):
+        if temperature is not None:
+            check_temperature(what, temperature)
+    change = warmth.difference_k
+    if change is None or warmth.now is None or warmth.made is None:
+        if warmth.compensated:
+            raise _unknown(warmth)
+        variance = design.temperature_range_k**2 / 3.0
+        return replace(body, geometry_covariance=covariance + variance * np.outer(growth, growth))
+    variance = warmth.now.sigma_k**2 + warmth.made.sigma_k**2
+    if not warmth.compensated:
+        variance += change**2
+        return replace(body, geometry_covariance=covariance + variance * np.outer(growth, growth))
+    covariance += variance * np.outer(growth, growth)
+    for material, shape in zip(design.chain.materials, shapes, strict=True):
+        covariance += (change * material.sigma_per_k) ** 2 * np.outer(shape, shape)
+    ball = design.ball
+    radius_sigma = float(
+        np.linalg.norm(
+            [
+                body.tip_radius_sigma,
+                body.tip_radius * ball.per_k * np.sqrt(variance),
+                body.tip_radius * ball.sigma_per_k * change,
+            ]
+        )
+    )
+    return replace(
+        body,
+        leds_probe=body.leds_probe + change * growth[:-3].reshape(-1, 3),
+        tip_radius=body.tip_radius * (1.0 + ball.per_k * change),
+        tip_radius_sigma=radius_sigma,
+        geometry_covariance=covariance,
+    )
+
+
+def _bent(body: ProbeBody, design: ProbeDesign, direction: Float, bent: Deflection) -> Float:
+    """Return the shape of a bent beam: every cross-section is shifted and turned."""
+    from_tip = np.vstack([body.leds_probe - body.tip_probe, np.zeros(3)])
+    along = from_tip @ design.axis_probe
+    shift, slope = bent.at(along)
+    beside = from_tip @ direction
+    shape: Float = (
+        shift[:, None] * direction - (slope * beside)[:, None] * design.axis_probe
+    ).ravel()
+    return shape
+
+
+def _unknown(warmth: Warmth) -> InputError:
+    if warmth.now is None:
+        return InputError(
+            "temperature.probe_unknown",
+            "The probe is to be compensated for its temperature, but that is not known.",
+            "Measure it and give --probe-temperature, or measure without --compensate-probe.",
+        )
+    return InputError(
+        "temperature.calibration_unknown",
+        "The probe is to be compensated, but its temperature at its calibration is not known.",
+        "Calibrate the probe with a thermometer beside it, or write reference_temperature_c into "
+        "its design, or measure without --compensate-probe.",
+    )

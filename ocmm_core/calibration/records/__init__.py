@@ -1,0 +1,207 @@
+"""Records of cameras, probes and tips, sealed and chained, and whether they may be used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.records._artefacts import LengthBar, Sphere, load_bar, load_sphere
+    from ocmm_core.calibration.records._camera_memory import (
+        compare_with_cameras,
+        judge_warmth,
+        write_to_cameras,
+    )
+    from ocmm_core.calibration.records._chain_seal import NAME
+    from ocmm_core.calibration.records._event_folder import EventFolder
+    from ocmm_core.calibration.records._findings import Finding, let_pass
+    from ocmm_core.calibration.records._history import (
+        CalibrationStore,
+        Event,
+        EventKind,
+        State,
+        judgements,
+    )
+    from ocmm_core.calibration.records._in_use import (
+        CalibrationInUse,
+        CalibrationView,
+        Obstacle,
+        Word,
+        default_folder,
+        judge,
+        open_calibration,
+        open_design,
+        require_record,
+        store_folder,
+    )
+    from ocmm_core.calibration.records._overview import CalibrationOverview, overview
+    from ocmm_core.calibration.records._probe_in_use import (
+        TEXT_SCHEMA,
+        ProbeInUse,
+        ProbeText,
+        ProbeView,
+        default_probe_folder,
+        judge_probe,
+        open_probe,
+        open_probe_design,
+        probe_store_folder,
+        require_records,
+    )
+    from ocmm_core.calibration.records._probe_overview import (
+        ProbeOverview,
+        TipState,
+        probe_overview,
+    )
+    from ocmm_core.calibration.records._probe_records import (
+        CHECK_SCHEMA,
+        PROBE_SCHEMA,
+        TIP_SCHEMA,
+        MadeRecord,
+        PivotCheck,
+        ProbeRecord,
+        TipCheckRecord,
+        TipRecord,
+        probe_from_records,
+    )
+    from ocmm_core.calibration.records._probe_store import (
+        MONITOR,
+        ProbeStore,
+        TipEvent,
+        TipEventKind,
+        TipRecords,
+    )
+    from ocmm_core.calibration.records._records import (
+        SCHEMA,
+        VERIFICATION_SCHEMA,
+        ArtefactUse,
+        CameraRecord,
+        Check,
+        Corner,
+        Method,
+        Objection,
+        RepeatedSeat,
+        ResidualMap,
+        VerificationRecord,
+        entry_of,
+        rig_from_record,
+    )
+    from ocmm_core.calibration.records._sealed import (
+        canonical,
+        load,
+        load_named,
+        record_hash,
+        save,
+        seal,
+    )
+    from ocmm_core.calibration.records._trends import Course, Sample
+else:
+    __getattr__ = door(
+        __name__,
+        _artefacts="LengthBar Sphere load_bar load_sphere",
+        _camera_memory="compare_with_cameras judge_warmth write_to_cameras",
+        _chain_seal="NAME",
+        _event_folder="EventFolder",
+        _findings="Finding let_pass",
+        _history="CalibrationStore Event EventKind State judgements",
+        _in_use=(
+            "CalibrationInUse CalibrationView Obstacle Word default_folder judge open_calibration "
+            "open_design require_record store_folder"
+        ),
+        _overview="CalibrationOverview overview",
+        _probe_in_use=(
+            "ProbeInUse ProbeText ProbeView TEXT_SCHEMA default_probe_folder judge_probe "
+            "open_probe open_probe_design probe_store_folder require_records"
+        ),
+        _probe_overview="ProbeOverview TipState probe_overview",
+        _probe_records=(
+            "CHECK_SCHEMA MadeRecord PROBE_SCHEMA PivotCheck ProbeRecord TIP_SCHEMA "
+            "TipCheckRecord TipRecord probe_from_records"
+        ),
+        _probe_store="MONITOR ProbeStore TipEvent TipEventKind TipRecords",
+        _records=(
+            "ArtefactUse CameraRecord Check Corner Method Objection RepeatedSeat ResidualMap "
+            "SCHEMA VERIFICATION_SCHEMA VerificationRecord entry_of rig_from_record"
+        ),
+        _sealed="canonical load load_named record_hash save seal",
+        _trends="Course Sample",
+    )
+
+__all__ = [
+    "CHECK_SCHEMA",
+    "MONITOR",
+    "NAME",
+    "PROBE_SCHEMA",
+    "SCHEMA",
+    "TEXT_SCHEMA",
+    "TIP_SCHEMA",
+    "VERIFICATION_SCHEMA",
+    "ArtefactUse",
+    "CalibrationInUse",
+    "CalibrationOverview",
+    "CalibrationStore",
+    "CalibrationView",
+    "CameraRecord",
+    "Check",
+    "Corner",
+    "Course",
+    "Event",
+    "EventFolder",
+    "EventKind",
+    "Finding",
+    "LengthBar",
+    "MadeRecord",
+    "Method",
+    "Objection",
+    "Obstacle",
+    "PivotCheck",
+    "ProbeInUse",
+    "ProbeOverview",
+    "ProbeRecord",
+    "ProbeStore",
+    "ProbeText",
+    "ProbeView",
+    "RepeatedSeat",
+    "ResidualMap",
+    "Sample",
+    "Sphere",
+    "State",
+    "TipCheckRecord",
+    "TipEvent",
+    "TipEventKind",
+    "TipRecord",
+    "TipRecords",
+    "TipState",
+    "VerificationRecord",
+    "Word",
+    "canonical",
+    "compare_with_cameras",
+    "default_folder",
+    "default_probe_folder",
+    "entry_of",
+    "judge",
+    "judge_probe",
+    "judge_warmth",
+    "judgements",
+    "let_pass",
+    "load",
+    "load_bar",
+    "load_named",
+    "load_sphere",
+    "open_calibration",
+    "open_design",
+    "open_probe",
+    "open_probe_design",
+    "overview",
+    "probe_from_records",
+    "probe_overview",
+    "probe_store_folder",
+    "record_hash",
+    "require_record",
+    "require_records",
+    "rig_from_record",
+    "save",
+    "seal",
+    "store_folder",
+    "write_to_cameras",
+]

@@ -1,0 +1,329 @@
+"""Calibrated artefacts: length bars and spheres, with their certificates.
+
+Documents of the user. A certificate that has ended refuses the artefact, and so do a temperature
+and a length that it does not hold for; one whose uncertainty is not small against the permissible
+error warns above a fifth of it and refuses above a third.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.calibration.probe_design import HIGHEST_C, LOWEST_C, REFERENCE_C, require_temperature
+from ocmm_core.calibration.records._findings import Finding
+from ocmm_core.calibration.records._records import ArtefactUse
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError
+
+BAR_SCHEMA = "ocmm.length-bar/1"
+SPHERE_SCHEMA = "ocmm.sphere/1"
+RATED_C = (10.0, 35.0)
+"""Where an artefact is used whose document names no range: a workshop. Further from 20 degrees its
+expansion is not known as the certificate states it, and its mounting and its nests are not as they
+were when it was calibrated."""
+
+U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
+"""Expanded uncertainty of an artefact over the permissible error."""
+
+
+class Certificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What vouches for an artefact.
+
+    Attributes
+    ----------
+    number
+        Of the certificate.
+    sha256
+        Of its file; empty where there is none.
+    due_utc
+        ISO 8601 text: it holds until then.
+    """
+
+    number: str
+    sha256: str
+    due_utc: str
+
+
+class ArtefactDocument(Document, frozen=True, kw_only=True):
+    """Head of every artefact.
+
+    Attributes
+    ----------
+    name, serial
+        What it is called, and its number.
+    expanded, expanded_per_length
+        Expanded uncertainty (k = 2) of a certified length: constant part, mm, and part of the
+        length.
+    expansion, expansion_sigma
+        Thermal expansion and its standard uncertainty, 1/K.
+    certificate
+        See `Certificate`.
+    temperatures
+        From and to, degrees Celsius: where the certificate holds, with the expansion.
+    certified
+        From and to, mm: lengths that the certificate covers; without it, all that the document
+        names.
+    """
+
+    name: str
+    serial: str
+    expanded: float
+    expanded_per_length: float = 0.0
+    expansion: float
+    expansion_sigma: float
+    certificate: Certificate
+    temperatures: tuple[float, float] = RATED_C
+    certified: tuple[float, float] | None = None
+
+
+class BarDocument(ArtefactDocument, frozen=True, kw_only=True):
+    """A length bar.
+
+    Attributes
+    ----------
+    nests
+        Places of the nests for the ball along the bar at 20 degrees, mm; the first is zero.
+    leds
+        Places of the LEDs at its ends along the bar; empty where it has none.
+    """
+
+    nests: tuple[float, ...]
+    leds: tuple[float, ...] = ()
+
+
+class SphereDocument(ArtefactDocument, frozen=True, kw_only=True):
+    """A sphere.
+
+    Attributes
+    ----------
+    diameter
+        At 20 degrees, mm.
+    """
+
+    diameter: float
+
+
+@dataclass(frozen=True, slots=True)
+class Artefact:
+    """What bars and spheres have in common; see `ArtefactDocument`.
+
+    Attributes
+    ----------
+    use
+        As it goes into records.
+    expanded, expanded_per_length, expansion, expansion_sigma, temperatures
+        See `ArtefactDocument`.
+    identity
+        SHA-256 of the document.
+    """
+
+    use: ArtefactUse
+    expanded: float
+    expanded_per_length: float
+    expansion: float
+    expansion_sigma: float
+    identity: str
+    temperatures: tuple[float, float] = RATED_C
+
+    def at(self, length: float, temperature_c: float | None) -> tuple[float, float]:
+        """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
+
+        Without a temperature, 20 degrees give or take 2 K (standard uncertainty) are assumed.
+
+        Raises
+        ------
+        InputError
+            The certificate does not hold at that temperature, or nobody measures at it.
+        """
+        cold_or_warm = self._outside(temperature_c)
+        if cold_or_warm is not None:
+            raise InputError(cold_or_warm.code, cold_or_warm.what, cold_or_warm.remedy)
+        warmth = 0.0 if temperature_c is None else temperature_c - REFERENCE_C
+        sigma_k = 2.0 if temperature_c is None else 0.3
+        certified = 0.5 * (self.expanded + self.expanded_per_length * abs(length))
+        thermal = abs(length) * np.hypot(warmth * self.expansion_sigma, sigma_k * self.expansion)
+        return length * (1.0 + self.expansion * warmth), 2.0 * float(np.hypot(certified, thermal))
+
+    def judge(
+        self, length: float, limit: float, now: datetime, temperature_c: float | None
+    ) -> list[Finding]:
+        """Return what speaks against using it for an error limit, mm, of a length, mm.
+
+        Parameters
+        ----------
+        temperature_c
+            Of the surroundings; None where nobody measured it.
+
+        Raises
+        ------
+        InputError
+            Nobody measures at that temperature.
+        """
+        outside = self._outside(temperature_c)
+        found = [] if outside is None else [outside]
+        due = datetime.fromisoformat(self.use.due_utc)
+        if now >= due:
+            found.append(
+                Finding(
+                    "artefact.expired",
+                    f"The certificate of '{self.use.name}' (serial {self.use.serial}) ended on "
+                    f"{due.date().isoformat()}.",
+                    "Have it calibrated, or use another one.",
+                    refuses=True,
+                )
+            )
+        expanded = self.expanded + self.expanded_per_length * length
+        if expanded > U_WARNED * limit:
+            found.append(
+                Finding(
+                    "artefact.uncertainty",
+                    f"'{self.use.name}' (serial {self.use.serial}) is certified to "
+                    f"{1e3 * expanded:.1f} um, and the limit is {1e3 * limit:.1f} um.",
+                    "Use an artefact that is known to a fifth of the limit.",
+                    refuses=expanded > U_REFUSED * limit,
+                )
+            )
+        return found
+
+    def _outside(self, temperature_c: float | None) -> Finding | None:
+        if temperature_c is None:
+            return None
+        require_temperature("surroundings", temperature_c)
+        low, high = self.temperatures
+        if low <= temperature_c <= high:
+            return None
+        return Finding(
+            "artefact.temperature",
+            f"The certificate of '{self.use.name}' (serial {self.use.serial}) holds from {low:g} "
+            f"to {high:g} °C, and the temperature of the surroundings is given as "
+            f"{temperature_c:g} °C.",
+            "Correct the temperature, wait until the room is within that range, or use an "
+            "artefact that is certified for it.",
+            refuses=True,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LengthBar:
+    """A bar.
+
+    Attributes
+    ----------
+    artefact
+        What it has in common with others.
+    nests, leds
+        mm along the bar at 20 degrees.
+    """
+
+    artefact: Artefact
+    nests: tuple[float, ...]
+    leds: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A sphere.
+
+    Attributes
+    ----------
+    artefact
+        What it has in common with others.
+    diameter
+        mm at 20 degrees.
+    """
+
+    artefact: Artefact
+    diameter: float
+
+
+def load_bar(path: Path | str) -> LengthBar:
+    """Return the length bar of a document.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, has places that do not ascend, or LEDs other than two.
+    """
+    document = load_document(path, BarDocument, BAR_SCHEMA)
+    for field, places in (("nests", document.nests), ("leds", document.leds)):
+        if any(after <= before for before, after in pairwise(places)):
+            raise _wrong(path, field, "does not ascend", "List the places from one end on.")
+    if len(document.nests) < 2:
+        raise _wrong(path, "nests", "has fewer than two places", "Name all nests.")
+    if len(document.leds) not in (0, 2):
+        raise _wrong(path, "leds", f"has {len(document.leds)} places", "Give two, or none.")
+    for field, places in (("nests", document.nests), ("leds", document.leds)):
+        for place in places[1:]:
+            _require_certified(path, document, field, place - places[0])
+    return LengthBar(_artefact(path, document), document.nests, document.leds)
+
+
+def load_sphere(path: Path | str) -> Sphere:
+    """Return the sphere of a document; raise InputError where it is malformed."""
+    document = load_document(path, SphereDocument, SPHERE_SCHEMA)
+    if not document.diameter > 0.0:
+        raise _wrong(path, "diameter", "is not above zero", "Give it in millimetres.")
+    _require_certified(path, document, "diameter", document.diameter)
+    return Sphere(_artefact(path, document), document.diameter)
+
+
+def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
+    for field in ("expanded", "expanded_per_length", "expansion_sigma"):
+        if getattr(document, field) < 0.0:
+            raise _wrong(path, field, "is below zero", "Correct that field.")
+    low, high = document.temperatures
+    if not LOWEST_C <= low < high <= HIGHEST_C:
+        raise _wrong(
+            path,
+            "temperatures",
+            f"is from {low:g} to {high:g} °C",
+            f"Give the range of the certificate, within {LOWEST_C:g} to {HIGHEST_C:g} °C.",
+        )
+    try:
+        due = datetime.fromisoformat(document.certificate.due_utc)
+    except ValueError as error:
+        raise _wrong(
+            path, "certificate.due_utc", "is no date", "Write it like 2030-12-31T00:00:00+00:00."
+        ) from error
+    if due.tzinfo is None:
+        due = due.replace(tzinfo=UTC)
+    return Artefact(
+        use=ArtefactUse(
+            name=document.name,
+            serial=document.serial,
+            certificate=document.certificate.number,
+            certificate_sha256=document.certificate.sha256,
+            due_utc=due.isoformat(),
+        ),
+        expanded=document.expanded,
+        expanded_per_length=document.expanded_per_length,
+        expansion=document.expansion,
+        expansion_sigma=document.expansion_sigma,
+        identity=digest(path),
+        temperatures=document.temperatures,
+    )
+
+
+def _require_certified(
+    path: Path | str, document: ArtefactDocument, field: str, length: float
+) -> None:
+    if document.certified is None:
+        return
+    low, high = document.certified
+    if not low <= length <= high:
+        raise _wrong(
+            path,
+            field,
+            f"has a length of {length:g} mm, and its certificate covers {low:g} to {high:g} mm",
+            "Take out what is not certified, or have the artefact calibrated for it.",
+        )
+
+
+def _wrong(path: Path | str, field: str, what: str, remedy: str) -> InputError:
+    return InputError("artefact.field", f"{path}: field '{field}' {what}.", remedy)

@@ -1,0 +1,128 @@
+"""The copy of a calibration in the cameras' own memory, and what they say about themselves.
+
+Intrinsics travel with a camera. They are written to it when a calibration is accepted, and read
+back at every start: a camera that holds others is not the one that was calibrated, or another
+program has calibrated it since.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from datetime import datetime
+
+from ocmm_core.calibration.records._in_use import Obstacle
+from ocmm_core.calibration.records._records import CameraRecord
+from ocmm_core.calibration.records._sealed import record_hash
+from ocmm_core.camera import CameraEntry, camera_of
+from ocmm_core.fieldbus.device import Intrinsics
+from ocmm_core.fieldbus.objects import ObjectAccess, read_intrinsics, write_intrinsics
+
+WARNS_K = 2.0
+BLOCKS_K = 5.0
+"""A sensor that is so much warmer or colder than it was has a lens that may have moved; to be
+tuned for the cameras at hand."""
+
+_WRITE = "Maintain, Calibration, Write to cameras; or ocmm calibrate write-cameras"
+
+
+def write_to_cameras(record: CameraRecord, objects: Callable[[str], ObjectAccess]) -> None:
+    """Store the intrinsics of a calibration in all its cameras and read them back.
+
+    Parameters
+    ----------
+    record
+        The calibration; the note beside the intrinsics holds its hash.
+    objects
+        Returns the objects of the camera of a name.
+
+    Raises
+    ------
+    BusError
+        A camera refuses, does not answer, or holds something else afterwards. Those before it
+        hold the new intrinsics; repeating it is all that is needed.
+    """
+    for entry in record.cameras:
+        write_intrinsics(
+            objects(entry.name), _intrinsics(record, entry), f"calibration {record_hash(record)}"
+        )
+
+
+def compare_with_cameras(
+    record: CameraRecord, objects: Callable[[str], ObjectAccess]
+) -> Obstacle | None:
+    """Return why the cameras are not those of a calibration, or None.
+
+    Raises
+    ------
+    BusError
+        A camera does not answer, or what it stores is damaged.
+    """
+    for entry in record.cameras:
+        found = read_intrinsics(objects(entry.name))
+        expected = _intrinsics(record, entry)
+        if found is None:
+            return Obstacle(
+                f"Camera '{entry.name}' stores no intrinsics, so it is not known to be the one "
+                "that was calibrated.",
+                f"If it is, write them to it ({_WRITE}); if not, calibrate.",
+            )
+        if replace(found, date_s=expected.date_s) != expected:
+            return Obstacle(
+                f"Camera '{entry.name}' stores other intrinsics than the calibration in force "
+                f"({_difference(found, expected)}).",
+                f"Verify the calibration, then write its intrinsics ({_WRITE}).",
+            )
+    return None
+
+
+def judge_warmth(
+    record: CameraRecord, temperatures_c: Sequence[float | None]
+) -> tuple[Obstacle | None, tuple[str, ...]]:
+    """Return why the cameras are too warm or too cold for their calibration, or what to watch.
+
+    Parameters
+    ----------
+    record
+        The calibration.
+    temperatures_c
+        Of the sensors now, camera by camera; None where not known.
+
+    Returns
+    -------
+    tuple
+        Why no points may be taken, or None, and the warnings. Where the record has no
+        temperatures of the sensors nothing is said.
+    """
+    obstacle: Obstacle | None = None
+    warnings = []
+    pairs = zip(record.cameras, record.sensor_temperatures_c, temperatures_c, strict=False)
+    for entry, then_c, now_c in pairs:
+        if now_c is None or abs(now_c - then_c) <= WARNS_K:
+            continue
+        side = "warmer" if now_c > then_c else "colder"
+        words = (
+            f"Camera '{entry.name}' is {abs(now_c - then_c):.1f} K {side} than when it was "
+            f"calibrated ({now_c:.1f} against {then_c:.1f} °C)."
+        )
+        if abs(now_c - then_c) > BLOCKS_K and obstacle is None:
+            obstacle = Obstacle(
+                words, "Wait until the cameras have their temperature, or calibrate at this one."
+            )
+        else:
+            warnings.append(words)
+    return obstacle, tuple(warnings)
+
+
+def _intrinsics(record: CameraRecord, entry: CameraEntry) -> Intrinsics:
+    made = int(datetime.fromisoformat(record.made_utc).timestamp())
+    return Intrinsics.of(camera_of(entry), made)
+
+
+def _difference(found: Intrinsics, expected: Intrinsics) -> str:
+    """Return the first thing in which they differ."""
+    for name in Intrinsics.__slots__:
+        ours, theirs = getattr(expected, name), getattr(found, name)
+        if name != "date_s" and ours != theirs:
+            return f"{name} is {theirs!r} instead of {ours!r}"
+    return "nothing"

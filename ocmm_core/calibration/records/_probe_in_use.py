@@ -1,0 +1,333 @@
+"""Which tip of which probe a job is measured with, and whether points may be taken with it.
+
+As for the cameras (`in_use`): virtual rigs may be measured with the probe document itself; real
+cameras need records of the mounted tip whose standing is usable.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+import platformdirs
+
+from ocmm_core.calibration.records._in_use import (
+    Obstacle,
+    Word,
+    named_folder,
+    obstacle_of,
+    words_of,
+)
+from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
+from ocmm_core.calibration.records._probe_store import ProbeStore, TipEventKind, TipRecords
+from ocmm_core.calibration.records._sealed import canonical, record_hash
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.tracking import ProbeBody, load_probe
+
+TEXT_SCHEMA = "ocmm.probe-in-use/1"
+
+
+class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Everything that the geometry of a calibrated probe comes from, as jobs keep it.
+
+    Attributes
+    ----------
+    schema
+        `TEXT_SCHEMA`.
+    document
+        The probe document.
+    calibration, qualification
+        Records of the tip.
+    """
+
+    schema: str
+    document: str
+    calibration: ProbeRecord
+    qualification: TipRecord | None
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeInUse:
+    """The probe that a job was begun with.
+
+    Attributes
+    ----------
+    body
+        What is measured with.
+    probe_text
+        The complete text that it comes from, for the job file; its SHA-256 is ``body.identity``.
+    design
+        The probe by its document; records are compared with its identity.
+    tip
+        Name of the tip; empty where no record names it.
+    records
+        What the geometry comes from; None where it comes from the document.
+    store
+        The records of the probe; None for designs, and where they are damaged.
+    fault
+        Word and reason why it must not be used, found when it was opened; None where it may.
+    uncalibrated
+        Somebody insists on measuring all the same.
+    """
+
+    body: ProbeBody
+    probe_text: str
+    design: ProbeBody
+    tip: str = ""
+    records: TipRecords | None = None
+    store: ProbeStore | None = None
+    fault: tuple[Word, Obstacle] | None = None
+    uncalibrated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeView:
+    """What is to be said about the probe at a moment.
+
+    Attributes
+    ----------
+    word
+        In one word.
+    probe, tip
+        Names; that of the tip is empty where no record names it.
+    identity
+        Hash of what the geometry comes from.
+    diameter_mm
+        Of the ball, as it is compensated.
+    obstacle
+        Why no points may be taken; None where they may.
+    uncalibrated
+        They are taken all the same, and prove nothing.
+    warnings
+        What somebody should know who measures.
+    since_utc
+        For SUSPECT: points since then are in doubt. Empty otherwise.
+    records
+        None where the geometry comes from the document.
+    """
+
+    word: Word
+    probe: str
+    tip: str
+    identity: str
+    diameter_mm: float
+    obstacle: Obstacle | None = None
+    uncalibrated: bool = False
+    warnings: tuple[str, ...] = ()
+    since_utc: str = ""
+    records: TipRecords | None = None
+
+    @property
+    def hindrance(self) -> Obstacle | None:
+        """Return why no points may be taken; None where they may, or are taken all the same."""
+        return None if self.uncalibrated else self.obstacle
+
+    @property
+    def title(self) -> str:
+        """Return the names of probe and tip."""
+        return f"{self.probe}, tip {self.tip}" if self.tip else self.probe
+
+    @property
+    def due_utc(self) -> str:
+        """Return until when the records hold, ISO 8601 text; empty where there are none."""
+        if self.records is None:
+            return ""
+        calibration, qualification = self.records.calibration, self.records.qualification
+        ends = [calibration.valid_until_utc]
+        if qualification is not None:
+            ends.append(qualification.valid_until_utc)
+        return min(ends, key=datetime.fromisoformat)
+
+    @property
+    def note(self) -> str:
+        """Return word, names and all hashes, for the job file."""
+        hashes = [self.identity]
+        if self.records is not None:
+            hashes.append(f"calibration {record_hash(self.records.calibration)}")
+        if self.records is not None and self.records.qualification is not None:
+            hashes.append(f"qualification {record_hash(self.records.qualification)}")
+        due = [f"due {self.due_utc}"] if self.due_utc else []
+        return " ".join([self.word.value, f"{self.title}:", *hashes, *due])
+
+    @property
+    def label(self) -> str:
+        """Return word, names, shortened hash and due date, for reports; pure ASCII, no commas."""
+        word = "UNCALIBRATED" if self.uncalibrated else self.word.value
+        names = f"{self.probe}/{self.tip}" if self.tip else self.probe
+        plain = "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in names)
+        due = f" due {self.due_utc[:10]}" if self.due_utc else ""
+        return f"{word} {plain.replace(',', ' ')} {self.identity[:12]}{due}"
+
+
+def default_probe_folder() -> Path:
+    """Return where the records of this user's probes are kept, probe by probe."""
+    return platformdirs.user_data_path("ocmm") / "probes"
+
+
+def probe_store_folder(folder: Path, probe: str) -> Path:
+    """Return the folder of a probe's store below ``folder``.
+
+    Raises
+    ------
+    InputError
+        The probe's name cannot be that of a folder on every system.
+    """
+    return named_folder(folder, probe, "probe")
+
+
+def open_probe_design(document: Path, *, uncalibrated: bool = False) -> ProbeInUse:
+    """Return the probe of a document as it stands there, for virtual rigs.
+
+    Raises
+    ------
+    InputError
+        The document cannot be used.
+    """
+    text = read_bytes(document).decode("utf-8")
+    body = load_probe(document)
+    return ProbeInUse(body, text, body, uncalibrated=uncalibrated)
+
+
+def open_probe(
+    document: Path, folder: Path, tip: str | None = None, *, uncalibrated: bool = False
+) -> ProbeInUse:
+    """Return the probe that a document describes, with what is in force for one of its tips.
+
+    Parameters
+    ----------
+    document
+        The probe document.
+    folder
+        Where records of probes are kept, see `default_probe_folder`.
+    tip
+        Name of the tip; None is the one that is mounted by the records.
+    uncalibrated
+        Points are taken whatever is the matter with the tip.
+
+    Returns
+    -------
+    ProbeInUse
+        With a fault where there are no usable records; its geometry is then that of the document.
+
+    Raises
+    ------
+    InputError
+        The document cannot be used, or the name of the probe.
+    """
+    design = open_probe_design(document, uncalibrated=uncalibrated)
+    place = probe_store_folder(folder, design.body.name)
+    design = replace(design, tip=tip or "")
+    try:
+        store = ProbeStore(place)
+    except OcmmError as error:
+        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+    wanted = tip if tip is not None else store.mounted
+    design = replace(design, tip=wanted or "", store=store)
+    try:
+        records = store.active(wanted) if wanted is not None else None
+        if records is None:
+            return replace(design, fault=(Word.NONE, _never(design)))
+        body = probe_from_records(design.body, records.calibration, records.qualification)
+    except OcmmError as error:
+        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+    text = canonical(
+        ProbeText(
+            schema=TEXT_SCHEMA,
+            document=design.probe_text,
+            calibration=records.calibration,
+            qualification=records.qualification,
+        )
+    )
+    body = replace(body, identity=hashlib.sha256(text).hexdigest())
+    return replace(design, body=body, probe_text=text.decode("utf-8"), records=records)
+
+
+def require_records(in_use: ProbeInUse) -> TipRecords:
+    """Return the records that are measured with.
+
+    Raises
+    ------
+    CalibrationError
+        There are none, or none that may be used.
+    """
+    if in_use.fault is not None:
+        _, obstacle = in_use.fault
+        raise CalibrationError("probe_record.not_usable", obstacle.what, obstacle.remedy)
+    if in_use.records is None:
+        raise CalibrationError(
+            "probe_record.design",
+            "This job is measured with the probe document, without records of the tip.",
+            "Give the folder of records of probes: --probes.",
+        )
+    return in_use.records
+
+
+def judge_probe(in_use: ProbeInUse, now: datetime) -> ProbeView:
+    """Return what is to be said about a probe at a moment; the first time as `in_use.judge`."""
+    view = ProbeView(
+        Word.DESIGN,
+        in_use.body.name,
+        in_use.tip,
+        in_use.body.identity,
+        2.0 * in_use.body.tip_radius,
+        uncalibrated=in_use.uncalibrated,
+        records=in_use.records,
+    )
+    if in_use.fault is not None:
+        word, obstacle = in_use.fault
+        return replace(view, word=word, obstacle=obstacle)
+    if in_use.records is None or in_use.store is None:
+        return view
+    store, records = in_use.store, in_use.records
+    try:
+        store.refresh()
+    except (OcmmError, OSError) as error:
+        return replace(view, word=Word.UNUSABLE, obstacle=obstacle_of(error))
+    if _is_replaced(records, store):
+        exchanged = store.exchanged
+        other = _replaced(in_use.tip) if exchanged is None else obstacle_of(exchanged)
+        return replace(view, word=Word.UNUSABLE, obstacle=other)
+    if store.mounted != in_use.tip:
+        other = _other_mounted(in_use.tip, store.mounted or "")
+        return replace(view, word=Word.UNUSABLE, obstacle=other)
+    found = store.standing_of(records, now, thorough=False)
+    word, doubt, warnings, since = words_of(found)
+    return replace(view, word=word, obstacle=doubt, warnings=warnings, since_utc=since)
+
+
+def _is_replaced(records: TipRecords, store: ProbeStore) -> bool:
+    """Return whether newer records of the tip were put in force; reads no file."""
+    tip = records.calibration.tip
+    if store.active_hash(tip) != record_hash(records.calibration):
+        return True
+    own = [one for one in store.events if one.tip == tip]
+    begun = max(i for i, one in enumerate(own) if one.kind is TipEventKind.CALIBRATED)
+    newer = [one.record for one in own[begun:] if one.kind is TipEventKind.QUALIFIED]
+    used = None if records.qualification is None else record_hash(records.qualification)
+    return bool(newer) and newer[-1] != used
+
+
+def _replaced(tip: str) -> Obstacle:
+    return Obstacle(
+        f"Another calibration or qualification of tip '{tip}' was put in force since this job was "
+        "begun.",
+        "End this job and begin a new one.",
+    )
+
+
+def _other_mounted(tip: str, mounted: str) -> Obstacle:
+    return Obstacle(
+        f"Tip '{mounted}' is on the probe, but this job was begun with tip '{tip}'.",
+        f"Mount tip '{tip}' again and check it, or end this job and begin a new one.",
+    )
+
+
+def _never(in_use: ProbeInUse) -> Obstacle:
+    tip = f" with tip '{in_use.tip}'" if in_use.tip else ""
+    return Obstacle(
+        f"Probe '{in_use.body.name}' was never calibrated{tip}.", "Calibrate the probe."
+    )

@@ -1,0 +1,291 @@
+"""Records of a probe: its geometry with one tip, the qualification of that tip, and quick checks.
+
+They are kept as `sealed` files. A probe with several tips has records for each of them: the ball
+of another stylus is somewhere else and has another diameter.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+
+from ocmm_core.calibration.records._records import ArtefactUse, Check
+from ocmm_core.calibration.records._sealed import record_hash
+from ocmm_core.camera import Vector3
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+PROBE_SCHEMA = "ocmm.probe-calibration/1"
+TIP_SCHEMA = "ocmm.tip-qualification/1"
+CHECK_SCHEMA = "ocmm.tip-check/1"
+
+
+class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Head of every record of a probe.
+
+    Attributes
+    ----------
+    schema
+        Which kind, with its version.
+    probe
+        Name of the probe.
+    tip
+        Name of the tip, as on the stylus or in the menu.
+    made_utc
+        ISO 8601 text, UTC.
+    made_by, software
+        Who, with which version.
+    temperature_c
+        Of the surroundings; None where nobody measured it.
+    rig, rig_identity
+        Name of the rig, and hash of the record or document of its cameras.
+    data_sha256
+        Of the observations.
+    """
+
+    schema: str
+    probe: str
+    tip: str
+    made_utc: str
+    made_by: str
+    software: str
+    temperature_c: float | None
+    rig: str
+    rig_identity: str
+    data_sha256: str
+
+
+class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the second, independent sweep said; see `pivot_validation.PivotValidation`.
+
+    Attributes
+    ----------
+    difference_mm, sigma_mm
+        Between the tips of both sweeps, probe frame, and its standard uncertainty.
+    led_difference_mm
+        RMS distance of the LEDs.
+    place_mm, attitude_deg
+        How far the second sweep was from the first.
+    articulation_2s_mm, articulation_max_mm
+        Of the first tip, followed through the second sweep; None where it had too few attitudes.
+    """
+
+    difference_mm: Vector3
+    sigma_mm: Vector3
+    led_difference_mm: float
+    place_mm: float
+    attitude_deg: float
+    articulation_2s_mm: float | None
+    articulation_max_mm: float | None
+
+
+class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
+    """A pivot calibration of a probe with one tip.
+
+    Attributes
+    ----------
+    valid_until_utc
+        ISO 8601 text, UTC.
+    probe_identity
+        SHA-256 of the probe's document, in whose frame everything is.
+    leds_mm, tip_mm
+        Where the LEDs and the centre of the ball are.
+    covariance
+        Rows (3 L + 3): LEDs, then the tip, mm^2.
+    frames, left_out
+        Frames of the first sweep, and how many of them did not fit.
+    ranges_deg, attitudes
+        How far the probe was turned about its axes, and attitudes at least two degrees apart.
+    rms_px, chi2_per_dof
+        Of the residuals.
+    thesis_tip_mm, thesis_spread_mm
+        By the method of the thesis on the same frames: the tip, and the RMS distance of the centres
+        of its spheres from their mean (Table 4).
+    validation
+        By the second sweep.
+    change_mm
+        Distance of the tip from that of the record before; None for the first one.
+    change_reason
+        Why it changed by more than usual, in the words of a person; else empty.
+    warnings
+        What spoke against it without refusing it.
+    forced
+        Somebody overruled a guard.
+    artefacts
+        The cone, where it has a name.
+    previous
+        Hash of the record before for this tip; empty for the first one.
+    """
+
+    valid_until_utc: str
+    probe_identity: str
+    leds_mm: tuple[Vector3, ...]
+    tip_mm: Vector3
+    covariance: tuple[tuple[float, ...], ...]
+    frames: int
+    left_out: int
+    ranges_deg: Vector3
+    attitudes: int
+    rms_px: float
+    chi2_per_dof: float
+    thesis_tip_mm: Vector3
+    thesis_spread_mm: float
+    validation: PivotCheck
+    change_mm: float | None
+    change_reason: str
+    warnings: tuple[str, ...]
+    forced: bool
+    artefacts: tuple[ArtefactUse, ...]
+    previous: str
+
+    @property
+    def tip_sigma_mm(self) -> float:
+        """Return the root of the sum of the tip's variances."""
+        return float(np.sqrt(sum(self.covariance[i][i] for i in (-3, -2, -1))))
+
+
+class TipRecord(MadeRecord, frozen=True, kw_only=True):
+    """A qualification of a tip on a calibrated sphere, and its articulation in a cone.
+
+    Attributes
+    ----------
+    valid_until_utc
+        ISO 8601 text, UTC.
+    calibration
+        Hash of the `ProbeRecord` that the points were computed with.
+    diameter_mm, diameter_sigma_mm
+        Effective diameter of the ball and its standard uncertainty, with that of the sphere.
+    noise_sigma_mm
+        The part of it that comes from the spots alone.
+    by_cameras, by_geometry
+        Derivatives of the diameter by the parameters of the cameras (14 C) and by LEDs and tip of
+        the probe (3 L + 3): what a later check has in common with it. Empty where nobody kept them.
+    form_mm
+        Largest less smallest radius over all points (ISO 10360-5).
+    points
+        Points on the sphere.
+    point_sigma_mm
+        Standard deviation of one point along the normal, from the residuals.
+    articulation_2s_mm, articulation_max_mm
+        Two standard deviations and largest distance from their mean of the tips of all attitudes
+        in the cone (ASME B89.4.22).
+    attitudes
+        Attitudes in the cone.
+    checks
+        What was judged, with limits; all of them, also those that failed.
+    artefacts
+        Sphere, and cone where it has a name.
+    passed
+        The verdict.
+    """
+
+    valid_until_utc: str
+    calibration: str
+    diameter_mm: float
+    diameter_sigma_mm: float
+    noise_sigma_mm: float = 0.0
+    by_cameras: tuple[float, ...] = ()
+    by_geometry: tuple[float, ...] = ()
+    form_mm: float
+    points: int
+    point_sigma_mm: float
+    articulation_2s_mm: float
+    articulation_max_mm: float
+    attitudes: int
+    checks: tuple[Check, ...]
+    artefacts: tuple[ArtefactUse, ...]
+    passed: bool
+
+
+class TipCheckRecord(MadeRecord, frozen=True, kw_only=True):
+    """A quick check that the mounted tip is still the one that was qualified.
+
+    Attributes
+    ----------
+    calibration, qualification
+        Hashes of the `ProbeRecord` and the `TipRecord` that were checked.
+    checks
+        Diameter and length, with limits.
+    artefacts
+        Sphere, and cone where it has a name.
+    passed
+        The verdict.
+    """
+
+    calibration: str
+    qualification: str
+    checks: tuple[Check, ...]
+    artefacts: tuple[ArtefactUse, ...]
+    passed: bool
+
+
+def probe_from_records(
+    body: ProbeBody, calibration: ProbeRecord, tip: TipRecord | None
+) -> ProbeBody:
+    """Return the probe with the geometry of its records.
+
+    Parameters
+    ----------
+    body
+        By its document.
+    calibration
+        Of this probe.
+    tip
+        Its qualification; without one, diameter and its uncertainty are those of the document.
+
+    Raises
+    ------
+    CalibrationError
+        The record is not of this probe, or its numbers have not the shape that it needs.
+    """
+    if calibration.probe_identity != body.identity:
+        raise CalibrationError(
+            "probe_record.other",
+            f"The calibration of probe '{calibration.probe}' with tip '{calibration.tip}' was made "
+            f"with another document than that of '{body.name}' now.",
+            "Give the document that the probe was calibrated with, or calibrate the probe.",
+        )
+    size = 3 * body.n_leds + 3
+    rows = calibration.covariance
+    if len(calibration.leds_mm) != body.n_leds or {len(rows), *map(len, rows)} != {size}:
+        raise _unfit(calibration)
+    covariance: Float = np.array(rows)
+    if not np.array_equal(covariance, covariance.T) or np.any(np.diag(covariance) < 0.0):
+        raise _unfit(calibration)
+    digest = record_hash(calibration)
+    if tip is None:
+        return replace(
+            body,
+            leds_probe=np.array(calibration.leds_mm),
+            tip_probe=np.array(calibration.tip_mm),
+            geometry_covariance=covariance,
+            identity=digest,
+        )
+    if tip.calibration != digest:
+        raise CalibrationError(
+            "probe_record.tip",
+            f"Tip '{tip.tip}' of probe '{tip.probe}' was not qualified with this calibration.",
+            "Qualify the tip.",
+        )
+    return replace(
+        body,
+        leds_probe=np.array(calibration.leds_mm),
+        tip_probe=np.array(calibration.tip_mm),
+        tip_radius=0.5 * tip.diameter_mm,
+        tip_radius_sigma=0.5 * tip.diameter_sigma_mm,
+        geometry_covariance=covariance,
+        identity=hashlib.sha256(f"{digest} {record_hash(tip)}".encode()).hexdigest(),
+    )
+
+
+def _unfit(calibration: ProbeRecord) -> CalibrationError:
+    return CalibrationError(
+        "probe_record.covariance",
+        f"The record of probe '{calibration.probe}' with tip '{calibration.tip}' does not hold the "
+        f"LEDs and the covariance that the probe needs.",
+        "Calibrate the probe again.",
+    )

@@ -1,0 +1,327 @@
+"""Records of cameras: what a calibration or a verification found, how, when and with what.
+
+They are kept as `sealed` files.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ocmm_core.calibration.records._sealed import record_hash
+from ocmm_core.camera import (
+    N_PARAMETERS,
+    CameraEntry,
+    CameraModel,
+    Rig,
+    SpotNoise,
+    Vector3,
+    camera_of,
+)
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+
+Method = Literal["known points", "relocation"]
+
+
+class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the calibration leaves over, by place on the sensor; the monitor compares with it.
+
+    Attributes
+    ----------
+    columns, rows
+        Cells over the width and the height of the sensor.
+    mean_u_px, mean_v_px
+        Mean residual of each cell, row by row; zero where no spot was.
+    count
+        Spots in each cell.
+    """
+
+    columns: int
+    rows: int
+    mean_u_px: tuple[float, ...]
+    mean_v_px: tuple[float, ...]
+    count: tuple[int, ...]
+
+
+class ArtefactUse(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An artefact that a result rests on, with its certificate."""
+
+    name: str
+    serial: str
+    certificate: str
+    certificate_sha256: str
+    due_utc: str
+
+
+class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A calibration of the cameras of one rig.
+
+    Attributes
+    ----------
+    schema
+        `SCHEMA`.
+    rig
+        Name of the rig.
+    method
+        How the cameras were calibrated.
+    made_utc, valid_until_utc
+        ISO 8601 text, UTC.
+    made_by, software
+        Who calibrated, with which version.
+    temperature_c
+        Of the cameras' surroundings; None where nobody measured it.
+    sensor_temperatures_c
+        Of the sensors, camera by camera, as the cameras told them while they were calibrated;
+        empty where they did not.
+    frame_rate_hz, noise
+        As in the rig document.
+    cameras
+        In the order of the frames.
+    covariance
+        Rows of the covariance of all parameters (14 C, 14 C), camera by camera in the order of
+        `camera.model.PARAMETERS`.
+    volume_min, volume_max
+        Box in which points are accepted.
+    hull
+        Corners of the convex hull of the data, mm, world.
+    residual_maps
+        One for each camera.
+    rms_px, chi2_per_dof
+        Of the residuals of all cameras.
+    points
+        Reference positions or poses that were used.
+    outliers
+        Names of those that were left out.
+    data_sha256
+        Of the observations.
+    artefacts
+        What lengths and positions rest on.
+    previous
+        Hash of the record before; empty for the first one.
+    """
+
+    schema: str
+    rig: str
+    method: Method
+    made_utc: str
+    valid_until_utc: str
+    made_by: str
+    software: str
+    temperature_c: float | None
+    sensor_temperatures_c: tuple[float, ...] = ()
+    frame_rate_hz: int
+    noise: SpotNoise
+    cameras: tuple[CameraEntry, ...]
+    covariance: tuple[tuple[float, ...], ...]
+    volume_min: Vector3
+    volume_max: Vector3
+    hull: tuple[Vector3, ...]
+    residual_maps: tuple[ResidualMap, ...]
+    rms_px: float
+    chi2_per_dof: float
+    points: int
+    outliers: tuple[str, ...]
+    data_sha256: str
+    artefacts: tuple[ArtefactUse, ...]
+    previous: str
+
+
+SCHEMA = "ocmm.camera-calibration/1"
+VERIFICATION_SCHEMA = "ocmm.verification/1"
+
+
+class Check(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One measured length or diameter of a verification.
+
+    Attributes
+    ----------
+    name
+        Line and length, or sphere and place.
+    measured_mm, certified_mm, expanded_mm, limit_mm
+        Value, certified value at the temperature of the test, expanded uncertainty (k = 2) of
+        the test value, and permissible error.
+    """
+
+    name: str
+    measured_mm: float
+    certified_mm: float
+    expanded_mm: float
+    limit_mm: float
+
+    @property
+    def error_mm(self) -> float:
+        """Return measured less certified."""
+        return self.measured_mm - self.certified_mm
+
+
+class Corner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Whether a test length ended in a corner of the volume, as it was taken.
+
+    Attributes
+    ----------
+    name
+        Which side of X, Y and Z.
+    off
+        Distance of the nearest end of a test length, as the largest share of an edge.
+    reached
+        It is near enough.
+    reason
+        Why it was not reached, by who verified; empty where nobody said.
+    """
+
+    name: str
+    off: float
+    reached: bool
+    reason: str = ""
+
+
+class RepeatedSeat(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A seat that was visited at the beginning and again.
+
+    Attributes
+    ----------
+    place
+        In words.
+    first_utc, again_utc
+        When, ISO 8601 text.
+    shift_mm
+        Again less first, world.
+    square, limit
+        Normalised square of the shift, and what chance exceeds hardly ever.
+    """
+
+    place: str
+    first_utc: str
+    again_utc: str
+    shift_mm: Vector3
+    square: float
+    limit: float
+
+
+class Objection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What speaks against a verification besides its checks; as in `OcmmError`."""
+
+    code: str
+    what: str
+    remedy: str
+
+
+class VerificationRecord(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """An independent check of a calibration.
+
+    Fields that an earlier version did not write have a default and are left out where they hold it,
+    so that its records keep their hash.
+
+    Attributes
+    ----------
+    schema
+        `VERIFICATION_SCHEMA`.
+    calibration
+        Hash of the record that was checked.
+    made_utc, made_by, software, temperature_c
+        As in `CameraRecord`.
+    rule
+        How the checks were judged, in words.
+    checks
+        All that count, also those that failed.
+    artefacts
+        What they rest on.
+    data_sha256
+        Of the observations; must not be those of the calibration.
+    passed
+        The verdict by the rule: every check conforms, every corner was reached or has a reason,
+        and nothing else speaks against it.
+    superseded
+        Checks of a line that failed and was repeated, as they were the first time.
+    corners
+        All eight; empty in records of earlier versions.
+    repeats
+        Seats that were visited twice.
+    objections
+        What else speaks against it.
+    notes
+        What of the guideline's advice could not be followed, and why.
+    """
+
+    schema: str
+    calibration: str
+    made_utc: str
+    made_by: str
+    software: str
+    temperature_c: float | None
+    rule: str
+    checks: tuple[Check, ...]
+    artefacts: tuple[ArtefactUse, ...]
+    data_sha256: str
+    passed: bool
+    superseded: tuple[Check, ...] = ()
+    corners: tuple[Corner, ...] = ()
+    repeats: tuple[RepeatedSeat, ...] = ()
+    objections: tuple[Objection, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def rig_from_record(record: CameraRecord) -> Rig:
+    """Return the rig with the cameras of a record.
+
+    Raises
+    ------
+    CalibrationError
+        The covariance has not the shape that the cameras need, or is none.
+    """
+    size = N_PARAMETERS * len(record.cameras)
+    rows = [list(row) for row in record.covariance]
+    if len(rows) != size or any(len(row) != size for row in rows):
+        raise CalibrationError(
+            "record.covariance",
+            f"The record of rig '{record.rig}' has no covariance of {size} parameters.",
+            "Calibrate the cameras again.",
+        )
+    covariance: Float = np.array(rows)
+    if not np.array_equal(covariance, covariance.T) or np.any(np.diag(covariance) < 0.0):
+        raise CalibrationError(
+            "record.covariance",
+            f"The covariance in the record of rig '{record.rig}' is none.",
+            "Calibrate the cameras again.",
+        )
+    return Rig(
+        name=record.rig,
+        cameras=tuple(camera_of(entry) for entry in record.cameras),
+        aliases=tuple(entry.alias for entry in record.cameras),
+        frame_rate_hz=record.frame_rate_hz,
+        noise=record.noise,
+        volume_world=np.array([record.volume_min, record.volume_max]),
+        parameter_covariance=covariance,
+        identity=record_hash(record),
+    )
+
+
+def entry_of(camera: CameraModel, alias: int) -> CameraEntry:
+    """Return the entry that describes a camera."""
+    rotation = camera.T_camera_from_world.rotation
+    vector: Float = Rotation.from_matrix(rotation).as_rotvec()
+    x, y, z = (float(value) for value in camera.centre_world)
+    return CameraEntry(
+        name=camera.name,
+        serial=camera.serial,
+        alias=alias,
+        width_px=camera.width,
+        height_px=camera.height,
+        pitch=camera.pitch_mm,
+        focal=camera.focal,
+        aspect=camera.aspect,
+        u0_px=camera.u0,
+        v0_px=camera.v0,
+        k1=camera.k1,
+        k2=camera.k2,
+        p1=camera.p1,
+        p2=camera.p2,
+        centre=(x, y, z),
+        rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
+    )

@@ -1,0 +1,203 @@
+"""Which one lied in a relocation: the bundle is asked with everything free that is not certain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.bundle import (
+    Block,
+    Cause,
+    Names,
+    RobustMinimum,
+    Suspect,
+    Verdict,
+    accuse,
+    adjust,
+    examine,
+    explain_points,
+    fit,
+    restored,
+    scale_between,
+)
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.relocation._data import KeptByPoints, Observations, RelocationOptions
+from ocmm_core.calibration.relocation._problem import RelocationProblem, prior_of
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+TOGETHER = 0.3
+"""Where more of the spots of one thing were left out than this, it is not the spots."""
+
+LEAST_SIGMA_MM = 1e-4
+"""No document knows an LED better."""
+
+_SOFT_MM = 0.1
+_WORSE, _LENGTH = 3.0, 2.5e-5
+"""Another witness of a length knows it to so many sigmas of the bar, or to this part of it."""
+
+_AGREES, _CONTRADICTS = 3.0, 5.0
+"""Sigmas of the size of the control points."""
+
+
+@dataclass(frozen=True, slots=True)
+class Accusation:
+    """Who lied in a relocation.
+
+    Attributes
+    ----------
+    verdict
+        With the numbers.
+    finding
+        In words; None where nobody lied.
+    """
+
+    verdict: Verdict
+    finding: Finding | None
+
+
+def accuse_in_relocation(
+    problem: RelocationProblem,
+    found: RobustMinimum,
+    start: Rig,
+    body: ProbeBody,
+    observed: Observations,
+    options: RelocationOptions,
+) -> Accusation | None:
+    """Return who lied; None where the observations determine too little to say.
+
+    What the session itself takes as certain or as unknown is examined with what its document says
+    of it: that a probe was taken as unknown must not hide that it contradicts the bar.
+    """
+    state = found.minimum.state
+    sigma = np.maximum(body.geometry_covariance.diagonal(), LEAST_SIGMA_MM**2)
+    covariance = body.geometry_covariance.copy()
+    covariance[np.diag_indices_from(covariance)] = sigma
+    stated = replace(body, geometry_covariance=covariance)
+    lens = "prior" if options.lens == "fixed" else options.lens
+    asked = replace(options, lens=lens, geometry="uncertain")
+    prior = prior_of(start, stated, observed, asked, problem.start)
+    data, _ = restored(found.data, problem.data, TOGETHER)
+    if np.count_nonzero(data.weights) > np.count_nonzero(found.data.weights):
+        # Nobody knows where a seat is that had lost all its frames: from the beginning, loosely.
+        loosely = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
+        state = adjust(loosely, prior, problem.start).state
+    dof = data.excess + prior.rows + prior.gauge - len(prior.free)
+    verdict = examine(data, prior, state, dof)
+    if verdict is None:
+        return None
+    verdict = _told_by_points(verdict, observed, options)
+    names = Names(
+        cameras=tuple(camera.name for camera in start.cameras),
+        bars=tuple(bar.name for bar in observed.bars) or ("",),
+        procedure="the relocation",
+        moment=lambda index: _moment(problem, verdict.history.blocks[index]),
+    )
+    finding = accuse(verdict, names)
+    if finding is not None and _harmless(verdict, observed, options):
+        finding = replace(finding, refuses=False)
+    return Accusation(verdict, finding)
+
+
+def _harmless(verdict: Verdict, observed: Observations, options: RelocationOptions) -> bool:
+    """Return whether an unknown probe may differ from its document, as a second length agrees.
+
+    One LED that stands elsewhere leaves the distances of all others, and these agree with the bar.
+    Where they all differ, it takes two bars: that they fit each other is what was examined.
+    """
+    if options.geometry != "unknown" or not verdict.explained:
+        return False
+    causes = {one.cause for one in verdict.named}
+    return causes == {Cause.LED} or (causes == {Cause.PROBE} and len(observed.bars) > 1)
+
+
+def _told_by_points(
+    verdict: Verdict, observed: Observations, options: RelocationOptions
+) -> Verdict:
+    """Return the verdict with bar and probe told apart by the distances of known points."""
+    by_cause = {one.cause: one for one in verdict.named}
+    world = options.world
+    if set(by_cause) != {Cause.BAR, Cause.SIZE} or not isinstance(world, KeptByPoints):
+        return verdict
+    off = {cause: _sigmas_off(verdict, one, observed, world) for cause, one in by_cause.items()}
+    for cause, other in ((Cause.BAR, Cause.SIZE), (Cause.SIZE, Cause.BAR)):
+        if off[cause] < _AGREES and off[other] > _CONTRADICTS:
+            return replace(verdict, named=(by_cause[cause],))
+    return verdict
+
+
+def _sigmas_off(
+    verdict: Verdict, suspect: Suspect, observed: Observations, world: KeptByPoints
+) -> float:
+    """Return how far the size of the known points is off when this suspect is granted."""
+    history = verdict.history
+    names = tuple(world.positions_world)
+    rows = [observed.seats.index(name) for name in names]
+    seats = fit(history, suspect).state.seats[rows]
+    listed = np.array([world.positions_world[name] for name in names])
+    ratio, sigma = scale_between(seats, listed, _sigmas(verdict, rows, world.sigma))
+    return abs(ratio - 1.0) / sigma
+
+
+def _sigmas(verdict: Verdict, rows: Sequence[int], sigma: float) -> Float:
+    """Return how far, mm per axis, the seats may be from the list."""
+    columns = verdict.history.state.columns
+    variances = verdict.history.covariance.diagonal()[columns.of_seats].reshape(-1, 3)
+    sigmas: Float = np.sqrt(variances[rows].mean(axis=1) + sigma**2)
+    return sigmas
+
+
+def lone_bar(verdict: Verdict, observed: Observations, options: RelocationOptions) -> str | None:
+    """Return the bar that all lengths hang on; None where something else would show it wrong.
+
+    Something else is another bar, the probe by its document, or known points, if it knows the
+    length of the bar not much worse than the bar itself does.
+    """
+    if len(observed.bars) != 1:
+        return None
+    bar = observed.bars[0]
+    columns = verdict.history.state.columns
+    variance = verdict.history.covariance.diagonal()[columns.of_lengths][0]
+    # What is left of the knowledge of its length when the certificate is taken out.
+    known = 1.0 / variance - 1.0 / bar.sigma**2
+    world = options.world
+    if isinstance(world, KeptByPoints):
+        rows = [observed.seats.index(name) for name in world.positions_world]
+        seats = verdict.history.state.seats[rows]
+        _, ratio = scale_between(seats, seats, _sigmas(verdict, rows, world.sigma))
+        known += (ratio * bar.length) ** -2
+    limit = max(_WORSE * bar.sigma, _LENGTH * bar.length)
+    return bar.name if known < limit**-2 else None
+
+
+def accuse_points(
+    finding: Finding, verdict: Verdict, observed: Observations, world: KeptByPoints
+) -> Finding:
+    """Return the finding about points that do not fit with who explains it."""
+    names = tuple(world.positions_world)
+    rows = [observed.seats.index(name) for name in names]
+    listed = np.array([world.positions_world[name] for name in names])
+    ways = explain_points(
+        names, verdict.history.state.seats[rows], listed, _sigmas(verdict, rows, world.sigma)
+    )
+    if not ways:
+        return replace(
+            finding,
+            what=f"{finding.what} Neither two that were exchanged nor one that moved explains it.",
+        )
+    told = ", or ".join(one.what for one in ways)
+    doubt = "; they are too few to tell which" if len(ways) > 1 else ""
+    return replace(finding, what=f"{finding.what} It fits if {told}{doubt}.")
+
+
+def _moment(problem: RelocationProblem, block: Block) -> str:
+    """Return words for the first observation of a block."""
+    if block.placements.stop > block.placements.start:
+        return f"placement {block.placements.start + 1} of the bar"
+    frame = int(problem.order[block.frames.start])
+    if block.frames.start >= problem.data.waved:
+        return f"touch {block.frames.start - problem.data.waved + 1}"
+    return f"pose {frame + 1}"

@@ -1,0 +1,332 @@
+"""What a relocation takes and what it gives: observations, choices and the result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.calibration.records import Finding
+from ocmm_core.camera import CameraModel, Rig
+from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform
+
+LensMode = Literal["fixed", "prior", "free"]
+"""What happens to the lenses: kept as they are (their uncertainty stays in the covariance), free
+with what is known of them from before, or found anew from these frames alone."""
+
+GeometryMode = Literal["known", "uncertain", "unknown"]
+"""How the LEDs of the probe are known: exactly; with the uncertainty of the probe body; not at all,
+so that the bar alone gives the scale."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeFrames:
+    """Simultaneous spots of the probe, by LED number.
+
+    Attributes
+    ----------
+    uv
+        (n, C, L, 2), px; NaN where not seen.
+    sigma_px
+        (n,), px per axis: standard deviation of a spot in each frame; smaller where exposures
+        were averaged.
+    seats
+        (n,): index into `Observations.seats` of the seat in which the ball rested, -1 where it
+        was in the air.
+    """
+
+    uv: Pixels
+    sigma_px: Float
+    seats: Int
+
+    @classmethod
+    def waved(cls, uv: Pixels, sigma_px: float) -> ProbeFrames:
+        """Return frames of a probe in the air, all with one sigma."""
+        return cls(uv, np.full(len(uv), sigma_px), np.full(len(uv), -1, dtype=np.int64))
+
+    def joined(self, other: ProbeFrames) -> ProbeFrames:
+        """Return these frames and, after them, the others."""
+        return ProbeFrames(
+            np.concatenate([self.uv, other.uv]),
+            np.concatenate([self.sigma_px, other.sigma_px]),
+            np.concatenate([self.seats, other.seats]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LengthBar:
+    """A certified distance between two LEDs, or between two seats of the ball.
+
+    Attributes
+    ----------
+    name
+        As on its certificate.
+    length, sigma
+        mm, at the temperature of the observations; standard uncertainty (k = 1). The true length
+        is the same in all placements, so that its error does not average out.
+    """
+
+    name: str
+    length: float
+    sigma: float
+
+
+@dataclass(frozen=True, slots=True)
+class ShownBar:
+    """A bar with an LED at each end, in several placements.
+
+    Attributes
+    ----------
+    bar
+        Its certified length.
+    uv
+        (m, C, 2, 2), px: placement, camera, end; NaN where not seen.
+    sigma_px
+        (m,), px per axis: standard deviation of a spot in each placement.
+    """
+
+    bar: LengthBar
+    uv: Pixels
+    sigma_px: Float
+
+
+@dataclass(frozen=True, slots=True)
+class TouchedBar:
+    """A bar with two seats, which the ball of the probe was put into, in several placements.
+
+    Attributes
+    ----------
+    bar
+        Its certified length, between the centres of a ball in both seats.
+    seats
+        For each placement the names of the seats at its ends: every placement has its own.
+    """
+
+    bar: LengthBar
+    seats: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """Everything that was seen.
+
+    Attributes
+    ----------
+    frames
+        The probe, waved and seated.
+    shown_bars, touched_bars
+        Known lengths; either kind gives the scale.
+    seats
+        Names of the places that did not move while the ball rested in them: nests, cones and the
+        seats of touched bars.
+    seat_sigma
+        mm per axis: how well the ball finds back into a seat.
+    """
+
+    frames: ProbeFrames
+    shown_bars: tuple[ShownBar, ...] = ()
+    touched_bars: tuple[TouchedBar, ...] = ()
+    seats: tuple[str, ...] = ()
+    seat_sigma: float = 0.001
+
+    @property
+    def bars(self) -> tuple[LengthBar, ...]:
+        """Return all known lengths, those of the shown bars first."""
+        shown = tuple(one.bar for one in self.shown_bars)
+        return shown + tuple(one.bar for one in self.touched_bars)
+
+
+@dataclass(frozen=True, slots=True)
+class KeptByCameras:
+    """The cameras stay, on the average, where they were in the world: nothing else is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class KeptByPoints:
+    """The world stays where it was: at least three seats are known in it.
+
+    Attributes
+    ----------
+    positions_world
+        (3,), mm, of the centre of the ball, by name of the seat.
+    sigma
+        mm per axis.
+    """
+
+    positions_world: Mapping[str, Float]
+    sigma: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SetByPoints:
+    """Three touched seats make a new world.
+
+    Attributes
+    ----------
+    origin
+        Seat at (0, 0, 0).
+    on_x
+        Seat on the positive X axis.
+    in_xy
+        Seat in the XY plane, on the side of positive Y.
+    """
+
+    origin: str
+    on_x: str
+    in_xy: str
+
+
+WorldFrame: TypeAlias = KeptByCameras | KeptByPoints | SetByPoints
+
+
+@dataclass(frozen=True, slots=True)
+class RelocationOptions:
+    """What is found anew.
+
+    Attributes
+    ----------
+    lens, geometry
+        See `LensMode` and `GeometryMode`.
+    world
+        What the world frame hangs on.
+    """
+
+    lens: LensMode = "prior"
+    geometry: GeometryMode = "uncertain"
+    world: WorldFrame = field(default_factory=KeptByCameras)
+
+
+@dataclass(frozen=True, slots=True)
+class WrongSpot:
+    """A spot that was left out.
+
+    Attributes
+    ----------
+    frame, camera, led
+        Indices into `ProbeFrames.uv`.
+    miss_px
+        (2,), observed minus predicted.
+    sigmas
+        Its length in standard deviations.
+    """
+
+    frame: int
+    camera: int
+    led: int
+    miss_px: Float
+    sigmas: float
+
+
+@dataclass(frozen=True, slots=True)
+class BarResidual:
+    """One placement of a bar.
+
+    Attributes
+    ----------
+    bar
+        Name.
+    placement
+        Index among the placements of that bar.
+    measured_mm
+        Distance of its ends as this placement alone shows it, with the new cameras.
+    error_mm
+        Measured less certified.
+    sigma_mm
+        Standard deviation of the measured distance from the noise of its spots.
+    used
+        False for a placement that was left out.
+    """
+
+    bar: str
+    placement: int
+    measured_mm: float
+    error_mm: float
+    sigma_mm: float
+    used: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Relocation:
+    """The cameras after a relocation and what may be said about them.
+
+    Attributes
+    ----------
+    cameras
+        In the order of the rig.
+    covariance
+        (14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera, in the new world
+        frame and with the uncertainty of that frame; grown by chi-square per degree of freedom
+        where that is above one, never shrunk.
+    T_world_from_start
+        Motion from the world of the start rig to the new one as far as the frame was moved after
+        the adjustment.
+    leds_probe, tip_probe
+        (L, 3) and (3,), mm: LEDs and tip of the probe as these frames show them.
+    geometry_covariance
+        (3 L + 3, 3 L + 3), mm^2, of LEDs and tip.
+    rms_px, chi2, dof
+        RMS residual per coordinate of the used spots of the probe, and how all residuals compare
+        with their uncertainties.
+    residuals_px
+        (n, C, L, 2), observed minus predicted; NaN where not seen.
+    used
+        (n, C, L): False for what was not seen or left out.
+    wrong_spots
+        The worst first.
+    frames_used
+        (n,): frames that took part.
+    bars
+        All placements.
+    seats_world
+        (3,), mm, by name: where the balls in the seats are.
+    hull_world
+        (h, 3), mm: corners of the convex hull of all LEDs that two cameras saw.
+    tips_world
+        (n, 3), mm; NaN for frames that did not take part.
+    volume_world
+        (2, 3), mm: box in which points are accepted; it holds the tips of the frames.
+    warnings
+        What speaks against this calibration and was not refused.
+    iterations
+        Steps that were tried.
+    options
+        How it was made.
+    forced
+        Whether a person overruled a guard.
+    """
+
+    cameras: tuple[CameraModel, ...]
+    covariance: Float
+    T_world_from_start: RigidTransform
+    leds_probe: Points3
+    tip_probe: Float
+    geometry_covariance: Float
+    rms_px: float
+    chi2: float
+    dof: int
+    residuals_px: Pixels
+    used: NDArray[np.bool_]
+    wrong_spots: tuple[WrongSpot, ...]
+    frames_used: NDArray[np.bool_]
+    bars: tuple[BarResidual, ...]
+    seats_world: Mapping[str, Float]
+    hull_world: Points3
+    tips_world: Points3
+    volume_world: Float
+    warnings: tuple[Finding, ...]
+    iterations: int
+    options: RelocationOptions
+    forced: bool
+
+    def applied_to(self, rig: Rig, identity: str) -> Rig:
+        """Return the rig with these cameras; ``identity`` is that of the calibration's record."""
+        return replace(
+            rig,
+            cameras=self.cameras,
+            volume_world=self.volume_world,
+            parameter_covariance=self.covariance,
+            identity=identity,
+        )

@@ -1,0 +1,312 @@
+"""What a relocation must show before it may be used; the same idea as `guards`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import chdtrc
+
+from ocmm_core.calibration.bundle import BundleState, Prior
+from ocmm_core.calibration.cameras import (
+    CHI2_DEVIATION,
+    FLAT_REFUSED,
+    FLAT_WARNED,
+    FOCAL_SIGMA,
+    OUTLIERS_REFUSED,
+    RMS_FORCED,
+    RMS_REFUSED,
+    cloud_of,
+)
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.relocation._data import (
+    BarResidual,
+    Observations,
+    RelocationOptions,
+    WrongSpot,
+)
+from ocmm_core.calibration.relocation._frame import Anchors
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel
+from ocmm_core.geometry import Float, Int, Points3
+
+FEW_FRAMES = 100
+FEW_PLACEMENTS = 5
+PLACEMENTS_REFUSED = 0.3
+BAR_SIGMAS = 5.0
+"""Of the mean of all placements; that the probe has a say too makes it smaller, never larger."""
+
+ANCHOR_SIGMAS = 5.0
+CONTRADICTION = 1e-5
+"""Probability below which chance does not explain how far something known was moved."""
+
+
+def judge_residuals(chi2: float, dof: int) -> list[Finding]:
+    """Return what chi-square says against the whole."""
+    ratio = float(np.sqrt(chi2 / dof))
+    said = f"The residuals are {ratio:.1f} times what the sigmas of the spots say"
+    deviation = CHI2_DEVIATION * np.sqrt(2.0 / dof)
+    if ratio > RMS_REFUSED:
+        return [
+            Finding(
+                "calibration.rms",
+                f"{said}; this is no calibration.",
+                "Check that the cameras are those of the rig document, that the probe is the right "
+                "one, and that no camera moved meanwhile.",
+                refuses=True,
+            )
+        ]
+    if ratio**2 > 1.0 + deviation:
+        return [
+            Finding(
+                "calibration.chi2",
+                f"{said} (chi-square {chi2:.0f} for {dof} degrees of freedom).",
+                "Look for a camera that moves, a loose LED or a probe waved too fast, and check "
+                "the sigma of the spots.",
+                refuses=ratio > RMS_FORCED,
+            )
+        ]
+    if ratio**2 < 1.0 - deviation:
+        return [
+            Finding(
+                "calibration.chi2_low",
+                f"The spots are hit {1.0 / max(ratio, 1e-9):.1f} times better than their stated "
+                f"sigma.",
+                "State the sigma of the spots as it is; the uncertainty of this calibration is too "
+                "large.",
+                refuses=False,
+            )
+        ]
+    return []
+
+
+def judge_spots(
+    wrong: Sequence[WrongSpot], seen: int, cameras: Sequence[CameraModel]
+) -> list[Finding]:
+    """Return what the wrong spots say against the whole."""
+    if not wrong:
+        return []
+    counts = [sum(spot.camera == index for spot in wrong) for index in range(len(cameras))]
+    by_camera = ", ".join(
+        f"{count} of camera '{camera.name}'" for camera, count in zip(cameras, counts, strict=True)
+    )
+    return [
+        Finding(
+            "calibration.outliers",
+            f"{len(wrong)} of {seen} spots are not where they should be and were left out: "
+            f"{by_camera}.",
+            "Look for reflections and for LEDs that hide each other, and wave the probe again.",
+            refuses=len(wrong) > OUTLIERS_REFUSED * seen,
+        )
+    ]
+
+
+def judge_design(
+    observed: Observations, bars: Sequence[BarResidual], targets: Points3, frames: int,
+    scale_rests_on: str | None = None,
+) -> list[Finding]:  # fmt: skip
+    """Return what the choice of frames and bars says.
+
+    Parameters
+    ----------
+    bars
+        All placements.
+    targets
+        (n, 3), mm, world: all LEDs that were seen by two cameras.
+    frames
+        How many took part.
+    scale_rests_on
+        Name of the only bar, where nothing else knows a length; None otherwise.
+    """
+    found = []
+    if frames < FEW_FRAMES:
+        found.append(
+            Finding(
+                "relocation.few_frames",
+                f"Only {frames} frames of the probe were used.",
+                "Wave the probe longer; 500 frames all over the volume are a good number.",
+                refuses=False,
+            )
+        )
+    if not observed.bars:
+        found.append(
+            Finding(
+                "relocation.no_bar",
+                "No length bar was shown: the scale hangs on the LEDs of the probe alone.",
+                "Show a certified bar in ten placements.",
+                refuses=False,
+            )
+        )
+    else:
+        found += _placements(bars)
+    if scale_rests_on is not None:
+        found.append(
+            Finding(
+                "relocation.one_bar",
+                f"All lengths hang on bar '{scale_rests_on}' alone: nothing else would show that "
+                f"it is wrong.",
+                "Verify with another certified bar before anything is measured.",
+                refuses=False,
+            )
+        )
+    flat = cloud_of(targets).flatness
+    if flat < FLAT_WARNED:
+        found.append(
+            Finding(
+                "calibration.flat_volume",
+                f"The LEDs fill a volume that is {flat:.2f} times as deep as wide: points in front "
+                f"of and behind it are measured wrong.",
+                "Wave the probe through the whole volume, also to and from the cameras.",
+                refuses=flat < FLAT_REFUSED,
+                forcible=True,
+            )
+        )
+    return found
+
+
+def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
+    used = sum(bar.used for bar in bars)
+    found = []
+    if used < len(bars):
+        wrong = [bar for bar in bars if not bar.used]
+        listed = ", ".join(
+            f"{bar.placement + 1} ({1e3 * bar.error_mm:+.0f} um)" for bar in wrong[:10]
+        )
+        found.append(
+            Finding(
+                "relocation.bar_left_out",
+                f"{len(wrong)} of {len(bars)} placements of the bar do not fit and were left out: "
+                f"{listed}.",
+                "Show these placements again; if most of them do not fit, check the length on the "
+                "certificate and the geometry of the probe.",
+                refuses=len(wrong) > PLACEMENTS_REFUSED * len(bars),
+            )
+        )
+    weights = np.array([bar.sigma_mm**-2 for bar in bars if bar.used])
+    errors = np.array([bar.error_mm for bar in bars if bar.used])
+    if used and abs(weights @ errors) > BAR_SIGMAS * np.sqrt(weights.sum()):
+        found.append(
+            Finding(
+                "relocation.bar_contradicts",
+                f"The bar and the LEDs of the probe contradict each other: the placements show the "
+                f"bar {1e3 * (weights @ errors) / weights.sum():+.1f} um off its certified length.",
+                "Check the length on the certificate and the temperature, and relocate with "
+                "another certified bar: if it says the same, calibrate the probe again.",
+                refuses=True,
+            )
+        )
+    if used < FEW_PLACEMENTS:
+        found.append(
+            Finding(
+                "relocation.few_placements",
+                f"A length bar was used in {used} placement(s) only.",
+                "Show it in ten placements all over the volume and in all directions.",
+                refuses=False,
+            )
+        )
+    return found
+
+
+def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Finding]:
+    """Return which focal lengths are not known well enough."""
+    found = []
+    for index, camera in enumerate(cameras):
+        focal = N_PARAMETERS * index + PARAMETERS.index("focal")
+        sigma = float(np.sqrt(covariance[focal, focal])) / camera.focal
+        if sigma > FOCAL_SIGMA:
+            found.append(
+                Finding(
+                    "calibration.focal_sigma",
+                    f"The focal length of camera '{camera.name}' is known to {sigma:.1e} of its "
+                    f"value only, and {FOCAL_SIGMA:.0e} is the limit.",
+                    "Wave the probe through a deeper volume, and tilt it more.",
+                    refuses=True,
+                    forcible=True,
+                )
+            )
+    return found
+
+
+def judge_knowledge(
+    observed: Observations, options: RelocationOptions, prior: Prior, state: BundleState
+) -> list[Finding]:
+    """Return what was known before and is contradicted by the frames."""
+    columns, found = state.columns, []
+    off = state.values() - prior.values
+    if options.geometry == "uncertain" and _contradicts(prior, off, columns.all_leds()):
+        moved = off[columns.of_leds].reshape(-1, 3)
+        led = int(np.argmax(np.linalg.norm(moved, axis=1)))
+        found.append(
+            Finding(
+                "relocation.probe_changed",
+                f"The LEDs of the probe do not stand where its document says, LED {led + 1} most, "
+                f"{1e3 * np.linalg.norm(moved[led]):.0f} um off.",
+                "Choose the right probe, or calibrate the probe again; then begin the relocation "
+                "anew.",
+                refuses=True,
+            )
+        )
+    for index, bar in enumerate(observed.bars):
+        column = columns.of_lengths.start + index
+        if _contradicts(prior, off, np.array([column])):
+            found.append(
+                Finding(
+                    "relocation.bar_contradicts",
+                    f"Bar '{bar.name}' is {1e3 * off[column]:+.1f} um from its certified length as "
+                    f"the probe and other bars show it, {abs(off[column]) / bar.sigma:.0f} times "
+                    f"its uncertainty.",
+                    "Check the length on the certificate and the temperature, and relocate with "
+                    "another certified bar: if it says the same, calibrate the probe again.",
+                    refuses=True,
+                )
+            )
+    if options.lens == "prior":
+        for index, camera in enumerate(state.cameras):
+            lens = np.arange(N_PARAMETERS * index + 6, N_PARAMETERS * (index + 1))
+            if _contradicts(prior, off, lens):
+                found.append(
+                    Finding(
+                        "relocation.lens_changed",
+                        f"The lens of camera '{camera.name}' is not what its calibration before "
+                        f"said (focal length {1e3 * off[lens[0]]:+.1f} um).",
+                        "Look whether the lens is loose, and fasten it; then calibrate the "
+                        "cameras from known points.",
+                        refuses=True,
+                    )
+                )
+    return found
+
+
+def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> list[Finding]:
+    """Return which points that hold the world are not where they belong.
+
+    ``covariance`` is that of the common unknowns, (k, k).
+    """
+    variances = np.diag(anchors.follow @ covariance @ anchors.follow.T).reshape(-1, 3).sum(axis=1)
+    misses = np.linalg.norm(anchors.points - anchors.targets, axis=1)
+    limits = ANCHOR_SIGMAS * np.sqrt(variances + 3.0 * anchors.sigma**2)
+    wrong = [
+        f"'{name}' ({1e3 * miss:.0f} um)"
+        for name, miss, limit in zip(names, misses, limits, strict=True)
+        if miss > limit
+    ]
+    if not wrong:
+        return []
+    return [
+        Finding(
+            "relocation.points_moved",
+            f"The points that hold the world frame do not fit each other as before: "
+            f"{', '.join(wrong)}.",
+            "Check that none of them was moved and that each was touched under its own name.",
+            refuses=True,
+        )
+    ]
+
+
+def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
+    """Return whether chance does not explain how far these columns are from what was known."""
+    information = prior.information[np.ix_(columns, columns)]
+    known = np.count_nonzero(information.diagonal())
+    if not known:
+        return False
+    square = float(off[columns] @ information @ off[columns])
+    return bool(chdtrc(known, square) < CONTRADICTION)

@@ -1,0 +1,472 @@
+"""Guided relocation: two seats, the probe is waved, the bar is shown, and the seats again.
+
+The cameras find themselves again; no CMM is needed. Two seats that are fixed to the table are
+visited first and last, so that what moves meanwhile is found. The screen says where the volume
+still lacks poses, and how well a length would be known with what was collected so far; both decide
+when it is enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.cameras import ReferencePoints
+from ocmm_core.calibration.guided import (
+    SEATS,
+    STILL_FRAMES,
+    WAVED_FRAMES,
+    Average,
+    CalibrationOutcome,
+    CameraProcedure,
+    Circumstances,
+    Decided,
+    Decision,
+    Kind,
+    Live,
+    ProbeSpots,
+    RelocationView,
+    RestingSpots,
+    SeatVisited,
+    SessionLine,
+    Step,
+    conclude,
+    first_line,
+    from_spots,
+    hash_of,
+    length_sigma,
+    session_path,
+    to_spots,
+    utc_text,
+)
+from ocmm_core.calibration.records import CalibrationStore, LengthBar, let_pass, rig_from_record
+from ocmm_core.calibration.relocation._data import GeometryMode, LensMode
+from ocmm_core.calibration.relocation._findings import bar_ends, findings_of
+from ocmm_core.calibration.relocation._relocation import relocate
+from ocmm_core.calibration.relocation._repeats import seat_findings
+from ocmm_core.calibration.relocation._state import (
+    BarTaken,
+    PoseTaken,
+    RelocationBegun,
+    RelocationEvent,
+    RelocationState,
+    SeatTaken,
+    World,
+)
+from ocmm_core.calibration.relocation._steps import (
+    BAR,
+    PREPARE,
+    RESULT,
+    SEATS_AGAIN,
+    SEATS_FIRST,
+    WAVE,
+    WORLD,
+    steps_of,
+)
+from ocmm_core.camera import Rig
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+POSES_WANTED, BARS_WANTED = 300, 10
+LENGTH_LIMIT_MM = 0.005
+_POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
+_SEAT_APART_MM = 5.0
+_LENGTH_OF_VOLUME = 0.9
+
+
+class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
+    """See `procedure`; made by `begin` and `resume`."""
+
+    kind = Kind.RELOCATION
+    step_names = (PREPARE, SEATS_FIRST, WAVE, BAR, WORLD, SEATS_AGAIN, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[RelocationEvent]],
+        begun: RelocationBegun,
+        rig: Rig,
+        body: ProbeBody,
+        store: CalibrationStore,
+    ) -> None:
+        super().__init__(chain, begun, rig, store)
+        if begun.probe_identity != body.identity:
+            raise CalibrationError(
+                "session.probe",
+                f"{chain.path}: this session was begun with another probe.",
+                "Continue it with that probe, or begin a new one.",
+            )
+        self._begun = begun
+        self._state = RelocationState(rig, body, begun)
+        self._length_sigma: float | None = None
+        self._predicted = -1
+        self._wave = ProbeSpots(
+            rig,
+            body,
+            WAVED_FRAMES,
+            resting=False,
+            distance_mm=_POSE_APART_MM,
+            turn_rad=_POSE_TURN_RAD,
+            moved=True,
+        )
+        self._seat = ProbeSpots(
+            rig, body, STILL_FRAMES, resting=True, distance_mm=_SEAT_APART_MM, moved=True
+        )
+        self._bar = RestingSpots(rig, 2)
+        self._fold()
+
+    @classmethod
+    def begin(
+        cls,
+        folder: Path,
+        rig: Rig,
+        body: ProbeBody,
+        store: CalibrationStore,
+        bar: LengthBar,
+        now: datetime,
+        *,
+        who: str,
+        temperature_c: float | None = None,
+        world: World = "cameras",
+        control: ReferencePoints | None = None,
+        lens: LensMode = "prior",
+        geometry: GeometryMode = "uncertain",
+        poses_wanted: int = POSES_WANTED,
+        bars_wanted: int = BARS_WANTED,
+        length_limit_mm: float = LENGTH_LIMIT_MM,
+        valid_days: int = 365,
+        seats: bool = True,
+    ) -> RelocationProcedure:
+        """Begin a session.
+
+        Parameters
+        ----------
+        folder
+            Of session files.
+        rig
+            Where the cameras stood before, with the calibration in force if there is one.
+        body
+            The probe.
+        store
+            Calibrations of that rig.
+        bar
+            With LEDs it is shown, otherwise its end nests are touched.
+        control
+            Known control points, for a world that hangs on them.
+        lens, geometry
+            What is found anew, see `relocation_data`.
+        seats
+            Two seats are visited first and last; False only where what was recorded lacks them,
+            which the result then says.
+
+        Raises
+        ------
+        CalibrationError
+            The certificate of the bar has ended, or control points are missing.
+        StorageError
+            The session file cannot be written.
+        """
+        length = bar.nests[-1] - bar.nests[0]
+        let_pass(bar.artefact.judge(length, np.inf, now, temperature_c), force=False)
+        if world == "points" and (control is None or len(control.names) < 3):
+            raise CalibrationError(
+                "relocation.control",
+                "A world that hangs on control points needs at least three that are known.",
+                "Give a list of control points, or let the world hang on the cameras.",
+            )
+        known = control if world == "points" and control is not None else None
+        diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
+        begun = RelocationBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=store.active_hash or "",
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            probe_identity=body.identity,
+            bar=bar,
+            poses_wanted=poses_wanted,
+            bars_wanted=bars_wanted,
+            length_mm=min(400.0, _LENGTH_OF_VOLUME * diagonal),
+            length_limit_mm=length_limit_mm,
+            lens=lens,
+            geometry=geometry,
+            world=world,
+            control_names=known.names if known else (),
+            control_positions=tuple(
+                (x, y, z) for x, y, z in (known.positions_world.tolist() if known else [])
+            ),
+            control_sigma=known.sigma if known else 0.0,
+            valid_days=valid_days,
+            seats=SEATS if seats else 0,
+        )
+        chain = _chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, body, store)
+
+    @classmethod
+    def resume(
+        cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
+    ) -> RelocationProcedure:
+        """Continue the session of a file where it stopped.
+
+        Raises
+        ------
+        StorageError
+            The file is not as it was written.
+        CalibrationError
+            It is empty, or was begun with another rig or probe, or by a version that asked for no
+            seats and it has not ended.
+        """
+        chain = _chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, RelocationBegun)  # noqa: S101 - the only first line of this kind
+        procedure = cls(chain, begun, rig, body, store)
+        if begun.seats is None and procedure.base.decision is Decision.OPEN:
+            raise CalibrationError(
+                "session.older",
+                f"{path}: this session was begun by an earlier version, which visited no seats "
+                f"first and last: nobody could tell whether something moved meanwhile.",
+                "Begin a new session.",
+            )
+        return procedure
+
+    @property
+    def bar(self) -> LengthBar:
+        """Return the bar that the session was begun with."""
+        return self._begun.bar
+
+    @property
+    def control(self) -> ReferencePoints | None:
+        """Return the known control points that the session was begun with; None without."""
+        begun = self._begun
+        if not begun.control_names:
+            return None
+        positions = np.array(begun.control_positions)
+        return ReferencePoints(begun.control_names, positions, begun.control_sigma, begun.rig)
+
+    @property
+    def view(self) -> RelocationView:
+        """Return the snapshot."""
+        with self._lock:
+            state = self._state
+            return RelocationView(
+                base=self.base,
+                poses=len(state.poses),
+                coverage=state.coverage(),
+                length_sigma_mm=self._length_sigma,
+                length_mm=self._begun.length_mm,
+                length_limit_mm=self._begun.length_limit_mm,
+                bar_placements=state.placements,
+                bars_wanted=self._begun.bars_wanted,
+                world_points=tuple(one.seat for one in state.seats),
+                world_wanted=state.wanted_seats,
+                visits=len(state.visits),
+                seats_world=tuple(state.known_seats()),
+                next_seat=(
+                    state.unvisited_seat if self._step == SEATS_FIRST else state.seat_to_repeat
+                ),
+                outcome=self._outcome,
+            )
+
+    def watch(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        with self._lock:
+            self._collector().feed(block)
+
+    def predict(self) -> None:
+        """Work out how well a length would be known with what was collected so far.
+
+        Takes a second or some, and says nothing as long as the observations do not suffice.
+        """
+        with self._lock:
+            version = self._version
+            if version == self._predicted:
+                return
+            observed, options = self._state.observations(), self._state.options()
+            rig, body, begun = self.rig, self._state.body, self._begun
+        try:
+            found = relocate(rig, body, observed, options, force=True)
+            after = found.applied_to(rig, rig.identity)
+            sigma = length_sigma(after, found.volume_world, begun.length_mm)
+        except OcmmError:
+            sigma = None
+        with self._lock:
+            self._length_sigma, self._predicted = sigma, version
+
+    def take_pose(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the waved probe."""
+        with self._lock:
+            self._append(PoseTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+
+    def take_bar(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, 2, 2), px, of the bar's LEDs in one placement."""
+        with self._lock:
+            self._append(BarTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+
+    def take_seat(self, seat: str, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the probe in a seat; no name: an end of the bar."""
+        with self._lock:
+            self._append(
+                SeatTaken(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
+            )
+
+    def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the probe in the next of the two seats.
+
+        Raises
+        ------
+        CalibrationError
+            All visits were taken that are wanted by now.
+        """
+        with self._lock:
+            state = self._state
+            seat = state.unvisited_seat
+            seat = state.seat_to_repeat if seat is None else seat
+            if seat is None:
+                raise CalibrationError(
+                    "relocation.visits",
+                    "Both seats were visited first and again.",
+                    "Leave this visit out, or take what belongs between the visits before it.",
+                )
+            self._append(
+                SeatVisited(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
+            )
+
+    def _collector(self) -> ProbeSpots | RestingSpots:
+        if self._step == BAR and self._state.shown:
+            return self._bar
+        at_rest = (SEATS_FIRST, BAR, WORLD, SEATS_AGAIN)
+        return self._seat if self._step in at_rest else self._wave
+
+    def _seen(self) -> Live:
+        live = self._collector().live()
+        visiting = self._step in (SEATS_FIRST, SEATS_AGAIN)
+        ends = self._step == BAR and not self._state.shown
+        if not live.ready or not (visiting or ends):
+            return live
+        average, state = self._seat.average(), self._state
+        if visiting:
+            again = self._step == SEATS_AGAIN
+            hint = state.judge_visit(average.uv, average.sigma_px, again=again)
+        else:
+            hint = state.judge_end(average.uv, average.sigma_px)
+        return replace(live, ready=False, hint=hint) if hint else live
+
+    def _wants(self) -> bool:
+        if self._step == WORLD:
+            return self._state.next_seat is not None
+        if self._step == SEATS_FIRST:
+            return self._state.unvisited_seat is not None
+        if self._step == SEATS_AGAIN:
+            return self._state.seat_to_repeat is not None
+        return self._step in (WAVE, BAR)
+
+    def _observation(self, utc: str) -> PoseTaken | BarTaken | SeatTaken | SeatVisited:
+        average = self._collector().average()
+        sigma = average.sigma_px
+        if self._step == WAVE:
+            return PoseTaken(utc=utc, uv=to_spots(average.uv), sigma_px=sigma)
+        if self._step == BAR and self._state.shown:
+            places = self._begun.bar.leds
+            uv = bar_ends(self.rig, average.uv, places[1] - places[0])
+            return BarTaken(utc=utc, uv=to_spots(uv), sigma_px=sigma)
+        if self._step in (SEATS_FIRST, SEATS_AGAIN):
+            state, first = self._state, self._step == SEATS_FIRST
+            visited = state.unvisited_seat if first else state.seat_to_repeat
+            assert visited is not None  # noqa: S101 - a visit is wanted
+            uv = average.uv
+            return SeatVisited(utc=utc, seat=visited, uv=to_spots(uv), sigma_px=sigma)
+        seat = (self._state.next_seat or "") if self._step == WORLD else ""
+        return SeatTaken(utc=utc, seat=seat, uv=to_spots(average.uv), sigma_px=sigma)
+
+    def _observe(self, event: RelocationEvent) -> None:
+        if isinstance(event, RelocationBegun):
+            return
+        self._state.add(event)
+        average = Average(from_spots(event.uv), event.sigma_px)
+        if isinstance(event, PoseTaken):
+            self._wave.taken(average)
+        elif isinstance(event, BarTaken):
+            self._bar.taken(average)
+        else:
+            self._seat.taken(average)
+
+    def _taken(
+        self, step: str
+    ) -> list[PoseTaken] | list[BarTaken] | list[SeatTaken] | list[SeatVisited]:
+        state = self._state
+        if step == BAR:
+            return state.bars if state.shown else state.bar_ends
+        if step == WORLD:
+            return state.seats
+        others = (state.poses, state.bars, state.bar_ends, state.seats)
+        if step == SEATS_FIRST and not any(others):
+            # What was measured after it rests on it; a visit at the end is a result.
+            return state.visits
+        return state.poses if step == WAVE else []
+
+    def _has_observation(self, step: str) -> bool:
+        return bool(self._taken(step))
+
+    def _undo(self, step: str) -> None:
+        if step == WAVE:
+            self._state.remove_pose()
+        else:
+            self._taken(step).pop()
+
+    def _steps(self) -> tuple[Step, ...]:
+        return steps_of(self._state, self._length_sigma)
+
+    def _calculation(self) -> Callable[[], CalibrationOutcome]:
+        state, begun, rig, force = self._state, self._begun, self.rig, self._forced
+        for step in self._steps()[:-1]:
+            gate = step.gate
+            seats = step.name in (SEATS_FIRST, SEATS_AGAIN)
+            if not gate.open and (seats or not force):
+                raise CalibrationError("relocation.incomplete", gate.reason, gate.remedy)
+        observed, options, body = state.observations(), state.options(), state.body
+        running = self._store.active()
+        before = None if running is None else rig_from_record(running)
+        visits = tuple(state.visits)
+        last: list[PoseTaken | BarTaken | SeatTaken | SeatVisited] = [
+            *state.poses, *state.bars, *state.bar_ends, *state.seats, *visits
+        ]  # fmt: skip
+        shown = [one.uv for one in observed.shown_bars]
+        rested = [from_spots(one.uv) for one in visits]
+        how = Circumstances(
+            method="relocation",
+            made=datetime.fromisoformat(max(one.utc for one in last) if last else begun.utc),
+            valid_days=begun.valid_days,
+            who=begun.who,
+            software=begun.software,
+            temperature_c=begun.temperature_c,
+            sensor_temperatures_c=self._sensors_c,
+            data_sha256=hash_of(observed.frames.uv, *shown, *rested),
+            artefacts=(begun.bar.artefact.use,),
+            previous=begun.running,
+        )
+
+        def calculate() -> CalibrationOutcome:
+            found = relocate(rig, body, observed, options, force)
+            seats = let_pass(seat_findings(rig, body, found, visits), force)
+            found = replace(found, warnings=found.warnings + seats)
+            return conclude(rig, findings_of(rig, observed, found), how, before)
+
+        return calculate
+
+    def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
+        now = datetime.fromisoformat(decided.utc)
+        self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
+
+
+def _chain(path: Path) -> ChainFile[SessionLine[RelocationEvent]]:
+    return ChainFile(path, SessionLine[RelocationEvent])

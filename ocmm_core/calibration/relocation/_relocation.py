@@ -1,0 +1,237 @@
+"""Cameras calibrated where they stand, without a CMM: a waved probe, a length bar, one adjustment.
+
+The probe is waved through the volume and the bar shown in some ten placements. One bundle
+adjustment finds where the cameras stand, their lenses and, if wanted, the geometry of the probe.
+Everything here is a pure function of the observations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ocmm_core.calibration.bundle import (
+    BundleState,
+    RobustMinimum,
+    adjust_robustly,
+    common_covariance,
+)
+from ocmm_core.calibration.records import Finding, let_pass
+from ocmm_core.calibration.relocation._culprit import accuse_in_relocation, accuse_points, lone_bar
+from ocmm_core.calibration.relocation._data import (
+    KeptByPoints,
+    Observations,
+    Relocation,
+    RelocationOptions,
+    WrongSpot,
+)
+from ocmm_core.calibration.relocation._frame import anchors_of, covariance_in_world, motion_to_world
+from ocmm_core.calibration.relocation._guards import (
+    judge_anchors,
+    judge_design,
+    judge_focal,
+    judge_knowledge,
+    judge_residuals,
+    judge_spots,
+)
+from ocmm_core.calibration.relocation._problem import RelocationProblem, build, lens_covariance
+from ocmm_core.calibration.relocation._quality import judge_bars
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking import ProbeBody
+
+_SOFT_MM = 0.1
+"""Seats and bars that hold exactly make the way from a bad start crooked: loosely first."""
+
+
+def relocate(
+    start: Rig,
+    body: ProbeBody,
+    observed: Observations,
+    options: RelocationOptions | None = None,
+    force: bool = False,
+) -> Relocation:
+    """Return the cameras that see the waved probe and the bars as they were seen.
+
+    Parameters
+    ----------
+    start
+        Where the cameras stood before, to about 10 mm and half a degree, with lenses known to
+        about 2 %; its `parameter_covariance` is what ``lens="prior"`` and ``"fixed"`` know.
+    body
+        The probe.
+    observed
+        Spots of probe and bars.
+    options
+        What is found anew; without, everything with the lenses known from before.
+    force
+        Overrule the guards that question the design of the calibration; each becomes a warning.
+
+    Raises
+    ------
+    CalibrationError
+        There are too few frames, no length gives the scale, a seat is not known, the frames do not
+        determine the cameras, or a guard refuses.
+    """
+    options = options or RelocationOptions()
+    problem = build(start, body, observed, options)
+    found = _adjusted(problem)
+    dof = found.data.excess + problem.own_degrees
+    if dof < 1:
+        raise CalibrationError(
+            "relocation.too_few_frames",
+            "What is left without the wrong spots is too little to determine the cameras.",
+            "Wave the probe longer, with its LEDs towards the cameras.",
+        )
+    chi2 = found.minimum.cost
+    accusation = accuse_in_relocation(problem, found, start, body, observed, options)
+    accused = [accusation.finding] if accusation and accusation.finding else []
+    # What is hopeless is refused here: a world frame and a covariance of it would mean nothing.
+    residuals = [*accused, *_convergence(found), *judge_residuals(chi2, dof)]
+    let_pass(residuals, force=True)
+
+    free = found.minimum.state
+    motion = motion_to_world(options.world, observed.seats, free, start.cameras)
+    state = free.in_world(motion)
+    anchors = anchors_of(options.world, observed.seats, state, start.cameras)
+    covariance = max(1.0, chi2 / dof) * covariance_in_world(
+        _covariance(problem, found, state, start, options), state, anchors
+    )
+    misplaced: list[Finding] = []
+    if isinstance(options.world, KeptByPoints):
+        misplaced = judge_anchors(tuple(options.world.positions_world), anchors, covariance)
+        if accusation is not None:
+            misplaced = [
+                accuse_points(one, accusation.verdict, observed, options.world) for one in misplaced
+            ]
+
+    back = np.argsort(problem.order)
+    used, seen = found.used[back], np.isfinite(found.distances[back])
+    misses = found.misses[back]
+    wrong = _wrong_spots(misses, found.distances[back], seen & ~used)
+    columns = state.columns
+    cameras, of_probe = columns.of_cameras, slice(columns.of_leds.start, columns.of_tip.stop)
+    tips = _tips(state, found)[back]
+    targets = _targets(state, found)
+    rig = replace(start, cameras=state.cameras)
+    kept = replace(observed.frames, uv=np.where(used[..., None], observed.frames.uv, np.nan))
+    bars = judge_bars(
+        rig,
+        replace(body, leds_probe=state.leds, tip_probe=state.tip),
+        replace(observed, frames=kept),
+        found.placements_used,
+    )
+    frames = int(np.isfinite(tips[:, 0]).sum())
+    alone = lone_bar(accusation.verdict, observed, options) if accusation else None
+    findings = [
+        *residuals,
+        *judge_knowledge(observed, options, problem.prior, state),
+        *misplaced,
+        *judge_spots(wrong, int(seen.sum()), state.cameras),
+        *judge_design(observed, bars, targets, frames, alone),
+        *judge_focal(state.cameras, covariance),
+    ]
+    return Relocation(
+        cameras=state.cameras,
+        covariance=covariance[cameras, cameras],
+        T_world_from_start=motion,
+        leds_probe=state.leds,
+        tip_probe=state.tip,
+        geometry_covariance=covariance[of_probe, of_probe],
+        rms_px=float(np.sqrt(np.mean(misses[used] ** 2))),
+        chi2=chi2,
+        dof=dof,
+        residuals_px=-misses,
+        used=used,
+        wrong_spots=wrong,
+        frames_used=np.isfinite(tips[:, 0]),
+        bars=bars,
+        seats_world=dict(zip(observed.seats, state.seats, strict=True)),
+        hull_world=_hull(targets),
+        tips_world=tips,
+        volume_world=np.stack([np.nanmin(tips, axis=0), np.nanmax(tips, axis=0)]),
+        warnings=let_pass(findings, force),
+        iterations=found.minimum.iterations,
+        options=options,
+        forced=any(one.refuses for one in findings),
+    )
+
+
+def _adjusted(problem: RelocationProblem) -> RobustMinimum:
+    data, start = problem.data, problem.start
+    if len(start.seats):
+        soft = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
+        start = adjust_robustly(soft, problem.prior, start).minimum.state
+    return adjust_robustly(data, problem.prior, start)
+
+
+def _convergence(found: RobustMinimum) -> list[Finding]:
+    if found.minimum.converged:
+        return []
+    return [
+        Finding(
+            "calibration.not_converged",
+            "The adjustment did not come to an end.",
+            "Wave the probe longer, all over the volume and in all directions; if that does not "
+            "help, calibrate the cameras from known points.",
+            refuses=True,
+        )
+    ]
+
+
+def _covariance(
+    problem: RelocationProblem,
+    found: RobustMinimum,
+    state: BundleState,
+    start: Rig,
+    options: RelocationOptions,
+) -> Float:
+    considered = lens_covariance(start) if options.lens == "fixed" else None
+    covariance = common_covariance(found.data, problem.prior, state, considered)
+    if covariance is None:
+        raise CalibrationError(
+            "calibration.undetermined",
+            "The frames do not determine the cameras.",
+            "Wave the probe through the whole volume and tilt it in all directions; show the bar "
+            "in depth too.",
+        )
+    return covariance
+
+
+def _wrong_spots(
+    misses: Float, distances: Float, wrong: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+) -> tuple[WrongSpot, ...]:
+    indices = np.argwhere(wrong)
+    worst_first = np.argsort(-distances[wrong], kind="stable")
+    return tuple(
+        WrongSpot(int(n), int(c), int(led), -misses[n, c, led], float(distances[n, c, led]))
+        for n, c, led in indices[worst_first]
+    )
+
+
+def _tips(state: BundleState, found: RobustMinimum) -> Points3:
+    """Return the tips (n, 3), mm, world; NaN where the frame did not take part."""
+    tips: Points3 = state.rotations @ state.tip + state.origins
+    tips[~found.data.active[0]] = np.nan
+    return tips
+
+
+def _targets(state: BundleState, found: RobustMinimum) -> Points3:
+    """Return all LEDs of the probe that two cameras saw, (m, 3), mm, world."""
+    targets = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
+    seen: Points3 = targets[np.count_nonzero(found.used, axis=1) >= 2]
+    return seen
+
+
+def _hull(targets: Points3) -> Points3:
+    try:
+        return targets[ConvexHull(targets).vertices]
+    except (QhullError, ValueError) as error:
+        raise CalibrationError(
+            "calibration.no_common_volume",
+            f"Only {len(targets)} LEDs, or LEDs in one plane, were seen by two cameras.",
+            "Wave the probe through the whole volume.",
+        ) from error

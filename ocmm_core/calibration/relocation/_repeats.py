@@ -1,0 +1,102 @@
+"""Whether the seats that were visited first and last in a relocation are still where they were.
+
+Both visits are located with the cameras and the probe that the relocation itself found: what moved
+meanwhile is averaged into them, and moves the second position against the first one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ocmm_core.calibration.guided import (
+    SEATS,
+    Repeat,
+    RestingPosition,
+    SeatVisited,
+    from_spots,
+    judge_repeats,
+    repeat_finding,
+    touch_of,
+)
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.relocation._data import Relocation
+from ocmm_core.camera import Rig
+from ocmm_core.errors import TrackingError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+_REMEDY = "Find what moved - camera, frame, table or seat -, fix it, and relocate again."
+
+
+def seat_findings(
+    rig: Rig, body: ProbeBody, found: Relocation, visits: Sequence[SeatVisited]
+) -> tuple[Finding, ...]:
+    """Return what the visits of the seats say against a relocation.
+
+    Parameters
+    ----------
+    rig, body
+        What it started from.
+    found
+        Its result, which the visits took no part in.
+    visits
+        In order of time; without any, a warning says that nobody looked.
+    """
+    if not visits:
+        return (
+            Finding(
+                "repeat.missing",
+                "No seat was visited first and again at the end: a camera or frame that moved "
+                "meanwhile may not show.",
+                "Visit two cones that are fixed to the table first and last, next time.",
+                refuses=False,
+            ),
+        )
+    after = found.applied_to(rig, rig.identity)
+    probe = replace(
+        body,
+        leds_probe=found.leds_probe,
+        tip_probe=found.tip_probe,
+        geometry_covariance=found.geometry_covariance,
+    )
+    repeats = []
+    for seat in range(SEATS):
+        first, *later = [one for one in visits if one.seat == seat]
+        for again in later:
+            one = _repeat(after, probe, first, again)
+            if isinstance(one, Finding):
+                return (one,)
+            repeats.append(one)
+    moved = repeat_finding(judge_repeats(repeats), _REMEDY)
+    return () if moved is None else (moved,)
+
+
+def _repeat(rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited) -> Repeat | Finding:
+    place = f"seat {first.seat + 1}"
+    try:
+        one, two = (
+            touch_of(from_spots(visit.uv), visit.sigma_px, rig, body) for visit in (first, again)
+        )
+    except TrackingError:
+        return Finding(
+            "repeat.unusable",
+            f"The new cameras find no position of the probe in {place}.",
+            "Relocate again, with all LEDs in view of the cameras in both seats.",
+            refuses=True,
+        )
+    # Errors of cameras and probe cancel as far as the ball is held alike; the rest is shared out.
+    cameras, geometry = two.by_cameras - one.by_cameras, two.by_geometry - one.by_geometry
+    shared = (
+        cameras @ rig.parameter_covariance @ cameras.T
+        + geometry @ body.geometry_covariance @ geometry.T
+    )
+    return Repeat(
+        place,
+        _resting(one.tip_world, one.noise + 0.5 * shared, first),
+        _resting(two.tip_world, two.noise + 0.5 * shared, again),
+    )
+
+
+def _resting(world: Float, covariance: Float, visit: SeatVisited) -> RestingPosition:
+    return RestingPosition(world, covariance, visit.utc)

@@ -1,0 +1,298 @@
+"""What was collected in a relocation, and the data that it makes for the adjustment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from ocmm_core.calibration.guided import (
+    Begun,
+    Coverage,
+    SeatVisited,
+    SessionEvent,
+    Spots,
+    coverage,
+    from_spots,
+    judge_first_visit,
+    judge_visit_again,
+)
+from ocmm_core.calibration.records import LengthBar as BarArtefact
+from ocmm_core.calibration.relocation._data import (
+    GeometryMode,
+    KeptByCameras,
+    KeptByPoints,
+    LengthBar,
+    LensMode,
+    Observations,
+    ProbeFrames,
+    RelocationOptions,
+    SetByPoints,
+    ShownBar,
+    TouchedBar,
+    WorldFrame,
+)
+from ocmm_core.camera import Rig, Vector3
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody, solve
+
+World = Literal["cameras", "points", "set"]
+"""What the world frame hangs on: the cameras, known control points, or three new ones."""
+
+LENGTH_TOLERANCE = 0.08
+"""A frame that was moved sees the bar so much too long or too short at most."""
+
+SET_NAMES = ("origin", "on X", "in XY")
+
+
+class RelocationBegun(Begun, frozen=True, kw_only=True):
+    """First line.
+
+    Attributes
+    ----------
+    probe_identity
+        Hash of the probe's document.
+    bar
+        That gives the scale.
+    poses_wanted, bars_wanted
+        At least.
+    length_mm, length_limit_mm
+        Good enough is a standard uncertainty of this length below this limit.
+    lens, geometry
+        See `relocation_data`.
+    world
+        What the world frame hangs on.
+    control_names, control_positions, control_sigma
+        Control points that are known in the world, mm; empty unless it hangs on them.
+    valid_days
+        For how long the calibration may be used.
+    seats
+        How many seats are visited first and last: none where what was recorded lacks them. None in
+        a session that an earlier version began, which did not ask for them.
+    """
+
+    probe_identity: str
+    bar: BarArtefact
+    poses_wanted: int
+    bars_wanted: int
+    length_mm: float
+    length_limit_mm: float
+    lens: LensMode
+    geometry: GeometryMode
+    world: World
+    control_names: tuple[str, ...]
+    control_positions: tuple[Vector3, ...]
+    control_sigma: float
+    valid_days: int
+    seats: int | None = None
+
+
+class PoseTaken(SessionEvent, frozen=True, kw_only=True):
+    """The waved probe; (C, L), px, and the standard deviation of a spot."""
+
+    uv: Spots
+    sigma_px: float
+
+
+class BarTaken(SessionEvent, frozen=True, kw_only=True):
+    """The bar in one placement, both LEDs; (C, 2), px."""
+
+    uv: Spots
+    sigma_px: float
+
+
+class SeatTaken(SessionEvent, frozen=True, kw_only=True):
+    """The ball of the probe in a seat: a control point, or an end of the bar in a placement.
+
+    Attributes
+    ----------
+    seat
+        Name of the control point; empty for the bar.
+    uv, sigma_px
+        As in `PoseTaken`.
+    """
+
+    seat: str
+    uv: Spots
+    sigma_px: float
+
+
+RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken | SeatVisited
+
+_SEAT_MM = 20.0
+"""From so near a ball may be in a seat that cameras saw which were moved, held otherwise."""
+
+
+@dataclass(slots=True)
+class RelocationState:
+    """Everything that was taken.
+
+    Attributes
+    ----------
+    rig, body, begun
+        What it is about.
+    poses, bars, bar_ends, seats
+        In order; ``bar_ends`` are those of a bar that is touched, two for each placement.
+    visits
+        Of the seats that are visited first and last, in order.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    begun: RelocationBegun
+    poses: list[PoseTaken] = field(default_factory=list)
+    bars: list[BarTaken] = field(default_factory=list)
+    bar_ends: list[SeatTaken] = field(default_factory=list)
+    seats: list[SeatTaken] = field(default_factory=list)
+    visits: list[SeatVisited] = field(default_factory=list)
+    _since: int = 0
+    _rotations: list[Float] = field(default_factory=list)
+    _tips: list[Float] = field(default_factory=list)
+    _coverage: Coverage | None = None
+
+    @property
+    def shown(self) -> bool:
+        """Return whether the bar has LEDs; otherwise it is touched."""
+        return bool(self.begun.bar.leds)
+
+    @property
+    def placements(self) -> int:
+        """Return how many placements of the bar are complete."""
+        return len(self.bars) if self.shown else len(self.bar_ends) // 2
+
+    @property
+    def wanted_seats(self) -> tuple[str, ...]:
+        """Return the names of the control points that are wanted."""
+        if self.begun.world == "set":
+            return SET_NAMES
+        return self.begun.control_names if self.begun.world == "points" else ()
+
+    @property
+    def next_seat(self) -> str | None:
+        """Return the control point that is taken next; None after the last one."""
+        taken = {one.seat for one in self.seats}
+        return next((name for name in self.wanted_seats if name not in taken), None)
+
+    @property
+    def wanted_visits(self) -> int:
+        """Return how many seats are visited first and last."""
+        return self.begun.seats or 0
+
+    @property
+    def unvisited_seat(self) -> int | None:
+        """Return the first seat that was never visited; None where all were."""
+        visited = {one.seat for one in self.visits}
+        return next((seat for seat in range(self.wanted_visits) if seat not in visited), None)
+
+    @property
+    def seat_to_repeat(self) -> int | None:
+        """Return the first seat that was not visited after all else; None where all were."""
+        first = {one.seat: i for i, one in reversed(list(enumerate(self.visits)))}
+        again = {one.seat for i, one in enumerate(self.visits) if i > first[one.seat]}
+        again &= {one.seat for one in self.visits[self._since :]}
+        return next((seat for seat in range(self.wanted_visits) if seat not in again), None)
+
+    def known_seats(self) -> list[Float]:
+        """Return where the seats are, (3,), mm, by the cameras as they were before."""
+        known = []
+        for seat in range(self.wanted_visits):
+            first = next((one for one in self.visits if one.seat == seat), None)
+            if first is not None:
+                shot = from_spots(first.uv)[None]
+                known.append(solve(shot, self.rig, self.body, first.sigma_px).tip_world[0])
+        return known
+
+    def judge_visit(self, uv: Float, sigma_px: float, *, again: bool) -> str:
+        """Return why a resting ball is not in the seat that is wanted; empty where it may be."""
+        tip, seat = solve(uv[None], self.rig, self.body, sigma_px).tip_world[0], self.seat_to_repeat
+        if again and seat is not None:
+            return judge_visit_again(tip, seat, self.known_seats(), _SEAT_MM)
+        return judge_first_visit(tip, self.known_seats(), self.rig)
+
+    def add(self, event: PoseTaken | BarTaken | SeatTaken | SeatVisited) -> None:
+        """Take in an observation."""
+        if isinstance(event, SeatVisited):
+            self.visits.append(event)
+            return
+        self._since = len(self.visits)
+        if isinstance(event, PoseTaken):
+            self.poses.append(event)
+            pose = solve(from_spots(event.uv)[None], self.rig, self.body, event.sigma_px)
+            self._rotations.append(pose.rotation_world_from_probe[0])
+            self._tips.append(pose.tip_world[0])
+            self._coverage = None
+        elif isinstance(event, BarTaken):
+            self.bars.append(event)
+        else:
+            (self.seats if event.seat else self.bar_ends).append(event)
+
+    def remove_pose(self) -> None:
+        """Take out the last pose."""
+        del self.poses[-1], self._rotations[-1], self._tips[-1]
+        self._coverage = None
+
+    def coverage(self) -> Coverage:
+        """Return how the poses fill the volume."""
+        if self._coverage is None:
+            rotations = np.array(self._rotations).reshape(-1, 3, 3)
+            tips = np.array(self._tips).reshape(-1, 3)
+            good = np.isfinite(tips).all(axis=1)
+            self._coverage = coverage(self.rig, self.body, rotations[good], tips[good])
+        return self._coverage
+
+    def judge_end(self, uv: Float, sigma_px: float) -> str:
+        """Return why the ball is not in the other end of the bar; empty where it may be."""
+        if len(self.bar_ends) % 2 == 0:
+            return ""
+        shots = np.stack([from_spots(self.bar_ends[-1].uv), uv])
+        first, second = solve(shots, self.rig, self.body, sigma_px).tip_world
+        length = self.begun.bar.nests[-1] - self.begun.bar.nests[0]
+        seen = float(np.linalg.norm(second - first))
+        if abs(seen - length) <= LENGTH_TOLERANCE * length:
+            return ""
+        return (
+            f"The ball is {seen:.0f} mm from the first end of the bar, and its other end is "
+            f"{length:.0f} mm away: put it there, or take the first end back."
+        )
+
+    def observations(self) -> Observations:
+        """Return what the adjustment takes."""
+        begun = self.begun
+        ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(2 * self.placements)]
+        touches = [] if self.shown else self.bar_ends[: len(ends)]
+        names = ([] if self.shown else ends) + [one.seat for one in self.seats]
+        shots: list[PoseTaken | SeatTaken] = [*self.poses, *touches, *self.seats]
+        seats = np.full(len(shots), -1, dtype=np.int64)
+        seats[len(self.poses) :] = np.arange(len(names))
+        frames = ProbeFrames(
+            np.array([from_spots(one.uv) for one in shots]).reshape(
+                -1, len(self.rig.cameras), self.body.n_leds, 2
+            ),
+            np.array([one.sigma_px for one in shots]),
+            seats,
+        )
+        places = begun.bar.leds if self.shown else (begun.bar.nests[0], begun.bar.nests[-1])
+        certified, expanded = begun.bar.artefact.at(places[1] - places[0], begun.temperature_c)
+        bar = LengthBar(begun.bar.artefact.use.name, certified, 0.5 * expanded)
+        shown: tuple[ShownBar, ...] = ()
+        if self.bars:
+            uv = np.array([from_spots(one.uv) for one in self.bars])
+            shown = (ShownBar(bar, uv, np.array([one.sigma_px for one in self.bars])),)
+        touched: tuple[TouchedBar, ...] = ()
+        if touches:
+            touched = (TouchedBar(bar, tuple(zip(ends[::2], ends[1::2], strict=True))),)
+        return Observations(frames, shown, touched, tuple(names))
+
+    def options(self) -> RelocationOptions:
+        """Return what is found anew."""
+        begun = self.begun
+        world: WorldFrame = KeptByCameras()
+        if begun.world == "points":
+            positions = zip(begun.control_names, begun.control_positions, strict=True)
+            world = KeptByPoints(
+                {name: np.array(position) for name, position in positions}, begun.control_sigma
+            )
+        elif begun.world == "set":
+            world = SetByPoints(*SET_NAMES)
+        return RelocationOptions(begun.lens, begun.geometry, world)

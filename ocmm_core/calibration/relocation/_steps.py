@@ -1,0 +1,141 @@
+"""The steps of a relocation: what to do in each, and what its gate waits for."""
+
+from __future__ import annotations
+
+from ocmm_core.calibration.guided import (
+    OPEN,
+    Gate,
+    Step,
+    again_gate,
+    again_instruction,
+    first_gate,
+    first_instruction,
+)
+from ocmm_core.calibration.relocation._state import RelocationState
+
+PREPARE, SEATS_FIRST, WAVE, BAR = "prepare", "seats", "wave", "bar"
+WORLD, SEATS_AGAIN, RESULT = "world", "again", "result"
+
+COVERED = 0.95
+"""Of what is wanted: a corner that a moved frame no longer sees must not hold everything up."""
+
+_NO_SEATS = "Nothing to be done: what was recorded holds no seats."
+
+
+def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Step, ...]:
+    """Return the steps with their gates, as things are.
+
+    Parameters
+    ----------
+    length_sigma_mm
+        Predicted standard uncertainty of a length; None before the first prediction.
+    """
+    begun, use = state.begun, state.begun.bar.artefact.use
+    missing = state.coverage().missing
+    where = f" Missing: {', '.join(missing[:3])}." if missing else ""
+    seat, again = state.next_seat, state.seat_to_repeat
+    show = (
+        "Put it on its stand in the volume, both LEDs towards the cameras, and change place "
+        "and direction each time, also in depth."
+        if state.shown
+        else "Lay it down somewhere in the volume, touch its first and its last nest, and "
+        "change place and direction each time, also in depth."
+    )
+    return (
+        Step(
+            PREPARE,
+            "Prepare",
+            f"Take the probe and bar '{use.name}' (serial {use.serial}). Nothing may touch the "
+            f"cameras from now on.",
+            OPEN,
+        ),
+        Step(
+            SEATS_FIRST,
+            "Seats first",
+            first_instruction(state.unvisited_seat) if state.wanted_visits else _NO_SEATS,
+            first_gate(state.unvisited_seat),
+            len({one.seat for one in state.visits}),
+            state.wanted_visits,
+        ),
+        Step(
+            WAVE,
+            "Wave the probe",
+            f"Wave it slowly through the whole volume, turning it all the time.{where}",
+            _wave_gate(state),
+            len(state.poses),
+            begun.poses_wanted,
+        ),
+        Step(
+            BAR,
+            "Show the bar",
+            show,
+            _bar_gate(state, length_sigma_mm),
+            state.placements,
+            begun.bars_wanted,
+        ),
+        Step(
+            WORLD,
+            "World frame",
+            "Nothing to be done: the world stays with the cameras."
+            if not state.wanted_seats
+            else "All points are touched."
+            if seat is None
+            else f"Put the ball into control point '{seat}'.",
+            _world_gate(state),
+            len(state.seats),
+            len(state.wanted_seats),
+        ),
+        Step(
+            SEATS_AGAIN,
+            "Seats again",
+            again_instruction(again) if state.wanted_visits else _NO_SEATS,
+            again_gate(again),
+            state.wanted_visits if again is None else again,
+            state.wanted_visits,
+        ),
+        Step(
+            RESULT,
+            "Result",
+            "Look at the residuals and at what changes, then accept the new calibration or "
+            "keep the old one.",
+            Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+        ),
+    )
+
+
+def _wave_gate(state: RelocationState) -> Gate:
+    poses, wanted = len(state.poses), state.begun.poses_wanted
+    covered = state.coverage()
+    missing = covered.missing
+    if covered.fraction < COVERED:
+        more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
+        return Gate(
+            False,
+            f"The probe was not shown enough: {', '.join(missing[:3])}{more}.",
+            "Wave it there and hold it so.",
+        )
+    if poses < wanted:
+        return Gate(False, f"{wanted - poses} poses are missing.", "Wave the probe on.")
+    return OPEN
+
+
+def _bar_gate(state: RelocationState, sigma: float | None) -> Gate:
+    missing = state.begun.bars_wanted - state.placements
+    if missing > 0:
+        return Gate(False, f"{missing} placements of the bar are missing.", "Show it on.")
+    limit = state.begun.length_limit_mm
+    if sigma is not None and sigma > limit:
+        return Gate(
+            False,
+            f"A length of {state.begun.length_mm:.0f} mm would be known to "
+            f"{1e3 * sigma:.1f} um only, and {1e3 * limit:.1f} um is good enough.",
+            "Go back and wave the probe longer, or show the bar in more places.",
+        )
+    return OPEN
+
+
+def _world_gate(state: RelocationState) -> Gate:
+    seat = state.next_seat
+    if seat is not None:
+        return Gate(False, f"Control point '{seat}' was not touched.", "Touch it.")
+    return OPEN

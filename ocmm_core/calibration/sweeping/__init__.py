@@ -1,0 +1,56 @@
+"""The guided pivot calibration: two sweeps in a cone, taken, judged and concluded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.sweeping._map import CELL_RAD
+    from ocmm_core.calibration.sweeping._procedure_pivot import (
+        CHANGE_LIMIT_MM,
+        POSES_WANTED,
+        VALID_DAYS,
+        PivotProcedure,
+    )
+    from ocmm_core.calibration.sweeping._session import AGAIN, SECOND, SWEEPS
+    from ocmm_core.calibration.sweeping._views import (
+        MapCell,
+        PivotChange,
+        PivotOutcome,
+        PivotView,
+        SweepPhase,
+        SweepView,
+        led_paths,
+    )
+    from ocmm_core.calibration.sweeping._watch import BATCH, COUNTDOWN_S
+else:
+    __getattr__ = door(
+        __name__,
+        _map="CELL_RAD",
+        _procedure_pivot="CHANGE_LIMIT_MM POSES_WANTED PivotProcedure VALID_DAYS",
+        _session="AGAIN SECOND SWEEPS",
+        _views="MapCell PivotChange PivotOutcome PivotView SweepPhase SweepView led_paths",
+        _watch="BATCH COUNTDOWN_S",
+    )
+
+__all__ = [
+    "AGAIN",
+    "BATCH",
+    "CELL_RAD",
+    "CHANGE_LIMIT_MM",
+    "COUNTDOWN_S",
+    "POSES_WANTED",
+    "SECOND",
+    "SWEEPS",
+    "VALID_DAYS",
+    "MapCell",
+    "PivotChange",
+    "PivotOutcome",
+    "PivotProcedure",
+    "PivotView",
+    "SweepPhase",
+    "SweepView",
+    "led_paths",
+]

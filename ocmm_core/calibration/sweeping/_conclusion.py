@@ -1,0 +1,208 @@
+"""From two sweeps to a record that waits for being accepted, and what it changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from ocmm_core.calibration.guided import from_spots, hash_of, utc_text
+from ocmm_core.calibration.pivot import (
+    PivotCalibration,
+    PivotSweep,
+    PivotValidation,
+    calibrate_probe,
+    validate_pivot,
+)
+from ocmm_core.calibration.records import (
+    PROBE_SCHEMA,
+    PivotCheck,
+    ProbeRecord,
+    let_pass,
+    record_hash,
+)
+from ocmm_core.calibration.sweeping._repeat import ConeVisits, cone_findings
+from ocmm_core.calibration.sweeping._session import PivotBegun
+from ocmm_core.calibration.sweeping._views import PivotChange, PivotOutcome
+from ocmm_core.camera import Rig, Vector3
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking import ProbeBody
+
+
+@dataclass(frozen=True, slots=True)
+class PivotMaterial:
+    """What a result is calculated from.
+
+    Attributes
+    ----------
+    rig, body
+        The cameras, and the probe by its document.
+    begun
+        First line of the session.
+    first, second
+        The two sweeps.
+    visits
+        Of the first cone, first and again.
+    previous
+        The record in force when the session was begun; None where there was none.
+    made
+        When the last pose was taken.
+    force
+        Somebody overruled the guards that may be overruled.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    begun: PivotBegun
+    first: PivotSweep
+    second: PivotSweep
+    visits: ConeVisits
+    previous: ProbeRecord | None
+    made: datetime
+    force: bool
+
+
+def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
+    """Return the result of two sweeps; the same sweeps always give the same.
+
+    Raises
+    ------
+    CalibrationError
+        A sweep leaves the probe open, or a guard refuses.
+    """
+    begun = given.begun
+    expected, options = begun.expected(given.body), begun.options()
+    first = calibrate_probe(given.rig, expected, given.first, options, given.force)
+    second = calibrate_probe(given.rig, expected, given.second, options, given.force)
+    validation = validate_pivot(given.rig, first, second, given.second)
+    let_pass(validation.findings, given.force)
+    probe = first.applied_to(given.body, given.body.identity)
+    moved = cone_findings(given.rig, probe, given.first, first.rotations, given.visits)
+    let_pass(moved, given.force)
+    findings = (*first.warnings, *second.warnings, *validation.findings, *moved)
+    # Both sweeps often say the same. That spots are better than the rig's document says of them
+    # is nothing that whoever sweeps a probe could change.
+    findings = tuple(
+        {one.what: one for one in findings if one.code != "calibration.chi2_low"}.values()
+    )
+    change = None if given.previous is None else change_of(given.body, given.previous, first, begun)
+    overruled = given.force and any(one.refuses for one in validation.findings)
+    record = ProbeRecord(
+        schema=PROBE_SCHEMA,
+        probe=begun.probe,
+        tip=begun.tip,
+        made_utc=utc_text(given.made),
+        made_by=begun.who,
+        software=begun.software,
+        temperature_c=begun.temperature_c,
+        rig=given.rig.name,
+        rig_identity=given.rig.identity,
+        data_sha256=hash_of(given.first.uv, given.second.uv, *_spots_of(given.visits)),
+        valid_until_utc=utc_text(given.made + timedelta(days=begun.valid_days)),
+        probe_identity=begun.probe_identity,
+        leds_mm=tuple(_vector(led) for led in first.leds_probe),
+        tip_mm=_vector(first.tip_probe),
+        covariance=_symmetric(first.covariance),
+        frames=len(given.first.uv),
+        left_out=len(first.left_out),
+        ranges_deg=_vector(np.degrees(first.coverage.ranges)),
+        attitudes=first.coverage.attitudes,
+        rms_px=first.rms_px,
+        chi2_per_dof=first.chi2 / first.dof,
+        thesis_tip_mm=_vector(first.thesis_tip_probe),
+        thesis_spread_mm=first.thesis.spread,
+        validation=_check(validation),
+        change_mm=None if change is None else change.tip_distance,
+        change_reason="",
+        warnings=tuple(one.what for one in findings),
+        forced=first.forced or second.forced or overruled,
+        artefacts=() if begun.cone is None else (begun.cone,),
+        previous=begun.running,
+    )
+    return PivotOutcome(
+        record=record,
+        body=first.applied_to(given.body, record_hash(record)),
+        first=first,
+        second=second,
+        validation=validation,
+        change=change,
+        findings=findings,
+    )
+
+
+def change_of(
+    body: ProbeBody, previous: ProbeRecord, found: PivotCalibration, begun: PivotBegun
+) -> PivotChange:
+    """Return how a calibration differs from the one before, both laid onto the same document."""
+    leds, tip = laid_onto(body, previous)
+    return PivotChange(
+        previous, found.tip_probe - tip, found.leds_probe - leds, begun.change_limit_mm
+    )
+
+
+def expected_tip(
+    body: ProbeBody, running: ProbeRecord | None, *, tip_unknown: bool
+) -> Vector3 | None:
+    """Return where the tip should be, mm, frame of the document; None where nobody knows.
+
+    Parameters
+    ----------
+    running
+        The record in force for this tip; it knows better than the document.
+    tip_unknown
+        The document does not say where this tip is.
+
+    Raises
+    ------
+    CalibrationError
+        The record is of a probe with another number of LEDs.
+    """
+    if running is None:
+        return None if tip_unknown else _vector(body.tip_probe)
+    if len(running.leds_mm) != body.n_leds:
+        raise CalibrationError(
+            "pivot.leds",
+            f"The calibration of tip '{running.tip}' in force is of a probe with "
+            f"{len(running.leds_mm)} LEDs, and '{body.name}' has {body.n_leds}.",
+            "Give every probe a name of its own in its document.",
+        )
+    return _vector(laid_onto(body, running)[1])
+
+
+def laid_onto(body: ProbeBody, record: ProbeRecord) -> tuple[Float, Float]:
+    """Return LEDs (L, 3) and tip (3,), mm, of a record in the frame of a document."""
+    leds = np.array(record.leds_mm)
+    rotation, shift = rigid_fit(leds, body.leds_probe)
+    return leds @ rotation.T + shift, rotation @ np.array(record.tip_mm) + shift
+
+
+def _spots_of(visits: ConeVisits) -> tuple[Float, ...]:
+    return tuple(from_spots(one.uv) for one in visits.again)
+
+
+def _check(validation: PivotValidation) -> PivotCheck:
+    return PivotCheck(
+        difference_mm=_vector(validation.tip_difference),
+        sigma_mm=_vector(validation.tip_difference_sigma),
+        led_difference_mm=validation.led_difference,
+        place_mm=validation.place_distance,
+        attitude_deg=float(np.degrees(validation.attitude_distance)),
+        articulation_2s_mm=_finite(validation.articulation_2s),
+        articulation_max_mm=_finite(validation.articulation_max),
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _symmetric(covariance: Float) -> tuple[tuple[float, ...], ...]:
+    half = 0.5 * (covariance + covariance.T)
+    return tuple(tuple(row) for row in half.tolist())
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

@@ -1,0 +1,428 @@
+"""Guided pivot calibration: the ball rests in a cone and the probe is swept about it, twice.
+
+Steps: ``prepare``, ``first`` (the sweep that calibrates), ``second`` (an independent one, in
+another place or attitude, that must show the same tip), ``again`` (the ball rests in the first cone
+once more: what moved meanwhile shows), ``result``. Nobody needs a key: a sweep
+begins when the ball rests in the cone, and its gate opens when nothing is missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.guided import (
+    CommonEvent,
+    Decided,
+    Decision,
+    Entered,
+    Kind,
+    Live,
+    ProbeProcedure,
+    SessionLine,
+    Step,
+    first_line,
+    session_path,
+    to_spots,
+    utc_text,
+)
+from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM
+from ocmm_core.calibration.records import ArtefactUse, ProbeRecord, ProbeStore, load_named
+from ocmm_core.calibration.sweeping._conclusion import expected_tip
+from ocmm_core.calibration.sweeping._session import (
+    AGAIN,
+    FIRST,
+    PREPARE,
+    RESULT,
+    SECOND,
+    SWEEPS,
+    ConeVisited,
+    PivotBegun,
+    PivotEvent,
+    PosesTaken,
+    SweepDiscarded,
+)
+from ocmm_core.calibration.sweeping._state import PivotState
+from ocmm_core.calibration.sweeping._views import PivotOutcome, PivotView, SweepPhase, SweepView
+from ocmm_core.camera import Rig
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+CHANGE_LIMIT_MM = 0.03
+POSES_WANTED = 400
+TIP_SIGMA_MM = 0.01
+VALID_DAYS = 365
+_RECORDED_BATCH = 200
+
+
+class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
+    """See `procedure`; made by `begin` and `resume`.
+
+    Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`
+    (a batch of poses, durable when it returns); when the gate of the step is open, `advance`.
+    """
+
+    kind = Kind.PIVOT
+    step_names = (PREPARE, FIRST, SECOND, AGAIN, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[PivotEvent]],
+        begun: PivotBegun,
+        rig: Rig,
+        body: ProbeBody,
+        store: ProbeStore,
+    ) -> None:
+        super().__init__(chain, begun, rig, store, begun.tip)
+        if begun.probe_identity != body.identity:
+            raise CalibrationError(
+                "session.probe",
+                f"{chain.path}: this session was begun with another probe.",
+                "Continue it with that probe, or begin a new one.",
+            )
+        self._begun = begun
+        self._state = PivotState(rig, body, begun)
+        # While many lines come at once, the progress after each of them would be computed in vain.
+        self._watching = False
+        self._watch = self._state.watch(FIRST)
+        self._cone = self._state.cone_spots()
+        self._fold()
+        self._watching = True
+        self._rewatch()
+
+    @classmethod
+    def begin(
+        cls,
+        folder: Path,
+        rig: Rig,
+        body: ProbeBody,
+        store: ProbeStore,
+        tip: str,
+        now: datetime,
+        *,
+        who: str,
+        temperature_c: float | None = None,
+        tip_unknown: bool = False,
+        cone: ArtefactUse | None = None,
+        slack_mm: float = 0.0,
+        change_limit_mm: float = CHANGE_LIMIT_MM,
+        poses_wanted: int = POSES_WANTED,
+        tip_sigma_mm: float = TIP_SIGMA_MM,
+        valid_days: int = VALID_DAYS,
+        again: bool = True,
+    ) -> PivotProcedure:
+        """Begin a session.
+
+        Parameters
+        ----------
+        folder
+            Of session files.
+        rig
+            With the calibration in force.
+        body
+            The probe by its document.
+        store
+            Records of this probe.
+        tip
+            Name of the tip that is mounted.
+        tip_unknown
+            The document does not say where this tip is (another stylus), and it was never
+            calibrated: nothing is known of it but that it rests in the cone.
+        cone
+            Where it has a name.
+        slack_mm
+            Standard deviation of the ball's place in the cone, per axis; 0 where it rests.
+        change_limit_mm
+            From this change of the tip on, a person must say why.
+        poses_wanted, tip_sigma_mm
+            A sweep ends by itself with so many poses, full coverage, and the tip known so well.
+        valid_days
+            For how long the calibration may be used.
+        again
+            The ball comes back into the first cone at the end; False only where what was recorded
+            lacks it, which the record then says.
+
+        Raises
+        ------
+        CalibrationError
+            The tip has no name, or its record is of a probe with other LEDs.
+        StorageError
+            The session file cannot be written.
+        """
+        if not tip.strip():
+            raise CalibrationError(
+                "pivot.tip_name",
+                "The tip has no name.",
+                "Give it the name that is on its stylus; each tip has a calibration of its own.",
+            )
+        active = store.active(tip)
+        expected = expected_tip(
+            body, None if active is None else active.calibration, tip_unknown=tip_unknown
+        )
+        begun = PivotBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=store.active_hash(tip) or "",
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            probe=body.name,
+            probe_identity=body.identity,
+            tip=tip,
+            expected_tip=expected,
+            cone=cone,
+            slack_mm=slack_mm,
+            change_limit_mm=change_limit_mm,
+            poses_wanted=poses_wanted,
+            tip_sigma_mm=tip_sigma_mm,
+            valid_days=valid_days,
+            again=again,
+        )
+        chain = _chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, body, store)
+
+    @classmethod
+    def resume(cls, path: Path, rig: Rig, body: ProbeBody, store: ProbeStore) -> PivotProcedure:
+        """Go on with a session where it stood; its file names the tip.
+
+        Raises
+        ------
+        CalibrationError
+            The session was begun with another rig or probe, or by a version that did not ask for
+            the first cone again and it has not ended.
+        StorageError
+            The file cannot be read, or was changed.
+        """
+        chain = _chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, PivotBegun)  # noqa: S101 - the type of the first line
+        procedure = cls(chain, begun, rig, body, store)
+        if begun.again is None and procedure.base.decision is Decision.OPEN:
+            raise CalibrationError(
+                "session.older",
+                f"{path}: this session was begun by an earlier version, which did not come back "
+                f"to the first cone: nobody could tell whether something moved meanwhile.",
+                "Begin a new session.",
+            )
+        return procedure
+
+    @property
+    def view(self) -> PivotView:
+        """Return the snapshot."""
+        with self._lock:
+            first, second = (self._sweep_view(name) for name in SWEEPS)
+            place, attitude = self._state.apart()
+            watching = self._step in SWEEPS
+            nothing = np.full(3, np.nan)
+            findings = self._state.progress(self._step).findings if watching else ()
+            warnings = {one.code: one for one in (*self._watch.warnings(), *findings)}
+            return PivotView(
+                base=self.base,
+                probe=self._begun.probe,
+                tip=self.tip,
+                in_cone=watching and self._watch.in_cone,
+                countdown_s=self._watch.countdown_s if watching else None,
+                direction_world=self._watch.direction_world if watching else nothing,
+                first=first,
+                second=second,
+                place_distance_mm=place,
+                attitude_distance=attitude,
+                place_wanted_mm=OTHER_PLACE_MM,
+                attitude_wanted=float(OTHER_ATTITUDE),
+                warnings=tuple(warnings.values()) if watching else (),
+                outcome=self._outcome,
+            )
+
+    def watch(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        with self._lock:
+            if not len(block) or self._decided is not None:
+                return
+            if self._step in SWEEPS:
+                self._watch.feed(block)
+            elif self._step == AGAIN:
+                self._cone.feed(block)
+
+    def sweep_anew(self, now: datetime) -> None:
+        """Throw away all poses of the current sweep, and wait for the ball in the cone again."""
+        with self._lock:
+            if self._step in SWEEPS:
+                self._append(SweepDiscarded(utc=utc_text(now), step=self._step))
+                self._rewatch()
+
+    def end_sweep(self, now: datetime) -> None:
+        """Enter the next step although the sweep is not complete; only after `force`.
+
+        Raises
+        ------
+        CalibrationError
+            Nobody overruled the guards, or the sweep lacks what they never let go.
+        """
+        with self._lock:
+            if self._step not in SWEEPS or not self._sweep_view(self._step).may_end:
+                gate = self._steps()[self.step_names.index(self._step)].gate
+                raise CalibrationError("session.gate", gate.reason, gate.remedy)
+            following = self.step_names[self.step_names.index(self._step) + 1]
+            self._append(Entered(utc=utc_text(now), step=following))
+
+    def take_sweep(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded labelled spots (n, C, L, 2), px, NaN where not seen, into this sweep.
+
+        Raises
+        ------
+        CalibrationError
+            No sweep is being taken, or the spots are not those of this rig and probe.
+        """
+        with self._lock:
+            wanted = (len(self.rig.cameras), self._state.body.n_leds, 2)
+            if self._step not in SWEEPS or uv.shape[1:] != wanted:
+                raise CalibrationError(
+                    "pivot.recorded",
+                    f"Recorded spots of shape {uv.shape[1:]} are not wanted here: the rig has "
+                    f"{wanted[0]} cameras, the probe {wanted[1]} LEDs, and the step is "
+                    f"'{self._step}'.",
+                    "Give the sweeps of this rig and probe while a sweep is to be taken.",
+                )
+            self._watching = False
+            try:
+                for first in range(0, len(uv), _RECORDED_BATCH):
+                    part = uv[first : first + _RECORDED_BATCH]
+                    self._append(
+                        PosesTaken(
+                            utc=utc_text(now),
+                            step=self._step,
+                            poses=tuple(to_spots(pose) for pose in part),
+                            sigma_px=sigma_px,
+                        )
+                    )
+            finally:
+                self._watching = True
+                self._rewatch()
+
+    def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded spots (C, L, 2), px, of the probe that rests in the first cone again.
+
+        Raises
+        ------
+        CalibrationError
+            It is not the time for it.
+        """
+        with self._lock:
+            if not (self._step == AGAIN and self._wants()):
+                raise CalibrationError(
+                    "pivot.visit",
+                    "No visit of the first cone is wanted here.",
+                    "Take it once, after both sweeps.",
+                )
+            self._append(ConeVisited(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
+
+    def accept(self, now: datetime, reason: str) -> None:
+        """Store the result and end the procedure; see `procedure.Procedure.accept`.
+
+        Raises
+        ------
+        CalibrationError
+            The tip changed by more than the limit and ``reason`` is empty, or see there.
+        """
+        with self._lock:
+            outcome = self._outcome
+            if outcome is not None and outcome.must_be_confirmed and self._decided is None:
+                change = outcome.change
+                if change is not None and not reason.strip():
+                    raise CalibrationError(
+                        "pivot.unconfirmed",
+                        f"The tip is {1e3 * change.tip_distance:.0f} um from that of the "
+                        f"calibration in force, and {1e3 * change.limit_mm:.0f} um is the limit.",
+                        "Say why it changed (another stylus, a blow, a repair), or keep the old "
+                        "calibration and sweep again.",
+                    )
+            super().accept(now, reason)
+
+    def _sweep_view(self, name: str) -> SweepView:
+        phase = self._watch.phase if self._step == name else SweepPhase.IDLE
+        return self._state.view(name, phase, forced=self._forced)
+
+    def _rewatch(self) -> None:
+        """Look at frames with fresh eyes: another sweep, or this one begins anew."""
+        if self._step in SWEEPS:
+            self._watch = self._state.watch(self._step)
+        elif self._step == AGAIN:
+            self._cone = self._state.cone_spots()
+
+    def _change(self, event: PivotEvent | CommonEvent) -> None:
+        super()._change(event)
+        if isinstance(event, Entered) and self._watching:
+            self._rewatch()
+
+    def _seen(self) -> Live:
+        if self._step == AGAIN:
+            live = self._cone.live()
+            if not live.ready or not self._wants():
+                return live
+            average = self._cone.average()
+            hint = self._state.judge_visit(average.uv, average.sigma_px)
+            return replace(live, ready=False, hint=hint) if hint else live
+        live = self._watch.live()
+        if live.ready or live.hint or self._step not in SWEEPS:
+            return live
+        return replace(live, hint=self._sweep_view(self._step).missing or "The sweep is complete.")
+
+    def _wants(self) -> bool:
+        visit = self._step == AGAIN and bool(self._begun.again) and not self._state.visited
+        return self._step in SWEEPS or visit
+
+    def _observation(self, utc: str) -> PosesTaken | ConeVisited:
+        if self._step == AGAIN:
+            average = self._cone.average()
+            return ConeVisited(utc=utc, uv=to_spots(average.uv), sigma_px=average.sigma_px)
+        return PosesTaken(
+            utc=utc,
+            step=self._step,
+            poses=tuple(to_spots(pose) for pose in self._watch.batch),
+            sigma_px=self._watch.sigma_px,
+        )
+
+    def _observe(self, event: PivotEvent) -> None:
+        if isinstance(event, PivotBegun):
+            return
+        self._state.add(event)
+        if isinstance(event, PosesTaken) and self._watching:
+            self._watch.stored(self._state.progress(event.step))
+
+    def _has_observation(self, step: str) -> bool:
+        # A visit of the first cone is a result: it is not taken back.
+        return step in SWEEPS and self._state.poses[step].count > 0
+
+    def _undo(self, step: str) -> None:
+        self._state.remove(step)
+        if self._watching:
+            self._rewatch()
+
+    def _steps(self) -> tuple[Step, ...]:
+        return self._state.steps(forced=self._forced)
+
+    def _calculation(self) -> Callable[[], PivotOutcome]:
+        running = self._begun.running
+        previous = load_named(self._store.folder, running, ProbeRecord) if running else None
+        return self._state.calculation(previous, forced=self._forced)
+
+    def _put(self, outcome: PivotOutcome, decided: Decided) -> None:
+        reason = decided.reason if outcome.must_be_confirmed else ""
+        record = msgspec.structs.replace(outcome.record, change_reason=reason)
+        now = datetime.fromisoformat(decided.utc)
+        self._store.calibrate(record, self._begun.who, decided.reason, now, self._chain.path)
+
+
+def _chain(path: Path) -> ChainFile[SessionLine[PivotEvent]]:
+    return ChainFile(path, SessionLine[PivotEvent])

@@ -1,0 +1,290 @@
+"""How far a sweep has come: what was covered, what is still missing, what a guard would say now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.guided import OPEN, Gate
+from ocmm_core.calibration.pivot import (
+    LEAST_FRAMES,
+    Coverage,
+    PivotLimits,
+    PivotSweep,
+    find_jump,
+    free_poses,
+    judge_jump,
+    judge_shape,
+    locate_targets,
+    mean_shape,
+    pivot_of_poses,
+    preview_pivot,
+    shared_part,
+)
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
+from ocmm_core.calibration.sweeping._views import MapCell, SweepPhase, SweepView
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.tracking import ProbeBody, solve
+
+ENOUGH_TIMES = 2.5
+"""With so many times the poses that are wanted, more of them do not make the tip any better."""
+
+SWEEP_ON = "Keep the ball in the cone and the LEDs towards the cameras."
+
+_TIP_POSES = 40
+_TIP_RANGE = np.radians(8.0)
+_SHAPE_POSES = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """A sweep as it stands.
+
+    Attributes
+    ----------
+    poses
+        Taken so far.
+    coverage
+        None with fewer than ten of them.
+    tip_sigma
+        mm, predicted; infinite before it can be told.
+    tip_probe
+        (3,), mm, frame of the document: the tip as the sweep shows it; None as long as it does not.
+    centre_world
+        (3,), mm: where the ball rests; NaN before it is known.
+    middle_world, cells
+        Of the sphere map.
+    findings
+        What a guard would say now, other than that more is needed.
+    """
+
+    poses: int
+    coverage: Coverage | None
+    tip_sigma: float
+    tip_probe: Float | None
+    centre_world: Float
+    middle_world: Float
+    cells: tuple[MapCell, ...]
+    findings: tuple[Finding, ...]
+
+
+NO_PROGRESS = Progress(0, None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ())
+
+
+def progress_of(
+    rig: Rig, body: ProbeBody, sweep: PivotSweep, limits: PivotLimits, tip_known: bool
+) -> Progress:
+    """Return how far a sweep has come.
+
+    Parameters
+    ----------
+    body
+        The probe with the tip where it should be.
+    tip_known
+        Whether anything is known of it; otherwise it comes from the sweep alone.
+    """
+    if not len(sweep.uv):
+        return NO_PROGRESS
+    poses = solve(sweep.uv, rig, body, float(np.median(sweep.sigma_px)))
+    good = poses.status == 0
+    tip = _tip_of(poses.rotation_world_from_probe[good], poses.origin_world[good])
+    if tip is None and not tip_known:
+        return Progress(
+            len(sweep.uv), None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ()
+        )
+    own = body if tip is None else replace(body, tip_probe=tip)
+    preview = preview_pivot(rig, own, sweep, pattern=True)
+    if preview.coverage is None:
+        return Progress(
+            len(sweep.uv), None, np.inf, tip, preview.centre_world, np.full(3, np.nan), (), ()
+        )
+    middle, cells = sphere_map(
+        preview.coverage.directions_world, 0.5 * np.radians(limits.wanted_deg)
+    )
+    return Progress(
+        poses=len(sweep.uv),
+        coverage=preview.coverage,
+        tip_sigma=preview.tip_sigma,
+        tip_probe=tip,
+        centre_world=preview.centre_world,
+        middle_world=middle,
+        cells=cells,
+        findings=()
+        if tip is None
+        else _judge(rig, body, own, sweep, preview.centre_world, preview.coverage, limits),
+    )
+
+
+def view_of(
+    progress: Progress,
+    phase: SweepPhase,
+    gate: Gate,
+    limits: PivotLimits,
+    poses_wanted: int,
+    sigma_wanted: float,
+    *,
+    may_end: bool,
+) -> SweepView:
+    """Return what a screen shows of a sweep.
+
+    Parameters
+    ----------
+    phase
+        As `pivot_watch` sees it.
+    gate
+        Out of the sweep.
+    may_end
+        A person may end it although the gate is closed.
+    """
+    coverage = progress.coverage
+    return SweepView(
+        phase=SweepPhase.GOOD if gate.open else phase,
+        poses=progress.poses,
+        poses_wanted=poses_wanted,
+        attitudes=0 if coverage is None else coverage.attitudes,
+        attitudes_wanted=limits.least_attitudes,
+        ranges=np.zeros(3) if coverage is None else coverage.ranges,
+        ranges_wanted=np.radians([limits.wanted_deg, limits.wanted_deg, limits.roll_deg]),
+        tip_sigma_mm=progress.tip_sigma,
+        tip_sigma_wanted_mm=sigma_wanted,
+        map_middle_world=progress.middle_world,
+        cells=progress.cells,
+        centre_world=progress.centre_world,
+        good=gate.open,
+        missing="" if gate.open else gate.reason,
+        may_end=gate.open or may_end,
+    )
+
+
+def gate_of(
+    rig: Rig,
+    progress: Progress,
+    limits: PivotLimits,
+    poses_wanted: int,
+    sigma_wanted: float,
+    *,
+    forced: bool,
+) -> Gate:
+    """Return whether a sweep is complete, and what is missing or wrong.
+
+    Parameters
+    ----------
+    forced
+        Somebody overruled the guards that may be overruled; the sweep must be complete all the
+        same.
+    """
+    refused = [one for one in progress.findings if one.refuses and not (forced and one.forcible)]
+    if refused:
+        return Gate(False, refused[0].what, refused[0].remedy)
+    missing = _missing(rig, progress, limits, poses_wanted, sigma_wanted)
+    return Gate(False, missing, SWEEP_ON) if missing else OPEN
+
+
+def _missing(
+    rig: Rig, progress: Progress, limits: PivotLimits, poses_wanted: int, sigma_wanted: float
+) -> str:
+    if progress.coverage is None:
+        return "The probe was hardly swept yet."
+    first, second, third = np.degrees(progress.coverage.ranges)
+    if second < limits.wanted_deg:
+        side = where_missing(rig, progress.middle_world, progress.cells)
+        return (
+            f"Sweep wider{', ' + side if side else ''}: {first:.0f} and {second:.0f} of "
+            f"{limits.wanted_deg:.0f} degrees are reached."
+        )
+    if third < limits.roll_deg:
+        return (
+            f"Turn the probe about its handle: {third:.0f} of {limits.roll_deg:.0f} degrees are "
+            f"reached."
+        )
+    if progress.coverage.attitudes < limits.least_attitudes:
+        left = limits.least_attitudes - progress.coverage.attitudes
+        return f"Sweep on, on other ways: {left} attitudes are missing."
+    if progress.poses < poses_wanted:
+        return f"Sweep on: {poses_wanted - progress.poses} poses are missing."
+    if not np.isfinite(progress.tip_sigma):
+        return "Sweep on: the tip cannot be told yet."
+    if progress.tip_sigma > sigma_wanted and progress.poses < ENOUGH_TIMES * poses_wanted:
+        return (
+            f"Sweep on: the tip would be known to {1e3 * progress.tip_sigma:.1f} um, and "
+            f"{1e3 * sigma_wanted:.1f} um is good."
+        )
+    return ""
+
+
+def is_forcible(progress: Progress, limits: PivotLimits) -> bool:
+    """Return whether a person may end a sweep that is not complete."""
+    coverage = progress.coverage
+    return (
+        coverage is not None
+        and progress.poses >= LEAST_FRAMES
+        and coverage.attitudes >= limits.least_attitudes
+        and bool(np.degrees(coverage.ranges[1]) >= limits.weak_deg)
+        and not any(one.refuses and not one.forcible for one in progress.findings)
+    )
+
+
+def _tip_of(rotations: Float, origins: Float) -> Float | None:
+    """Return the tip that poses show, (3,), mm; None where they leave it open."""
+    if len(rotations) < _TIP_POSES or second_range(rotations) < _TIP_RANGE:
+        return None
+    try:
+        return pivot_of_poses(rotations, origins).tip
+    except CalibrationError:
+        return None
+
+
+def second_range(rotations: Float) -> float:
+    """Return how far rotations (n, 3, 3) reach about the axis of second most turn, rad."""
+    mean = rotations.mean(axis=0)
+    u, _, vt = np.linalg.svd(mean)
+    turned = (u @ vt).T @ rotations
+    # Small enough that the skew part is the rotation vector to some per cent.
+    vectors = 0.5 * np.stack(
+        [
+            turned[:, 2, 1] - turned[:, 1, 2],
+            turned[:, 0, 2] - turned[:, 2, 0],
+            turned[:, 1, 0] - turned[:, 0, 1],
+        ],
+        axis=1,
+    )
+    axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)[2]
+    return float(np.sort(np.ptp(vectors @ axes.T, axis=0))[-2])
+
+
+def _judge(
+    rig: Rig,
+    body: ProbeBody,
+    own: ProbeBody,
+    sweep: PivotSweep,
+    centre: Float,
+    coverage: Coverage,
+    limits: PivotLimits,
+) -> tuple[Finding, ...]:
+    """Return what speaks against the probe and against the cone."""
+    targets = locate_targets(rig, sweep.uv)
+    if not np.isfinite(targets).all(axis=(1, 2)).any():
+        led = int(np.isfinite(targets[..., 0]).sum(axis=0).argmin())
+        return (
+            Finding(
+                "pivot.no_complete_frame",
+                f"In no pose all LEDs of the probe were seen by two cameras; LED {led + 1} least.",
+                "Turn the LEDs towards the cameras and take the hand off them; check that all of "
+                "them shine.",
+                refuses=True,
+            ),
+        )
+    leds = body.leds_probe
+    shape = mean_shape(targets, _SHAPE_POSES)
+    rotation, shift = rigid_fit(shape, leds)
+    found = judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits)
+    if np.degrees(coverage.ranges[1]) < limits.small_deg:
+        # A tip that is hardly known yet wanders with the attitude.
+        return tuple(found)
+    free = free_poses(rig, sweep, own.leds_probe - own.tip_probe)
+    common = shared_part(rig, sweep)
+    return (*found, *judge_jump(find_jump(free, free.solved, centre, common), limits))

@@ -1,0 +1,146 @@
+"""Whether the first cone of a pivot calibration is still where it was when all was swept.
+
+The ball comes back into the first cone at the end and rests, held as in its sweep. With the probe
+that was found, its place is compared with that of the poses of the first sweep that were held most
+alike: what cameras and probe have wrong in common then cancels, and what moved meanwhile stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.calibration.guided import (
+    Repeat,
+    RestingPosition,
+    Touch,
+    from_spots,
+    judge_repeats,
+    repeat_finding,
+    touch_of,
+)
+from ocmm_core.calibration.pivot import PivotSweep
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.sweeping._session import ConeVisited
+from ocmm_core.camera import Rig
+from ocmm_core.errors import TrackingError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+ALIKE = np.radians(12.0)
+"""So far a probe may be turned from the poses that it is compared with."""
+
+LEAST_ALIKE = 5
+_MOST_ALIKE = 20
+_REMEDY = "Find what moved - cone, camera, frame or tip -, fix it, and calibrate the probe again."
+
+
+@dataclass(frozen=True, slots=True)
+class ConeVisits:
+    """The first cone, first and again.
+
+    Attributes
+    ----------
+    begun_utc
+        When its sweep began.
+    again
+        The visits at the end, in order of time; none where what was recorded has none.
+    slack_mm
+        Standard deviation of the ball's place in the cone, per axis.
+    """
+
+    begun_utc: str
+    again: tuple[ConeVisited, ...]
+    slack_mm: float = 0.0
+
+
+def turns_from(rotations: Float, rotation: Float) -> Float:
+    """Return how far rotations (n, 3, 3) are turned from another, (n,), rad; NaN stays."""
+    cosines = 0.5 * (np.einsum("nij,ij->n", rotations, rotation) - 1.0)
+    turns: Float = np.arccos(np.clip(cosines, -1.0, 1.0))
+    return turns
+
+
+def cone_findings(
+    rig: Rig, probe: ProbeBody, sweep: PivotSweep, rotations: Float, visits: ConeVisits
+) -> tuple[Finding, ...]:
+    """Return what the visit at the end says against a pivot calibration.
+
+    Parameters
+    ----------
+    probe
+        As the first sweep shows it.
+    sweep, rotations
+        The first sweep, and its attitudes (n, 3, 3), world from probe; NaN where left out.
+    """
+    if not visits.again:
+        return (
+            Finding(
+                "repeat.missing",
+                "The first cone was not visited again at the end: what moved meanwhile may not "
+                "show.",
+                "Put the ball back into the first cone at the end, next time.",
+                refuses=False,
+            ),
+        )
+    repeats = []
+    for visit in visits.again:
+        one = _repeat(rig, probe, sweep, rotations, visits, visit)
+        if isinstance(one, Finding):
+            return (one,)
+        repeats.append(one)
+    moved = repeat_finding(judge_repeats(repeats), _REMEDY)
+    return () if moved is None else (moved,)
+
+
+def _repeat(
+    rig: Rig,
+    probe: ProbeBody,
+    sweep: PivotSweep,
+    rotations: Float,
+    visits: ConeVisits,
+    visit: ConeVisited,
+) -> Repeat | Finding:
+    again = _touch(from_spots(visit.uv), visit.sigma_px, rig, probe)
+    if again is None:
+        return _unusable("is not seen well enough at the end")
+    turned = turns_from(rotations, again.rotation_world_from_probe)
+    nearest = np.argsort(np.where(np.isfinite(turned), turned, np.inf))[:_MOST_ALIKE]
+    nearest = nearest[turned[nearest] <= ALIKE]
+    seen = [_touch(sweep.uv[i], float(sweep.sigma_px[i]), rig, probe) for i in nearest]
+    alike = [one for one in seen if one is not None]
+    if len(alike) < LEAST_ALIKE:
+        return _unusable("is held otherwise at the end than ever in its sweep")
+    # Neighbours share the pattern of the sensors: together they are not known better than one.
+    noise = np.mean([one.noise for one in alike], axis=0)
+    cameras = again.by_cameras - np.mean([one.by_cameras for one in alike], axis=0)
+    geometry = again.by_geometry - np.mean([one.by_geometry for one in alike], axis=0)
+    shared = (
+        cameras @ rig.parameter_covariance @ cameras.T
+        + geometry @ probe.geometry_covariance @ geometry.T
+    )
+    play = visits.slack_mm**2 * np.eye(3) + 0.5 * shared
+    before = np.mean([one.tip_world for one in alike], axis=0)
+    return Repeat(
+        "the ball in the first cone",
+        RestingPosition(before, noise + play, visits.begun_utc),
+        RestingPosition(again.tip_world, again.noise + play, visit.utc),
+    )
+
+
+def _touch(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> Touch | None:
+    try:
+        return touch_of(uv, sigma_px, rig, body)
+    except TrackingError:
+        return None
+
+
+def _unusable(what: str) -> Finding:
+    return Finding(
+        "repeat.unusable",
+        f"The probe in the first cone {what}.",
+        "Calibrate the probe again, and at the end rest the ball in the first cone held as at the "
+        "start, all LEDs in view.",
+        refuses=True,
+    )

@@ -1,0 +1,227 @@
+"""What was taken in a pivot calibration: both sweeps, how far they have come, and their gates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+
+import numpy as np
+
+from ocmm_core.calibration.guided import OPEN, SEAT_MM, STILL_FRAMES, Gate, ProbeSpots, Step
+from ocmm_core.calibration.records import ProbeRecord
+from ocmm_core.calibration.sweeping._conclusion import PivotMaterial, conclude_pivot
+from ocmm_core.calibration.sweeping._progress import (
+    Progress,
+    gate_of,
+    is_forcible,
+    progress_of,
+    view_of,
+)
+from ocmm_core.calibration.sweeping._repeat import ALIKE, LEAST_ALIKE, ConeVisits, turns_from
+from ocmm_core.calibration.sweeping._session import (
+    FIRST,
+    SECOND,
+    SWEEPS,
+    ConeVisited,
+    PivotBegun,
+    PosesTaken,
+    SweepDiscarded,
+    SweepPoses,
+)
+from ocmm_core.calibration.sweeping._steps import apart, second_gate, steps_of
+from ocmm_core.calibration.sweeping._views import PivotOutcome, SweepPhase, SweepView
+from ocmm_core.calibration.sweeping._watch import SweepWatch
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody, solve
+
+
+@dataclass(slots=True)
+class PivotState:
+    """Everything that was taken.
+
+    Attributes
+    ----------
+    rig, body, begun
+        What it is about.
+    poses
+        Of each sweep.
+    first_utc, last_utc
+        When the first ones of the first sweep, and when the last ones of all were taken.
+    visits
+        Of the first cone at the end: all of them count, as long as its sweep is the same.
+    visited
+        Whether the last one came after all sweeping.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    begun: PivotBegun
+    poses: dict[str, SweepPoses] = field(
+        default_factory=lambda: {name: SweepPoses() for name in SWEEPS}
+    )
+    first_utc: str = ""
+    last_utc: str = ""
+    visits: list[ConeVisited] = field(default_factory=list)
+    visited: bool = False
+    _progress: dict[str, Progress] = field(default_factory=dict)
+    _turned: Float | None = None
+
+    def add(self, event: PosesTaken | SweepDiscarded | ConeVisited) -> None:
+        """Take in an observation."""
+        if isinstance(event, ConeVisited):
+            self.visits.append(event)
+            self.visited = True
+            self.last_utc = max(self.last_utc, event.utc)
+            return
+        self._forget(event.step)
+        if event.step == FIRST and not self.poses[FIRST].count:
+            self.first_utc = event.utc
+        if isinstance(event, SweepDiscarded):
+            self.poses[event.step].batches.clear()
+        else:
+            self.poses[event.step].add(event)
+            self.last_utc = max(self.last_utc, event.utc)
+
+    def remove(self, step: str) -> None:
+        """Take out the last poses of a sweep."""
+        self.poses[step].batches.pop()
+        self._forget(step)
+
+    def _forget(self, step: str) -> None:
+        """Forget what followed from a sweep: the visit at the end is one after all sweeping."""
+        self._progress.pop(step, None)
+        self.visited = False
+        if step == FIRST:
+            self._turned = None
+            self.visits.clear()
+
+    def cone_spots(self) -> ProbeSpots:
+        """Return what looks at the frames of the visit at the end."""
+        body = self.begun.expected(self.body)
+        return ProbeSpots(self.rig, body, STILL_FRAMES, resting=True, distance_mm=-1.0)
+
+    def judge_visit(self, uv: Float, sigma_px: float) -> str:
+        """Return why a resting ball is not in the first cone as at the start; empty where it is."""
+        first = self.progress(FIRST)
+        body = self.begun.expected(self.body)
+        if first.tip_probe is not None:
+            body = replace(body, tip_probe=first.tip_probe)
+        pose = solve(uv[None], self.rig, body, sigma_px)
+        away = float(np.linalg.norm(pose.tip_world[0] - first.centre_world))
+        if away > SEAT_MM:
+            return f"The ball is {away:.0f} mm from the first cone: put it back there."
+        if self._turned is None:
+            sweep = self.poses[FIRST].sweep(self.rig, self.body)
+            shots = solve(sweep.uv, self.rig, body, float(sweep.sigma_px[0]))
+            self._turned = shots.rotation_world_from_probe
+        turns = turns_from(self._turned, pose.rotation_world_from_probe[0])
+        if np.count_nonzero(turns < ALIKE) < LEAST_ALIKE:
+            return "The probe was never held like this in the first sweep: hold it as at its start."
+        return ""
+
+    def again_gate(self) -> Gate:
+        """Return the gate of the visit at the end."""
+        if not self.begun.again or self.visited:
+            return OPEN
+        return Gate(
+            False,
+            "The ball was not put back into the first cone.",
+            "Rest it there once more, held as at the start.",
+        )
+
+    def progress(self, step: str) -> Progress:
+        """Return how far a sweep has come, computed once for what was taken."""
+        known = self._progress.get(step)
+        if known is None:
+            known = self._progress[step] = progress_of(
+                self.rig,
+                self.begun.expected(self.body),
+                self.poses[step].sweep(self.rig, self.body),
+                self.begun.limits(),
+                self.begun.expected_tip is not None,
+            )
+        return known
+
+    def watch(self, step: str) -> SweepWatch:
+        """Return what looks at the frames of a sweep from now on."""
+        watch = SweepWatch(
+            self.rig,
+            self.begun.expected(self.body),
+            tip_known=self.begun.expected_tip is not None,
+            first=self.progress(FIRST) if step == SECOND else None,
+        )
+        if self.poses[step].count:
+            watch.stored(self.progress(step))
+        return watch
+
+    def gate(self, step: str, *, forced: bool) -> Gate:
+        """Return the gate out of a sweep; ``forced``: somebody overruled what may be overruled."""
+        begun, progress = self.begun, self.progress(step)
+        gate = gate_of(
+            self.rig, progress, begun.limits(), begun.poses_wanted, begun.tip_sigma_mm,
+            forced=forced,
+        )  # fmt: skip
+        if step == FIRST or forced:
+            return gate
+        return second_gate(gate, self.progress(FIRST), progress)
+
+    def view(self, step: str, phase: SweepPhase, *, forced: bool) -> SweepView:
+        """Return what a screen shows of a sweep."""
+        begun, progress = self.begun, self.progress(step)
+        return view_of(
+            progress,
+            phase,
+            self.gate(step, forced=forced),
+            begun.limits(),
+            begun.poses_wanted,
+            begun.tip_sigma_mm,
+            may_end=forced and is_forcible(progress, begun.limits()),
+        )
+
+    def steps(self, *, forced: bool) -> tuple[Step, ...]:
+        """Return the steps with their gates."""
+        first, second = (self.poses[name].count for name in SWEEPS)
+        gates = self.gate(FIRST, forced=forced), self.gate(SECOND, forced=forced)
+        return steps_of(self.begun, (first, second), gates, self.again_gate(), visited=self.visited)
+
+    def apart(self) -> tuple[float, float]:
+        """Return how far the sweeps are apart: places of the ball, mm, and attitudes, rad."""
+        return apart(self.progress(FIRST), self.progress(SECOND))
+
+    def calculation(
+        self, previous: ProbeRecord | None, *, forced: bool
+    ) -> Callable[[], PivotOutcome]:
+        """Return what calculates the result, apart from this state.
+
+        Parameters
+        ----------
+        previous
+            The record in force when the session was begun.
+
+        Raises
+        ------
+        CalibrationError
+            A sweep is not complete.
+        """
+        for step in SWEEPS:
+            gate = self.gate(step, forced=forced)
+            if not self.view(step, SweepPhase.IDLE, forced=forced).may_end:
+                raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
+        gate = self.again_gate()
+        if not gate.open:
+            raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
+        given = PivotMaterial(
+            rig=self.rig,
+            body=self.body,
+            begun=self.begun,
+            first=self.poses[FIRST].sweep(self.rig, self.body),
+            second=self.poses[SECOND].sweep(self.rig, self.body),
+            visits=ConeVisits(self.first_utc, tuple(self.visits), self.begun.slack_mm),
+            previous=previous,
+            made=datetime.fromisoformat(self.last_utc),
+            force=forced,
+        )
+        return lambda: conclude_pivot(given)

@@ -1,0 +1,107 @@
+"""The steps of a pivot calibration: what to do in each, and what its gate waits for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.calibration.guided import OPEN, Gate, Step
+from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM, attitude_between
+from ocmm_core.calibration.sweeping._progress import Progress
+from ocmm_core.calibration.sweeping._session import (
+    AGAIN,
+    FIRST,
+    PREPARE,
+    RESULT,
+    SECOND,
+    PivotBegun,
+)
+
+
+def steps_of(
+    begun: PivotBegun,
+    poses: tuple[int, int],
+    gates: tuple[Gate, Gate],
+    again: Gate,
+    *,
+    visited: bool,
+) -> tuple[Step, ...]:
+    """Return the steps with their gates, as things are.
+
+    Parameters
+    ----------
+    poses, gates
+        Of both sweeps.
+    again, visited
+        Gate of the visit of the first cone at the end, and whether it was taken.
+    """
+    cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
+    return (
+        Step(
+            PREPARE,
+            "Prepare",
+            f"Clamp {cone} where all cameras see it well, and clean it. Screw tip '{begun.tip}' "
+            f"tight on probe '{begun.probe}' and clean its ball.",
+            OPEN,
+        ),
+        Step(
+            FIRST,
+            "First sweep",
+            "Put the ball into the cone and sweep the probe to all sides, 20 degrees and more, on "
+            "other ways each time; turn it about its handle too.",
+            gates[0],
+            poses[0],
+            begun.poses_wanted,
+        ),
+        Step(
+            SECOND,
+            "Second sweep",
+            "Leave the first cone where it is. Sweep again in another one, 30 mm or more away, or "
+            "in the same one with the probe leaning to another side: the tip must be the same.",
+            gates[1],
+            poses[1],
+            begun.poses_wanted,
+        ),
+        Step(
+            AGAIN,
+            "First cone again",
+            "Put the ball back into the first cone, hold the probe as at the start, and rest."
+            if begun.again
+            else "Nothing to be done: what was recorded holds no such visit.",
+            again,
+            int(visited),
+            int(begun.again or False),
+        ),
+        Step(
+            RESULT,
+            "Result",
+            "Look at the tip, at what changed and at the second sweep, then accept the new "
+            "calibration or keep the old one.",
+            Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+        ),
+    )
+
+
+def apart(first: Progress, second: Progress) -> tuple[float, float]:
+    """Return how far two sweeps are apart: places of the ball, mm, and attitudes, rad."""
+    if first.coverage is None or second.coverage is None:
+        return np.nan, np.nan
+    place = float(np.linalg.norm(second.centre_world - first.centre_world))
+    return place, attitude_between(
+        first.coverage.directions_world, second.coverage.directions_world
+    )
+
+
+def second_gate(gate: Gate, first: Progress, second: Progress) -> Gate:
+    """Return the gate out of the second sweep, which must be another one than the first."""
+    if not gate.open:
+        return gate
+    place, attitude = apart(first, second)
+    if place < OTHER_PLACE_MM and attitude < OTHER_ATTITUDE:
+        return Gate(
+            False,
+            f"The second sweep is {place:.0f} mm and {np.degrees(attitude):.0f} degrees from the "
+            f"first: it would repeat the first one's errors.",
+            "Begin it anew in another cone, 30 mm or more away, or with the probe leaning 15 "
+            "degrees to another side; leave the first cone where it is.",
+        )
+    return gate

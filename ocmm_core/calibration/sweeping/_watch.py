@@ -1,0 +1,354 @@
+"""From frames to the poses of a sweep: when the ball rests in its cone, and which frames are taken.
+
+Of each ten milliseconds the last one is averaged, as of a waved probe. A pose is taken when the
+probe has turned a little since the last one, so that neither a hand that stands still nor thousands
+of frames a second fill the session. All that is kept are the last poses and a batch that waits.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.guided import STRANGE, WAVED_FRAMES, Live, ProbeSpots, sigma_of_mean
+from ocmm_core.calibration.pivot import pivot_of_poses
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.sweeping._progress import Progress, second_range
+from ocmm_core.calibration.sweeping._views import SweepPhase
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Pixels, unit
+from ocmm_core.tracking import ProbeBody, solve
+
+BATCH = 20
+"""Poses that are stored together."""
+
+MOST_POSES = 4000
+COUNTDOWN_S = 1.5
+POSE_TURN = np.radians(0.4)
+
+_LOOK_FRAMES = 80
+_REST_S = 0.5
+_REST_TURN = np.radians(2.0)
+_REST_MM = 0.3
+"""So far a resting tip seems to move where its place in the probe is known to a millimetre."""
+
+_WINDOW = 60
+_WINDOW_RANGE = np.radians(6.0)
+_AGREE_MM = 0.15
+
+_NEAR_MM, _ROUGHLY_NEAR_MM = 0.5, 2.0
+_LEFT_S = 0.2
+_LIFTED_MM = 5.0
+_SEEN_MEMORY = 0.01
+_HIDDEN = 0.3
+
+INTO_CONE = "Put the ball into the cone and sweep the probe: taking begins by itself."
+LIFT = (
+    "The first sweep is complete: lift the ball out and leave the cone where it is. Put the ball "
+    "into another one, 30 mm or more away, or lean the probe to another side."
+)
+BACK = "The ball left its place: put it back into the cone and sweep on."
+FULL = "So many poses are more than enough: end the sweep."
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """The probe at one moment."""
+
+    time_ns: int
+    uv: Pixels
+    rotation: Float
+    origin: Float
+
+
+class SweepWatch:
+    """Looks at the frames of one sweep.
+
+    Parameters
+    ----------
+    rig
+        With the calibration in force.
+    body
+        The probe with the tip where it should be.
+    tip_known
+        Whether anything is known of the tip.
+    first
+        The first sweep, for the second one; None for the first.
+    """
+
+    def __init__(
+        self, rig: Rig, body: ProbeBody, *, tip_known: bool, first: Progress | None = None
+    ) -> None:
+        self._rig, self._body = rig, body
+        self._tip: Float | None = body.tip_probe if tip_known else None
+        self._measured = False
+        self._first = first
+        self._spots = ProbeSpots(rig, body, WAVED_FRAMES, resting=False, distance_mm=-1.0)
+        self._live = Live(wanted=BATCH)
+        self._recent: deque[_Look] = deque(maxlen=round(2.0 * _REST_S * 100))
+        self._turned: deque[_Look] = deque(maxlen=_WINDOW)
+        self._pending: list[_Look] = []
+        self._anchors: list[_Look] = []
+        self._last: Float | None = None
+        self._taken = 0
+        self._centre = np.full(3, np.nan)
+        self._phase = SweepPhase.WAITING
+        self._since_ns = 0
+        self._inside_ns = 0
+        self._now_ns = 0
+        self._lifted = first is None
+        self._elsewhere: Float | None = None
+        self._seen = np.ones((len(rig.cameras), body.n_leds))
+
+    @property
+    def phase(self) -> SweepPhase:
+        """Return what happens now."""
+        return self._phase
+
+    @property
+    def in_cone(self) -> bool:
+        """Return whether the ball rests in the cone now."""
+        return self._phase in (SweepPhase.COUNTDOWN, SweepPhase.TAKING)
+
+    @property
+    def countdown_s(self) -> float | None:
+        """Return the seconds until poses are taken; None unless it runs."""
+        if self._phase is not SweepPhase.COUNTDOWN:
+            return None
+        return max(COUNTDOWN_S - 1e-9 * (self._now_ns - self._since_ns), 0.0)
+
+    @property
+    def direction_world(self) -> Float:
+        """Return where the probe points now, (3,), unit; NaN while it is not seen."""
+        if not self._recent or not self._live.ready:
+            return np.full(3, np.nan)
+        return unit(self._recent[-1].rotation @ self._arm())
+
+    @property
+    def batch(self) -> tuple[Pixels, ...]:
+        """Return the spots (C, L, 2), px, of the poses that wait to be taken."""
+        return tuple(look.uv for look in self._pending)
+
+    @property
+    def sigma_px(self) -> float:
+        """Return the standard deviation of a spot of a pose, per axis."""
+        return sigma_of_mean(self._rig, WAVED_FRAMES)
+
+    def feed(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        for first in range(0, len(block), _LOOK_FRAMES):
+            part = slice(first, first + _LOOK_FRAMES)
+            self._spots.feed(
+                FrameBlock(
+                    counter=block.counter[part],
+                    time_ns=block.time_ns[part],
+                    flags=block.flags[part],
+                    valid=block.valid[part],
+                    uv=block.uv[part],
+                )
+            )
+            self._now_ns = int(block.time_ns[part][-1])
+            self._live = self._spots.live()
+            look = self._look() if self._live.ready else None
+            if look is not None:
+                self._judge(look)
+            elif self._phase is SweepPhase.COUNTDOWN:
+                self._phase = SweepPhase.WAITING
+
+    def stored(self, progress: Progress) -> None:
+        """Take notice that the poses that waited are stored, and of how far the sweep has come."""
+        self._pending.clear()
+        self._taken = progress.poses
+        if progress.tip_probe is not None:
+            self._tip, self._measured = progress.tip_probe, True
+        if np.isfinite(progress.centre_world).all():
+            self._centre = progress.centre_world
+
+    def live(self) -> Live:
+        """Return what is seen now, and whether a batch can be taken."""
+        ready = len(self._pending) >= BATCH
+        return replace(
+            self._live,
+            ready=ready,
+            hint="" if ready else self._hint(),
+            frames=len(self._pending),
+            wanted=BATCH,
+        )
+
+    def warnings(self) -> tuple[Finding, ...]:
+        """Return what is the matter now."""
+        found = []
+        if not self._live.ready and self._live.hint == STRANGE:
+            what, _, remedy = STRANGE.partition(": ")
+            found.append(
+                Finding("pivot.strange_lights", f"{what}.", remedy.capitalize(), refuses=False)
+            )
+        if self._elsewhere is not None:
+            far = float(np.linalg.norm(self._elsewhere - self._home()))
+            found.append(
+                Finding(
+                    "pivot.moved",
+                    f"The ball rests {far:.1f} mm from where this sweep began: the cone moved, or "
+                    f"it is another one.",
+                    "Clamp the cone and begin this sweep anew.",
+                    refuses=False,
+                )
+            )
+        hidden = np.argwhere(self._seen < _HIDDEN) if self._live.ready else np.empty((0, 2), int)
+        if len(hidden):
+            camera, led = hidden[0]
+            more = f", and {len(hidden) - 1} more views" if len(hidden) > 1 else ""
+            found.append(
+                Finding(
+                    "pivot.hidden_leds",
+                    f"LED {led + 1} is hidden from camera '{self._rig.cameras[camera].name}'"
+                    f"{more}.",
+                    "Turn the LEDs to the cameras, and take hand and cable off them.",
+                    refuses=False,
+                )
+            )
+        return tuple(found)
+
+    def _arm(self) -> Float:
+        middle = self._body.leds_probe.mean(axis=0)
+        arm: Float = middle - (self._body.tip_probe if self._tip is None else self._tip)
+        return arm
+
+    def _hint(self) -> str:
+        if not self._live.ready:
+            return self._live.hint
+        if self._taken >= MOST_POSES:
+            return FULL
+        if self._phase is SweepPhase.WAITING:
+            return INTO_CONE if self._lifted else LIFT
+        if self._phase is SweepPhase.COUNTDOWN:
+            return f"The ball is in the cone: taking begins in {self.countdown_s:.0f} s."
+        if self._phase is SweepPhase.LEFT:
+            moved = [one for one in self.warnings() if one.code == "pivot.moved"]
+            return f"{moved[0].what} {moved[0].remedy}" if moved else BACK
+        return ""
+
+    def _look(self) -> _Look | None:
+        uv = self._spots.average().uv
+        seen = np.isfinite(uv).all(axis=2)
+        self._seen += _SEEN_MEMORY * (seen - self._seen)
+        pose = solve(uv[None], self._rig, self._body, self.sigma_px)
+        if pose.status[0]:
+            return None
+        return _Look(self._now_ns, uv, pose.rotation_world_from_probe[0], pose.origin_world[0])
+
+    def _judge(self, look: _Look) -> None:
+        self._recent.append(look)
+        if not self._turned or _turn(self._turned[-1].rotation, look.rotation) >= POSE_TURN:
+            self._turned.append(look)
+        if self._phase is SweepPhase.TAKING:
+            self._follow(look)
+            return
+        centre = self._resting_at()
+        if centre is None:
+            if self._phase is SweepPhase.COUNTDOWN:
+                self._phase = SweepPhase.WAITING
+            elif not self._lifted and self._is_lifted():
+                self._lifted = True
+            return
+        if self._phase is SweepPhase.WAITING:
+            if self._lifted:
+                self._phase, self._since_ns = SweepPhase.COUNTDOWN, look.time_ns
+        elif self._phase is SweepPhase.COUNTDOWN:
+            if look.time_ns - self._since_ns >= COUNTDOWN_S * 1e9:
+                self._begin_taking(centre, look)
+        elif self._phase is SweepPhase.LEFT:
+            first = not self._taken + len(self._pending)
+            if first or np.linalg.norm(centre - self._home()) <= self._reach():
+                self._begin_taking(centre, look)
+            else:
+                self._elsewhere = centre
+
+    def _begin_taking(self, centre: Float, look: _Look) -> None:
+        if not self._taken + len(self._pending):
+            self._centre = centre
+        self._phase, self._inside_ns, self._elsewhere = SweepPhase.TAKING, look.time_ns, None
+
+    def _home(self) -> Float:
+        """Return where the ball of this sweep rests, (3,), mm, by what is known of the tip now."""
+        if self._measured or self._tip is None or not self._anchors:
+            return self._centre
+        home: Float = np.median([one.rotation @ self._tip + one.origin for one in self._anchors], 0)
+        return home
+
+    def _follow(self, look: _Look) -> None:
+        """Take a pose whose ball is where it was, and notice when it leaves."""
+        if not self._is_inside(look):
+            if look.time_ns - self._inside_ns > _LEFT_S * 1e9:
+                self._phase = SweepPhase.LEFT
+                # What was seen on the way out must not look like rest.
+                self._recent.clear()
+                self._turned.clear()
+            return
+        self._inside_ns = look.time_ns
+        room = len(self._pending) < BATCH and self._taken + len(self._pending) < MOST_POSES
+        if room and (self._last is None or _turn(self._last, look.rotation) >= POSE_TURN):
+            self._pending.append(look)
+            self._last = look.rotation
+            if len(self._anchors) < BATCH:
+                self._anchors.append(look)
+
+    def _is_inside(self, look: _Look) -> bool:
+        if self._tip is not None:
+            off = np.linalg.norm(look.rotation @ self._tip + look.origin - self._home())
+            if off <= self._reach():
+                return True
+        # The tip may be elsewhere in the probe than its document says: then the paths tell.
+        centre = None if self._measured else self._agreed()
+        return centre is not None and bool(np.linalg.norm(centre - self._home()) <= self._reach())
+
+    def _reach(self) -> float:
+        return _NEAR_MM if self._measured else _ROUGHLY_NEAR_MM
+
+    def _resting_at(self) -> Float | None:
+        """Return where the ball rests, (3,), mm; None where it does not, or nobody can tell."""
+        if self._tip is not None:
+            last = self._recent[-1]
+            window = [one for one in self._recent if last.time_ns - one.time_ns <= _REST_S * 1e9]
+            whole = last.time_ns - self._recent[0].time_ns >= 0.9 * _REST_S * 1e9
+            turned = max(_turn(one.rotation, last.rotation) for one in window)
+            if whole and turned >= _REST_TURN:
+                tips = np.array([one.rotation @ self._tip + one.origin for one in window])
+                centre: Float = np.median(tips, axis=0)
+                if np.linalg.norm(tips - centre, axis=1).max() <= _REST_MM:
+                    return centre
+        return self._agreed()
+
+    def _agreed(self) -> Float | None:
+        """Return the centre about which the last poses turned, and note the tip that it shows."""
+        if len(self._turned) < _WINDOW:
+            return None
+        rotations = np.array([one.rotation for one in self._turned])
+        if second_range(rotations) < _WINDOW_RANGE:
+            return None
+        origins = np.array([one.origin for one in self._turned])
+        try:
+            found = pivot_of_poses(rotations, origins, seed=None)
+        except CalibrationError:
+            return None
+        if found.rms > _AGREE_MM:
+            return None
+        if not self._measured:
+            self._tip = found.tip
+        return found.centre
+
+    def _is_lifted(self) -> bool:
+        """Return whether the ball is not where the first sweep left it."""
+        if self._first is None or self._first.tip_probe is None:
+            return True
+        last = self._recent[-1]
+        tip = last.rotation @ self._first.tip_probe + last.origin
+        return bool(np.linalg.norm(tip - self._first.centre_world) > _LIFTED_MM)
+
+
+def _turn(a: Float, b: Float) -> float:
+    return float(np.arccos(np.clip(0.5 * (np.sum(a * b) - 1.0), -1.0, 1.0)))

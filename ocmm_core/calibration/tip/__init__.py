@@ -1,0 +1,70 @@
+"""Qualification and quick check of a tip: a sphere touched all around, the ball in a cone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.tip._procedure_tip import VALID_DAYS, TipQualificationProcedure
+    from ocmm_core.calibration.tip._procedure_tip_check import TipCheckProcedure
+    from ocmm_core.calibration.tip._qualification import TipLimits, conforms, qualification_checks
+    from ocmm_core.calibration.tip._sphere_layout import (
+        CHECK_RINGS,
+        QUALIFICATION_RINGS,
+        frame_about,
+        sphere_layout,
+    )
+    from ocmm_core.calibration.tip._touch_session import CONE, POLE, SPHERE
+    from ocmm_core.calibration.tip._views import (
+        CheckVerdict,
+        ConeProgress,
+        Countdown,
+        Phase,
+        SphereProgress,
+        TipCheckOutcome,
+        TipCheckView,
+        TipOutcome,
+        TipView,
+        TouchView,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _procedure_tip="TipQualificationProcedure VALID_DAYS",
+        _procedure_tip_check="TipCheckProcedure",
+        _qualification="TipLimits conforms qualification_checks",
+        _sphere_layout="CHECK_RINGS QUALIFICATION_RINGS frame_about sphere_layout",
+        _touch_session="CONE POLE SPHERE",
+        _views=(
+            "CheckVerdict ConeProgress Countdown Phase SphereProgress TipCheckOutcome "
+            "TipCheckView TipOutcome TipView TouchView"
+        ),
+    )
+
+__all__ = [
+    "CHECK_RINGS",
+    "CONE",
+    "POLE",
+    "QUALIFICATION_RINGS",
+    "SPHERE",
+    "VALID_DAYS",
+    "CheckVerdict",
+    "ConeProgress",
+    "Countdown",
+    "Phase",
+    "SphereProgress",
+    "TipCheckOutcome",
+    "TipCheckProcedure",
+    "TipCheckView",
+    "TipLimits",
+    "TipOutcome",
+    "TipQualificationProcedure",
+    "TipView",
+    "TouchView",
+    "conforms",
+    "frame_about",
+    "qualification_checks",
+    "sphere_layout",
+]

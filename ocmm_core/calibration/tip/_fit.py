@@ -1,0 +1,297 @@
+"""The ball of a probe from points on a calibrated sphere: diameter, form, and how sure both are.
+
+A centre of the ball is one radius of the ball off the sphere, wherever it touches: the centres lie
+on a sphere of diameter D_sphere + D_ball. They are fitted by their distances along the normals with
+their whole covariance. What the points have in common (cameras; LEDs and tip of the probe, which
+turn with its attitude) enters as such: taken for independent, it would be flattered or exaggerated.
+Form is that of ISO 10360-5: largest less smallest radius about the centre of the plain
+least-squares sphere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtri, ndtri
+
+from ocmm_core.calibration.guided import Touch, joint_covariance, range_limit, tips_of
+from ocmm_core.calibration.records import Sphere
+from ocmm_core.calibration.tip._errors import DiameterErrors, errors_of, sigma_with_sphere
+from ocmm_core.calibration.verification import fit_sphere
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking import ProbeBody
+
+LEAST_POINTS = 5
+"""Four determine a sphere; the fifth is the first that can contradict."""
+
+DOUBT = 1e-3
+"""Probability that the worst of good points is called doubtful."""
+
+FORM_CHANCE = 1e-4
+"""Probability that form, or the misfit, of good points exceeds its limit."""
+
+_STEPS = 30
+_CONVERGED_MM = 1e-9
+_WORST_CONDITION = 1e10
+_MOST_DOUBTFUL = 3
+
+
+@dataclass(frozen=True, slots=True)
+class BallFit:
+    """The ball by its points on a sphere.
+
+    Attributes
+    ----------
+    centre_world
+        (3,), mm: of the sphere.
+    radius
+        mm: half of D_sphere + D_ball.
+    covariance
+        (4, 4), mm^2: of centre and radius.
+    directions_world
+        (n, 3): from the centre to the points, unit.
+    residuals
+        (n,), mm: positive outside.
+    sigmas
+        (n,), mm: standard uncertainty of each point along its normal.
+    misfit, misfit_limit
+        mm: RMS of the residuals, each weighted by what is known of it; and what it may be. This is
+        sharper than form where the points are not equally well known.
+    form, form_limit
+        mm: see the module; what the uncertainties of the points allow.
+    point_sigma
+        mm: standard deviation of a point along its normal, from the plain residuals.
+    diameter, diameter_sigma
+        mm: of the ball, and its standard uncertainty with that of the sphere; where the residuals
+        are larger than chance allows, in their ratio larger.
+    errors
+        What makes the diameter uncertain, apart from the sphere.
+    doubtful
+        Indices of points that do not fit, the worst first; none was left out.
+    """
+
+    centre_world: Float
+    radius: float
+    covariance: Float
+    directions_world: Points3
+    residuals: Float
+    sigmas: Float
+    misfit: float
+    misfit_limit: float
+    form: float
+    form_limit: float
+    point_sigma: float
+    diameter: float
+    diameter_sigma: float
+    errors: DiameterErrors
+    doubtful: tuple[int, ...]
+
+
+def fit_ball_on(
+    touches: Sequence[Touch], sphere: Sphere, rig: Rig, body: ProbeBody, temperature_c: float | None
+) -> BallFit:
+    """Return the ball that touched a sphere.
+
+    Parameters
+    ----------
+    touches
+        Five or more.
+    rig, body
+        What they were computed with.
+    temperature_c
+        Of the sphere; None: 20 degrees give or take 2 K.
+
+    Raises
+    ------
+    CalibrationError
+        The points do not determine a sphere.
+    """
+    if len(touches) < LEAST_POINTS:
+        raise CalibrationError(
+            "tip.few_points",
+            f"{len(touches)} points on the sphere say nothing about the ball.",
+            f"Touch it at {LEAST_POINTS} places or more.",
+        )
+    tips = tips_of(touches)
+    plain_centre, plain_radius, _ = fit_sphere(tips)
+    plain = np.linalg.norm(tips - plain_centre, axis=1) - plain_radius
+    centre, radius = plain_centre, plain_radius
+    for _ in range(_STEPS):
+        away = tips - centre
+        distance = np.linalg.norm(away, axis=1)
+        normals = away / distance[:, None]
+        of_points = joint_covariance(touches, normals[:, None], rig, body)
+        covariance, gain = _solved(normals, of_points)
+        step = gain @ (distance - radius)
+        centre, radius = centre + step[:3], radius + float(step[3])
+        if float(np.abs(step).max()) < _CONVERGED_MM:
+            break
+    else:
+        raise _undetermined()
+    away = tips - centre
+    residuals = np.linalg.norm(away, axis=1) - radius
+    weight = np.linalg.inv(of_points)
+    dof = len(touches) - 4
+    chi2 = float(residuals @ weight @ residuals)
+    certified, _ = sphere.artefact.at(sphere.diameter, temperature_c)
+    # In units of what is known of the points: how much larger residuals are than they should be.
+    ratio, limit = np.sqrt(np.array([chi2, chdtri(dof, FORM_CHANCE)]) / dof)
+    sigmas = np.sqrt(np.diag(of_points))
+    typical = float(np.sqrt(np.mean(sigmas**2)))
+    errors = errors_of(touches, normals, 2.0 * gain[3])
+    if ratio > limit:
+        errors = replace(errors, noise=2.0 * float(ratio * np.sqrt(covariance[3, 3])))
+    return BallFit(
+        centre_world=centre,
+        radius=radius,
+        covariance=covariance,
+        directions_world=away / np.linalg.norm(away, axis=1)[:, None],
+        residuals=residuals,
+        sigmas=sigmas,
+        misfit=float(typical * ratio),
+        misfit_limit=float(typical * limit),
+        form=float(np.ptp(plain)),
+        form_limit=range_limit(_plain_residuals(normals, of_points), FORM_CHANCE),
+        point_sigma=float(np.sqrt(plain @ plain / dof)),
+        diameter=2.0 * radius - certified,
+        diameter_sigma=sigma_with_sphere(errors, sphere, temperature_c, rig, body),
+        errors=errors,
+        doubtful=doubtful_points(normals, of_points, residuals),
+    )
+
+
+def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tuple[int, ...]:
+    """Return the points that do not fit, the worst first (W. Baarda, data snooping, 1968).
+
+    A point is named where its own error, had it one, would be more than chance allows; the next one
+    is looked for among the others, because a gross error spoils its neighbours as well.
+
+    Parameters
+    ----------
+    normals
+        (n, 3).
+    covariance
+        (n, n), mm^2: of the points along their normals.
+    residuals
+        (n,), mm: of any sphere nearby.
+    """
+    left = np.arange(len(normals))
+    found: list[int] = []
+    while len(found) < _MOST_DOUBTFUL and len(left) > LEAST_POINTS:
+        part = np.ix_(left, left)
+        weight = np.linalg.inv(covariance[part])
+        rows = _rows(normals[left])
+        normal = rows.T @ weight @ rows
+        if np.linalg.cond(normal) > _WORST_CONDITION:
+            break
+        reduced = weight - weight @ rows @ np.linalg.solve(normal, rows.T @ weight)
+        own = np.diag(reduced)
+        # Where a point alone determines something, nothing can contradict it.
+        known = own > 1e-9 * np.diag(weight)
+        size = np.where(known, reduced @ residuals[left] / np.sqrt(np.where(known, own, 1.0)), 0.0)
+        worst = int(np.argmax(np.abs(size)))
+        if abs(size[worst]) < -float(ndtri(0.5 * DOUBT / len(left))):
+            break
+        found.append(int(left[worst]))
+        left = np.delete(left, worst)
+    return tuple(found)
+
+
+def predicted_covariance(
+    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+) -> Float:
+    """Return the covariance (4, 4), mm^2, of centre and radius, before anything is fitted.
+
+    Infinite where the points do not determine a sphere.
+
+    Parameters
+    ----------
+    touches, directions
+        What was taken, and the directions (n, 3) from the centre of the sphere.
+    more
+        (m, 3): directions of further points; each is taken to be as uncertain as the nearest one
+        that was taken.
+    """
+    predicted = _predicted(touches, directions, rig, body, more)
+    return np.full((4, 4), np.inf) if predicted is None else predicted[0]
+
+
+def predicted_errors(
+    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+) -> DiameterErrors | None:
+    """Return what will make the diameter uncertain; None before the points determine it.
+
+    See `predicted_covariance`.
+    """
+    predicted = _predicted(touches, directions, rig, body, more)
+    return None if predicted is None else predicted[1]
+
+
+def _predicted(
+    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+) -> tuple[Float, DiameterErrors] | None:
+    if not len(touches):
+        return None
+    nearest = np.argmax(more @ directions.T, axis=1) if len(more) else np.empty(0, dtype=np.int64)
+    all_touches = [*touches, *(touches[i] for i in nearest)]
+    normals = np.concatenate([directions, more])
+    rows = _rows(normals)
+    if len(rows) < 4 or np.linalg.cond(rows) > np.sqrt(_WORST_CONDITION):
+        return None
+    of_points = joint_covariance(all_touches, normals[:, None], rig, body)
+    covariance, gain = _solved(normals, of_points)
+    return covariance, errors_of(all_touches, normals, 2.0 * gain[3])
+
+
+def centre_of_few(tips: Points3, radius: float, pole: Float) -> Float:
+    """Return about where the centre (3,), mm, of a sphere of known radius is from a few points.
+
+    The first point is taken to be at the pole until others say better.
+    """
+    start = tips[0] - radius * pole
+    centre = start
+    loose = 0.05
+    for _ in range(_STEPS):
+        away = tips - centre
+        distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
+        rows = np.concatenate([away / distance[:, None], loose * np.eye(3)])
+        step = np.linalg.lstsq(rows, np.concatenate([distance - radius, loose * (start - centre)]))
+        centre = centre + step[0]
+        if float(np.abs(step[0]).max()) < 1e-6:
+            break
+    return np.asarray(centre)
+
+
+def _rows(normals: Points3) -> Float:
+    return np.column_stack([normals, np.ones(len(normals))])
+
+
+def _solved(normals: Points3, covariance: Float) -> tuple[Float, Float]:
+    """Return the covariance (4, 4) of centre and radius, and their gain (4, n)."""
+    rows = _rows(normals)
+    weighted = np.linalg.solve(covariance, rows)
+    normal = rows.T @ weighted
+    if np.linalg.cond(normal) > _WORST_CONDITION:
+        raise _undetermined()
+    inverse = np.linalg.inv(normal)
+    return inverse, inverse @ weighted.T
+
+
+def _plain_residuals(normals: Points3, covariance: Float) -> Float:
+    """Return the covariance (n, n) of the residuals of the plain least-squares sphere."""
+    rows = _rows(normals)
+    left = np.eye(len(rows)) - rows @ np.linalg.pinv(rows)
+    residuals: Float = left @ covariance @ left.T
+    return residuals
+
+
+def _undetermined() -> CalibrationError:
+    return CalibrationError(
+        "tip.sphere",
+        "The points do not determine a sphere.",
+        "Touch it all around, from the pole to the equator.",
+    )

@@ -1,0 +1,138 @@
+"""What a qualification of a tip must show, and the checks that go into its record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ocmm_core.calibration.guided import Articulation
+from ocmm_core.calibration.records import CameraRecord, Check, Finding, Sphere, VerificationRecord
+from ocmm_core.calibration.tip._fit import BallFit
+
+
+@dataclass(frozen=True, slots=True)
+class TipLimits:
+    """What a qualification must show.
+
+    Attributes
+    ----------
+    nominal
+        Permissible difference of the ball's diameter from its nominal one, mm.
+    diameter_sigma
+        Standard uncertainty of the diameter from which on the sphere was touched enough, mm: the
+        difference from the nominal one is then as sure as that of a quick check.
+    points
+        On the sphere, at least.
+    places
+        Of the layout, at least; a stem may hide some.
+    attitudes
+        In the cone, at least.
+    """
+
+    nominal: float = 0.025
+    diameter_sigma: float = 0.007
+    points: int = 25
+    places: int = 21
+    attitudes: int = 5
+
+
+def qualification_checks(
+    ball: BallFit, articulation: Articulation, nominal_mm: float, limits: TipLimits
+) -> tuple[Check, ...]:
+    """Return what is judged, with limits: diameter, form, misfit, and the articulation."""
+    return (
+        Check(
+            name="diameter against nominal",
+            measured_mm=ball.diameter,
+            certified_mm=nominal_mm,
+            expanded_mm=2.0 * ball.diameter_sigma,
+            limit_mm=limits.nominal,
+        ),
+        *form_checks(ball),
+        articulation_check(articulation),
+        _bounded(
+            "articulation in the cone (largest)", articulation.largest, articulation.largest_limit
+        ),
+    )
+
+
+def form_checks(ball: BallFit) -> tuple[Check, ...]:
+    """Return form and misfit of the points against what their uncertainties allow."""
+    return (
+        _bounded("form on the sphere", ball.form, ball.form_limit),
+        _bounded("misfit on the sphere", ball.misfit, ball.misfit_limit),
+    )
+
+
+def articulation_check(found: Articulation) -> Check:
+    """Return two standard deviations of the tips against what their uncertainties allow."""
+    return _bounded("articulation in the cone (2s)", found.spread_2s, found.spread_limit)
+
+
+def _bounded(name: str, measured_mm: float, limit_mm: float) -> Check:
+    """Return a check of what should be zero; its limit is made of uncertainties already."""
+    return Check(
+        name=name, measured_mm=measured_mm, certified_mm=0.0, expanded_mm=0.0, limit_mm=limit_mm
+    )
+
+
+def conforms(check: Check) -> bool:
+    """Return whether a check is within its limit; uncertainty is stated, the gates bound it."""
+    return abs(check.error_mm) <= check.limit_mm
+
+
+def nearest_to_limit(checks: Sequence[Check]) -> int:
+    """Return the index of the check that is nearest to its limit, or farthest beyond."""
+    shares = [abs(one.error_mm) / one.limit_mm for one in checks]
+    return shares.index(max(shares))
+
+
+def sphere_warnings(
+    sphere: Sphere,
+    calibration: CameraRecord | None,
+    verifications: Sequence[VerificationRecord],
+) -> tuple[Finding, ...]:
+    """Return warnings where the sphere also stands for something that rests on the tip.
+
+    ISO 10360-5: the sphere of the test is not the one that the tip was qualified with.
+    """
+    use = sphere.artefact.use
+    found = []
+    if calibration is not None and use.serial in {one.serial for one in calibration.artefacts}:
+        found.append(
+            Finding(
+                "tip.sphere_of_cameras",
+                f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): an "
+                f"error of its certificate would not show.",
+                "Qualify the tip on another sphere.",
+                refuses=False,
+            )
+        )
+    if any(use.serial in {used.serial for used in one.artefacts} for one in verifications):
+        found.append(
+            Finding(
+                "tip.sphere_of_verification",
+                f"The cameras are verified with the same '{use.name}' (serial {use.serial}): an "
+                f"error of its certificate goes into the tip and is not seen by the verification.",
+                "Keep one sphere for tips and another one for verifications.",
+                refuses=False,
+            )
+        )
+    return tuple(found)
+
+
+def doubtful_warning(ball: BallFit) -> tuple[Finding, ...]:
+    """Return a warning that names the points that do not fit; nothing where all do."""
+    if not ball.doubtful:
+        return ()
+    named = ", ".join(
+        f"{point + 1} ({1e3 * ball.residuals[point]:+.0f} um)" for point in ball.doubtful
+    )
+    return (
+        Finding(
+            "tip.doubtful",
+            f"Points on the sphere that do not fit the others: {named}. They were not left out.",
+            "Take them back and touch these places again, with the ball resting on the sphere.",
+            refuses=False,
+        ),
+    )

@@ -1,0 +1,287 @@
+"""What was taken on the sphere and in the cone, and what a screen shows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ocmm_core.calibration.guided import (
+    ARTICULATION_CHANCE,
+    Touch,
+    articulate,
+    from_spots,
+    handle_axis,
+    place_of_ball,
+    tips_of,
+    touch_of,
+)
+from ocmm_core.calibration.tip._errors import DiameterErrors
+from ocmm_core.calibration.tip._events import BallInCone, BallOnSphere, TouchBegun
+from ocmm_core.calibration.tip._fit import (
+    LEAST_POINTS,
+    BallFit,
+    centre_of_few,
+    fit_ball_on,
+    predicted_covariance,
+    predicted_errors,
+)
+from ocmm_core.calibration.tip._sphere_layout import (
+    CONE_TOLERANCE,
+    Layout,
+    LayoutFrame,
+    match_places,
+    place_name,
+    points_of_places,
+    round_equator,
+)
+from ocmm_core.calibration.tip._views import ConeAttitude, ConeProgress, SpherePlace, SphereProgress
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3
+from ocmm_core.tracking import ProbeBody
+
+_NEIGHBOUR = np.radians(6.0)
+"""Two points nearer than this on the sphere are the same place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is to be taken.
+
+    Attributes
+    ----------
+    frame, places, attitudes
+        Layouts about the pole.
+    points, places_needed
+        On the sphere, at least.
+    sigma_of
+        Standard uncertainty that counts, mm, from what makes a diameter uncertain.
+    diameter_sigma
+        When it is good enough.
+    artefact_limit
+        Permissible error of a diameter that the certificate of the sphere is held against, mm.
+    chance
+        See `articulation.articulate`.
+    """
+
+    frame: LayoutFrame
+    places: Layout
+    attitudes: Layout
+    points: int
+    places_needed: int
+    sigma_of: Callable[[DiameterErrors], float]
+    diameter_sigma: float
+    artefact_limit: float
+    chance: float = ARTICULATION_CHANCE
+
+
+@dataclass(slots=True)
+class TouchState:
+    """Everything that was taken, with the ball centres that follow from it.
+
+    Attributes
+    ----------
+    rig, body, begun, wanted
+        What it is about; the body is as it was calibrated.
+    on_sphere, in_cone
+        What was taken, with its ball centres.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    begun: TouchBegun
+    wanted: Wanted
+    on_sphere: list[tuple[BallOnSphere, Touch]] = field(default_factory=list)
+    in_cone: list[tuple[BallInCone, Touch]] = field(default_factory=list)
+    _sphere: SphereProgress | None = None
+    _cone: ConeProgress | None = None
+
+    def add(self, event: BallOnSphere | BallInCone) -> None:
+        """Take in an observation; raise TrackingError where its spots determine no pose."""
+        touch = touch_of(from_spots(event.uv), event.sigma_px, self.rig, self.body)
+        if isinstance(event, BallOnSphere):
+            self.on_sphere.append((event, touch))
+            self._sphere = None
+        else:
+            self.in_cone.append((event, touch))
+            self._cone = None
+
+    def remove(self, step: str, point: int) -> None:
+        """Take an observation out."""
+        del (self.on_sphere if step == "sphere" else self.in_cone)[point]
+        self._sphere = self._cone = None
+
+    @property
+    def taken(self) -> tuple[BallOnSphere | BallInCone, ...]:
+        """Return all observations, those on the sphere first."""
+        on_sphere = (event for event, _ in self.on_sphere)
+        return (*on_sphere, *(event for event, _ in self.in_cone))
+
+    @property
+    def sphere_touches(self) -> tuple[Touch, ...]:
+        """Return the touches on the sphere."""
+        return tuple(touch for _, touch in self.on_sphere)
+
+    @property
+    def cone_touches(self) -> tuple[Touch, ...]:
+        """Return those in the cone."""
+        return tuple(touch for _, touch in self.in_cone)
+
+    @property
+    def reach(self) -> float:
+        """Return the expected distance of a ball centre from that of the sphere, mm."""
+        begun = self.begun
+        certified, _ = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature_c)
+        return 0.5 * (certified + begun.nominal_mm)
+
+    @property
+    def sphere(self) -> SphereProgress:
+        """Return the points on the sphere as a screen shows them."""
+        if self._sphere is None:
+            self._sphere = self._sphere_progress()
+        return self._sphere
+
+    @property
+    def cone(self) -> ConeProgress:
+        """Return the attitudes in the cone as a screen shows them."""
+        if self._cone is None:
+            self._cone = self._cone_progress()
+        return self._cone
+
+    def centre(self) -> Float | None:
+        """Return where the centre of the sphere is, (3,), mm, as far as it is known."""
+        progress = self.sphere
+        if not len(progress.tips_world):
+            return None
+        return np.asarray(
+            np.mean(progress.tips_world - self.reach * progress.directions_world, axis=0)
+        )
+
+    def handle(self, touch: Touch) -> Float:
+        """Return the direction from the ball to the handle, (3,), world."""
+        axis: Float = touch.rotation_world_from_probe @ handle_axis(self.body)
+        return axis
+
+    def next_words(self) -> str:
+        """Return the name of the place on the sphere to be touched next; empty after the last."""
+        progress = self.sphere
+        if progress.next_place is not None:
+            return progress.places[progress.next_place].name
+        if progress.also_world is not None:
+            return place_name(progress.also_world, self.wanted.frame)
+        return ""
+
+    def _fit(self) -> BallFit | None:
+        if len(self.on_sphere) < LEAST_POINTS:
+            return None
+        begun = self.begun
+        try:
+            return fit_ball_on(
+                self.sphere_touches, begun.sphere, self.rig, self.body, begun.temperature_c
+            )
+        except CalibrationError:
+            return None
+
+    def _sphere_progress(self) -> SphereProgress:
+        touches, wanted = self.sphere_touches, self.wanted
+        tips, n = tips_of(touches), len(touches)
+        none = np.empty((0, 3))
+        fit = self._fit()
+        directions = none
+        if n:
+            few = centre_of_few(tips, self.reach, wanted.frame.pole)
+            # A patch of a sphere says less of its centre than its known size does.
+            known = fit is not None and float(np.sqrt(np.trace(fit.covariance[:3, :3]))) < 0.5
+            away = tips - (fit.centre_world if fit is not None and known else few)
+            directions = away / np.linalg.norm(away, axis=1)[:, None]
+        slots = match_places(directions, wanted.places)
+        points = points_of_places(slots, len(wanted.places.names))
+        missing = [i for i, point in enumerate(points) if point is None]
+        so_far = predicted_covariance(touches, directions, self.rig, self.body, none)
+        sigma = self._sigma(touches, directions, none)
+        complete = len(points) - len(missing) >= wanted.places_needed and n >= wanted.points
+        also = None
+        if complete and sigma > wanted.diameter_sigma:
+            also = self._most_useful(touches, directions)
+        return SphereProgress(
+            places=tuple(
+                SpherePlace(name, direction, point)
+                for name, direction, point in zip(
+                    wanted.places.names, wanted.places.directions, points, strict=True
+                )
+            ),
+            next_place=None if complete else _nearest(directions, wanted.places, missing),
+            also_world=also,
+            tips_world=tips,
+            directions_world=directions,
+            slots=slots,
+            residuals_mm=np.full(n, np.nan) if fit is None else fit.residuals,
+            sigmas_mm=np.array(
+                [
+                    float(np.sqrt(way @ one.noise @ way))
+                    for one, way in zip(touches, directions, strict=True)
+                ]
+            ),
+            doubtful=() if fit is None else fit.doubtful,
+            diameter_mm=np.nan if fit is None else fit.diameter,
+            diameter_sigma_mm=sigma,
+            diameter_sigma_end_mm=(
+                self._sigma(touches, directions, wanted.places.directions[missing]) if n else np.nan
+            ),
+            diameter_sigma_limit_mm=wanted.diameter_sigma,
+            centre_sigma_mm=np.sqrt(np.diag(so_far)[:3]),
+            form_mm=np.nan if fit is None else fit.form,
+        )
+
+    def _sigma(self, touches: Sequence[Touch], directions: Points3, more: Points3) -> float:
+        """Return how well the diameter is known with more points, mm; see `Wanted.sigma_of`."""
+        errors = predicted_errors(touches, directions, self.rig, self.body, more)
+        return np.inf if errors is None else self.wanted.sigma_of(errors)
+
+    def _most_useful(self, touches: Sequence[Touch], directions: Points3) -> Float | None:
+        """Return the untouched direction on the equator that would tell most of the diameter."""
+        candidates = round_equator(self.wanted.frame)
+        near = (candidates @ directions.T).max(axis=1) > np.cos(_NEIGHBOUR)
+        free = candidates[~near] if not near.all() else candidates
+        sigmas = [self._sigma(touches, directions, one[None]) for one in free]
+        return np.asarray(free[int(np.argmin(sigmas))])
+
+    def _cone_progress(self) -> ConeProgress:
+        touches, layout = self.cone_touches, self.wanted.attitudes
+        n = len(touches)
+        handles = np.array([self.handle(one) for one in touches]).reshape(-1, 3)
+        points = points_of_places(match_places(handles, layout, CONE_TOLERANCE), len(layout.names))
+        missing = [i for i, point in enumerate(points) if point is None]
+        found = articulate(touches, self.rig, self.body, self.wanted.chance) if n > 1 else None
+        place = place_of_ball(touches, self.rig, self.body)
+        nothing = np.full(3, np.nan)
+        return ConeProgress(
+            attitudes=tuple(
+                ConeAttitude(name, direction, point)
+                for name, direction, point in zip(
+                    layout.names, layout.directions, points, strict=True
+                )
+            ),
+            next_attitude=_nearest(handles, layout, missing),
+            tips_world=tips_of(touches),
+            handles_world=handles,
+            off_world=np.full((n, 3), np.nan) if found is None else found.off_world,
+            spread_2s_mm=np.nan if found is None else found.spread_2s,
+            largest_mm=np.nan if found is None else found.largest,
+            half_range_mm=nothing if found is None else found.half_range,
+            spread_limit_mm=np.nan if found is None else found.spread_limit,
+            largest_limit_mm=np.nan if found is None else found.largest_limit,
+            length_error_mm=np.nan if place is None else place.length_error,
+            length_sigma_mm=np.inf if place is None else place.length_sigma,
+        )
+
+
+def _nearest(directions: Points3, layout: Layout, missing: Sequence[int]) -> int | None:
+    """Return the missing place that is nearest to the last direction: the shortest way."""
+    if not missing:
+        return None
+    if not len(directions):
+        return missing[0]
+    return missing[int(np.argmax(layout.directions[list(missing)] @ directions[-1]))]

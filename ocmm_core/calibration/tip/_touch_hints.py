@@ -1,0 +1,94 @@
+"""What speaks against a ball that rests somewhere, and what is still missing, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.calibration.guided import OPEN, Gate, Touch
+from ocmm_core.calibration.tip._sphere_layout import CONE_TOLERANCE, TOLERANCE
+from ocmm_core.calibration.tip._state import TouchState
+
+_SAME_PLACE = np.radians(5.0)
+_OFF_SPHERE_MM, _OFF_AT_FIRST_MM = 3.0, 12.0
+_KNOWN_FROM = 4
+"""Points from which on it is known where the sphere is."""
+
+_OFF_CONE_MM = 2.5
+_CLEAR_MM = 5.0
+_NEW_ATTITUDE = np.radians(10.0)
+
+
+def judge_on_sphere(state: TouchState, touch: Touch) -> str:
+    """Return why a resting ball is not a wanted point of the sphere; empty where it is one."""
+    progress, centre = state.sphere, state.centre()
+    if centre is None:
+        return ""
+    away = touch.tip_world - centre
+    distance = float(np.linalg.norm(away))
+    off = distance - state.reach
+    known = len(progress.tips_world) >= _KNOWN_FROM
+    if abs(off) > (_OFF_SPHERE_MM if known else _OFF_AT_FIRST_MM):
+        return (
+            f"The ball is {abs(off):.0f} mm {'off' if off > 0.0 else 'inside'} the sphere as it is "
+            f"known: rest it on the sphere."
+        )
+    if not known:
+        return ""
+    direction = away / distance
+    if float((progress.directions_world @ direction).max()) > np.cos(_SAME_PLACE):
+        return "This place was taken: move on to the next one."
+    free = state.wanted.places.directions[list(progress.missing)]
+    if progress.next_place is not None and not (free @ direction > np.cos(TOLERANCE)).any():
+        return f"This place is not wanted: touch the sphere {state.next_words()}."
+    return ""
+
+
+def judge_in_cone(state: TouchState, touch: Touch) -> str:
+    """Return why a resting ball is not in the cone in a wanted attitude; empty where it is."""
+    progress, centre = state.cone, state.centre()
+    handle = state.handle(touch)
+    if len(progress.tips_world):
+        off = float(np.linalg.norm(touch.tip_world - progress.tips_world.mean(axis=0)))
+        if off > _OFF_CONE_MM:
+            return (
+                f"The ball is {off:.0f} mm from where it was in the cone: put it there, or take "
+                f"the attitudes back."
+            )
+    elif centre is not None:
+        clear = float(np.linalg.norm(touch.tip_world - centre)) - state.reach
+        if clear < _CLEAR_MM:
+            return "The ball is still on the sphere: put it into the cone."
+    if progress.next_attitude is None:
+        if float((progress.handles_world @ handle).max()) > np.cos(_NEW_ATTITUDE):
+            return "This attitude was taken: lean the probe to another side."
+        return ""
+    missing = np.array([one.handle_world for one in progress.attitudes if one.point is None])
+    if float((missing @ handle).max()) < np.cos(CONE_TOLERANCE):
+        wanted = progress.attitudes[progress.next_attitude].name
+        return f"Keep the ball in the cone and hold the probe {wanted}."
+    return ""
+
+
+def places_gate(state: TouchState) -> Gate:
+    """Return whether enough of the layout on the sphere was touched."""
+    progress, wanted = state.sphere, state.wanted
+    touched = len(progress.places) - len(progress.missing)
+    left = max(wanted.points - len(progress.tips_world), wanted.places_needed - touched)
+    if left <= 0:
+        return OPEN
+    some = "points on the sphere are" if left != 1 else "point on the sphere is"
+    words = state.next_words()
+    return Gate(False, f"{left} {some} missing.", f"Touch the sphere {words or 'once more'}.")
+
+
+def attitudes_gate(state: TouchState) -> Gate:
+    """Return whether the probe was held in all attitudes in the cone."""
+    attitudes, wanted = state.cone.attitudes, state.cone.next_attitude
+    missing = sum(one.point is None for one in attitudes)
+    if wanted is None:
+        return OPEN
+    return Gate(
+        False,
+        f"{missing} of {len(attitudes)} attitudes in the cone are missing.",
+        f"Keep the ball in the cone and hold the probe {attitudes[wanted].name}.",
+    )

@@ -1,0 +1,40 @@
+"""Verification of a calibration with lengths and spheres (after VDI/VDE 2634 part 1)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.verification._procedure_verification import (
+        LINES,
+        RESULT,
+        SEATS_AGAIN,
+        SEATS_FIRST,
+        SPHERES,
+        VerificationProcedure,
+    )
+    from ocmm_core.calibration.verification._state import PLACES
+    from ocmm_core.calibration.verification._verification import Limits, fit_sphere
+else:
+    __getattr__ = door(
+        __name__,
+        _procedure_verification=(
+            "LINES RESULT SEATS_AGAIN SEATS_FIRST SPHERES VerificationProcedure"
+        ),
+        _state="PLACES",
+        _verification="Limits fit_sphere",
+    )
+
+__all__ = [
+    "LINES",
+    "PLACES",
+    "RESULT",
+    "SEATS_AGAIN",
+    "SEATS_FIRST",
+    "SPHERES",
+    "Limits",
+    "VerificationProcedure",
+    "fit_sphere",
+]

@@ -1,0 +1,42 @@
+"""Whether the artefacts of a verification are independent of what the calibration rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ocmm_core.calibration.records import ArtefactUse, CameraRecord, Finding
+
+
+def judge_independence(
+    uses: Sequence[ArtefactUse], calibration: CameraRecord | None
+) -> list[Finding]:
+    """Return what speaks against verifying a calibration with artefacts: they gave it its scale.
+
+    An artefact is the same where serial number or the file of the certificate is.
+    """
+    known = () if calibration is None else calibration.artefacts
+    same = [use for use in uses if any(_is_same(use, one) for one in known)]
+    return [
+        Finding(
+            "verification.same_artefact",
+            f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): an "
+            f"error of its certificate would not show, so this is no independent check.",
+            "Verify with another certified length: a second bar, or a bar whose nests are the "
+            "places of a certified ball bar. Where there is only one, keep it for verifications "
+            "and borrow another one for the calibration.",
+            refuses=True,
+        )
+        for use in dict.fromkeys(same)
+    ]
+
+
+def _is_same(one: ArtefactUse, other: ArtefactUse) -> bool:
+    serial = _bare(one.serial)
+    if serial and serial == _bare(other.serial):
+        return True
+    return bool(one.certificate_sha256) and one.certificate_sha256 == other.certificate_sha256
+
+
+def _bare(serial: str) -> str:
+    """Return a serial number as two people would write it alike."""
+    return "".join(letter for letter in serial.casefold() if letter.isalnum())

@@ -1,0 +1,492 @@
+"""Guided verification: two seats, the bar along its lines, spheres, the seats again, a verdict.
+
+The ball of the probe is put into every nest of the bar; what is kept are the averaged spots, so
+that lengths can be computed anew. Everything that was taken counts: a line may be taken back before
+the verdict only where its placement was wrong, and one line of all may be repeated once where it
+failed. Two seats that are fixed to the table are visited first and last, so that what moves
+meanwhile is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.guided import (
+    OPEN,
+    SEATS,
+    STILL_FRAMES,
+    Average,
+    CameraProcedure,
+    Decided,
+    Gate,
+    Kind,
+    LinePlan,
+    Live,
+    ProbeSpots,
+    SeatVisited,
+    SessionLine,
+    Step,
+    VerificationOutcome,
+    VerificationView,
+    again_instruction,
+    first_instruction,
+    first_line,
+    from_spots,
+    session_path,
+    to_spots,
+    utc_text,
+)
+from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
+from ocmm_core.calibration.verification._artefacts import judge_independence
+from ocmm_core.calibration.verification._line_planning import CORNER_NAMES, plan_lines
+from ocmm_core.calibration.verification._state import (
+    PLACES,
+    CornerExcused,
+    LineRepeated,
+    NestTaken,
+    Resting,
+    SphereTouched,
+    Taken,
+    VerificationBegun,
+    VerificationEvent,
+    VerificationState,
+)
+from ocmm_core.calibration.verification._verdict import uses_of, verdict
+from ocmm_core.calibration.verification._verification import (
+    SPHERE_POINTS,
+    Limits,
+    judge_nest,
+    worst,
+)
+from ocmm_core.camera import Rig
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody, solve
+
+PREPARE, SEATS_FIRST, LINES, SPHERES = "prepare", "seats", "lines", "spheres"
+SEATS_AGAIN, RESULT = "again", "result"
+_APART_MM = 5.0
+
+
+class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutcome]):
+    """See `procedure`; made by `begin` and `resume`."""
+
+    kind = Kind.VERIFICATION
+    step_names = (PREPARE, SEATS_FIRST, LINES, SPHERES, SEATS_AGAIN, RESULT)
+
+    def __init__(
+        self,
+        chain: ChainFile[SessionLine[VerificationEvent]],
+        begun: VerificationBegun,
+        rig: Rig,
+        body: ProbeBody,
+        store: CalibrationStore,
+    ) -> None:
+        super().__init__(chain, begun, rig, store)
+        if begun.probe_identity != body.identity:
+            raise CalibrationError(
+                "session.probe",
+                f"{chain.path}: this session was begun with another probe.",
+                "Continue it with that probe, or begin a new one.",
+            )
+        self._begun = begun
+        planning = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
+        self._state = VerificationState(rig, body, begun, planning)
+        self._probe = ProbeSpots(
+            rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM, inside=True
+        )
+        self._fold()
+
+    @classmethod
+    def begin(
+        cls,
+        folder: Path,
+        rig: Rig,
+        body: ProbeBody,
+        store: CalibrationStore,
+        bar: LengthBar,
+        now: datetime,
+        *,
+        who: str,
+        temperature_c: float | None = None,
+        spheres: tuple[Sphere, ...] = (),
+        two_places: bool = False,
+        limits: Limits | None = None,
+    ) -> VerificationProcedure:
+        """Begin a session.
+
+        Parameters
+        ----------
+        folder
+            Of session files.
+        rig
+            With the calibration in force.
+        body
+            The probe.
+        store
+            Calibrations of that rig.
+        two_places
+            Every sphere is touched in the near and in the far third of the volume.
+
+        Raises
+        ------
+        CalibrationError
+            The rig is not that of the calibration in force, an artefact may not be used or gave the
+            calibration its scale, or the bar does not suit the volume.
+        StorageError
+            The session file cannot be written.
+        """
+        if rig.identity != store.active_hash:
+            raise CalibrationError(
+                "verification.other",
+                f"Rig '{rig.name}' is not used with the calibration in force.",
+                "Calibrate the cameras first; a rig document cannot be verified.",
+            )
+        chosen = limits or Limits()
+        findings = [
+            one
+            for nest in bar.nests[1:]
+            for one in bar.artefact.judge(
+                nest - bar.nests[0], chosen.of_length(nest - bar.nests[0]), now, temperature_c
+            )
+        ]
+        for sphere in spheres:
+            for limit in (chosen.diameter, chosen.form):
+                findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature_c)
+        artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
+        findings += judge_independence([one.artefact.use for one in artefacts], store.active())
+        let_pass(findings, force=False)
+        begun = VerificationBegun(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=rig.identity,
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            probe_identity=body.identity,
+            bar=bar,
+            spheres=tuple(one for one in spheres for _ in (PLACES if two_places else ("",))),
+            places=tuple(place for _ in spheres for place in (PLACES if two_places else ("",))),
+            limits=chosen,
+        )
+        plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
+        chain = _chain(session_path(folder, cls.kind, now))
+        chain.append(SessionLine(begun))
+        return cls(chain, begun, rig, body, store)
+
+    @classmethod
+    def resume(
+        cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
+    ) -> VerificationProcedure:
+        """Continue the session of a file where it stopped.
+
+        Raises
+        ------
+        StorageError
+            The file is not as it was written.
+        CalibrationError
+            It is empty, or was begun with another calibration or probe.
+        """
+        chain = _chain(path)
+        begun = first_line(chain)
+        assert isinstance(begun, VerificationBegun)  # noqa: S101 - the only first line of this kind
+        return cls(chain, begun, rig, body, store)
+
+    @property
+    def bar(self) -> LengthBar:
+        """Return the bar that the session was begun with."""
+        return self._begun.bar
+
+    @property
+    def spheres(self) -> tuple[Sphere, ...]:
+        """Return the spheres that the session was begun with."""
+        return self._begun.spheres
+
+    @property
+    def view(self) -> VerificationView:
+        """Return the snapshot."""
+        with self._lock:
+            state, wanted = self._state, len(self._begun.bar.nests)
+            places = np.array(self._begun.bar.nests)
+            shares = tuple(((places - places[0]) / (places[-1] - places[0])).tolist())
+            lines = tuple(
+                LinePlan(
+                    name=plan.name,
+                    ends_world=plan.ends_world,
+                    taken=len(state.line_tips(i)),
+                    wanted=wanted,
+                    hint=state.hint(i),
+                    shares=shares,
+                )
+                for i, plan in enumerate(state.plans)
+            )
+            touched = tuple(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))
+            visits = [state.visits(seat) for seat in range(SEATS)]
+            return VerificationView(
+                base=self.base,
+                lines=lines,
+                current_line=state.current_line(),
+                spheres=touched,
+                sphere_points=SPHERE_POINTS,
+                outcome=self._outcome,
+                places=self._begun.places,
+                seats_world=tuple(state.taken[one[0]].tip for one in visits if one),
+                next_seat=(
+                    state.unvisited_seat() if self._step == SEATS_FIRST else state.seat_to_repeat()
+                ),
+                corners=state.corners(),
+                notes=state.planning.notes,
+            )
+
+    def watch(self, block: FrameBlock) -> None:
+        """Look at frames."""
+        with self._lock:
+            self._probe.feed(block)
+
+    def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
+        """Take recorded averaged spots (C, L, 2), px, as the next observation.
+
+        Raises
+        ------
+        CalibrationError
+            Nothing is taken in this step, or all of it was.
+        """
+        with self._lock:
+            if not self._wants():
+                raise CalibrationError(
+                    "verification.nothing_next",
+                    "There is nothing left to be taken in this step.",
+                    "Go on to the next step.",
+                )
+            self._append(self._event(Average(uv, sigma_px), utc_text(now)))
+
+    def repeat_line(self, line: int, now: datetime) -> None:
+        """Take a line anew: where it is placed wrongly, or once where it failed.
+
+        Raises
+        ------
+        CalibrationError
+            It neither failed nor is placed wrongly, or it was repeated before.
+        """
+        with self._lock:
+            state = self._state
+            wrong = bool(state.hint(line)) or state.is_begun(line)
+            failed = not wrong and state.has_failed(line)
+            others = [i for i in range(len(state.plans)) if i != line and state.has_failed(i)]
+            if not wrong and (not failed or state.repeated or others):
+                why = "it did not fail"
+                if failed and others:
+                    why = f"one line of all may be repeated, and {len(others) + 1} failed"
+                if failed and state.repeated:
+                    before = state.plans[state.repeated[0]].name
+                    why = f"one line of all may be repeated, and '{before}' was"
+                raise CalibrationError(
+                    "verification.repeat",
+                    f"Line '{state.plans[line].name}' may not be taken again: {why}.",
+                    "Accept the verdict, or begin a new verification.",
+                )
+            self._append(LineRepeated(utc=utc_text(now), line=line, failed=failed))
+
+    def excuse_corner(self, corner: str, reason: str, now: datetime) -> None:
+        """State why no test length can end in a corner; an empty reason takes it back.
+
+        Parameters
+        ----------
+        corner
+            One of `CORNER_NAMES`, in any writing.
+
+        Raises
+        ------
+        CalibrationError
+            There is no corner of that name.
+        """
+        name = next((one for one in CORNER_NAMES if _bare(one) == _bare(corner)), None)
+        if name is None:
+            raise CalibrationError(
+                "verification.corner",
+                f"'{corner}' is no corner of the volume.",
+                f"Write it like '{CORNER_NAMES[0]}'.",
+            )
+        with self._lock:
+            self._append(CornerExcused(utc=utc_text(now), corner=name, reason=reason.strip()))
+
+    def _seen(self) -> Live:
+        live = self._probe.live()
+        if not live.ready or not self._wants() or self._step == SPHERES:
+            return live
+        average, state = self._probe.average(), self._state
+        pose = solve(average.uv[None], state.rig, state.body, average.sigma_px)
+        tip, line = pose.tip_world[0], state.current_line()
+        if self._step == LINES and line is not None:
+            hint = judge_nest(state.plans[line], tip, state.line_tips(line), self._begun.bar)
+        else:
+            hint = state.judge_seat(tip, again=self._step == SEATS_AGAIN)
+        return replace(live, ready=False, hint=hint) if hint else live
+
+    def _wants(self) -> bool:
+        state = self._state
+        wanted = {
+            SEATS_FIRST: state.unvisited_seat,
+            LINES: state.current_line,
+            SPHERES: state.current_sphere,
+            SEATS_AGAIN: state.seat_to_repeat,
+        }
+        return self._step in wanted and wanted[self._step]() is not None
+
+    def _observation(self, utc: str) -> VerificationEvent:
+        return self._event(self._probe.average(), utc)
+
+    def _event(self, average: Average, utc: str) -> Resting:
+        state, spots, sigma = self._state, to_spots(average.uv), average.sigma_px
+        line, sphere = state.current_line(), state.current_sphere()
+        if self._step == LINES and line is not None:
+            nest = len(state.line_tips(line))
+            return NestTaken(utc=utc, line=line, nest=nest, uv=spots, sigma_px=sigma)
+        if self._step == SPHERES and sphere is not None:
+            return SphereTouched(utc=utc, sphere=sphere, uv=spots, sigma_px=sigma)
+        first = self._step == SEATS_FIRST
+        seat = state.unvisited_seat() if first else state.seat_to_repeat()
+        assert seat is not None  # noqa: S101 - a visit is wanted
+        return SeatVisited(utc=utc, seat=seat, uv=spots, sigma_px=sigma)
+
+    def _observe(self, event: VerificationEvent) -> None:
+        if isinstance(event, LineRepeated):
+            self._state.repeat(event)
+        elif isinstance(event, CornerExcused):
+            self._state.excuse(event)
+        elif isinstance(event, NestTaken | SphereTouched | SeatVisited):
+            self._state.add(event)
+            self._probe.taken(Average(from_spots(event.uv), event.sigma_px))
+
+    def _has_observation(self, step: str) -> bool:
+        return self._last_of(step) is not None
+
+    def _undo(self, step: str) -> None:
+        last = self._last_of(step)
+        if last is not None:
+            self._state.remove(last)
+
+    def _last_of(self, step: str) -> Taken | None:
+        """Return what may be taken back in a step."""
+        state = self._state
+        if step == LINES:
+            # A complete line counts; see `repeat_line`.
+            nest = state.last(NestTaken)
+            begun = (
+                nest is not None
+                and isinstance(nest.event, NestTaken)
+                and state.is_begun(nest.event.line)
+            )
+            return nest if begun else None
+        if step == SPHERES:
+            return state.last(SphereTouched)
+        if step == SEATS_FIRST and all(isinstance(one.event, SeatVisited) for one in state.taken):
+            # What was measured after it rests on it; a visit at the end is a result.
+            return state.last(SeatVisited)
+        return None
+
+    def _instructions(self) -> tuple[str, str]:
+        """Return what to do now on the lines, and on the spheres."""
+        state, bar, spheres = self._state, self._begun.bar, self._begun.spheres
+        on_lines = "All lines are taken."
+        line = state.current_line()
+        if line is not None:
+            plan, nest = state.plans[line], len(state.line_tips(line))
+            begin, end = ("({:.0f}, {:.0f}, {:.0f})".format(*one) for one in plan.ends_world)
+            on_lines = (
+                f"Line {line + 1} of {len(state.plans)}, {plan.name}: lay the bar from {begin} to "
+                f"{end} and put the ball into nest {nest + 1} of {len(bar.nests)}."
+            )
+        on_spheres = "All spheres are touched." if spheres else "No sphere was chosen."
+        sphere = state.current_sphere()
+        if sphere is not None:
+            place = self._begun.places[sphere]
+            where = f" in the {place} of the volume" if place else ""
+            on_spheres = (
+                f"Touch sphere '{spheres[sphere].artefact.use.name}'{where} all around, from the "
+                f"pole to the equator."
+            )
+        return on_lines, on_spheres
+
+    def _seat_instructions(self) -> tuple[str, str]:
+        """Return what to do now at the seats, first and again."""
+        first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
+        return first_instruction(first), again_instruction(again)
+
+    def _steps(self) -> tuple[Step, ...]:
+        state, bar = self._state, self._begun.bar
+        on_lines, on_spheres = self._instructions()
+        on_first, on_again = self._seat_instructions()
+        nests = sum(len(state.line_taken(line)) for line in range(len(state.plans)))
+        touched = sum(len(state.sphere_tips(i)) for i in range(len(self._begun.spheres)))
+        first = sum(bool(state.visits(seat)) for seat in range(SEATS))
+        again = state.seat_to_repeat()
+        return (
+            Step(
+                PREPARE,
+                "Prepare",
+                f"Take bar '{bar.artefact.use.name}' (serial {bar.artefact.use.serial}); it and "
+                f"the cameras must have the temperature of the room.",
+                OPEN,
+            ),
+            Step(SEATS_FIRST, "Seats first", on_first, state.seats_gate(), first, SEATS),
+            Step(
+                LINES,
+                "Lengths",
+                on_lines,
+                state.lines_gate(),
+                nests,
+                len(state.plans) * len(bar.nests),
+            ),
+            Step(
+                SPHERES,
+                "Spheres",
+                on_spheres,
+                state.spheres_gate(),
+                touched,
+                len(self._begun.spheres) * SPHERE_POINTS,
+            ),
+            Step(
+                SEATS_AGAIN,
+                "Seats again",
+                on_again,
+                state.again_gate(),
+                SEATS if again is None else again,
+                SEATS,
+            ),
+            Step(
+                RESULT,
+                "Verdict",
+                "Look at the errors against their limits, and store the verdict.",
+                Gate(False, "This is the last step.", "Store the verdict."),
+            ),
+        )
+
+    def _calculation(self) -> Callable[[], VerificationOutcome]:
+        # Quick: there is nothing to be calculated apart from the state.
+        reused = judge_independence(uses_of(self._state), self._store.active())
+        record = verdict(self._state, reused)
+        passes = self._state.begun.limits.passes
+        failed = tuple(i for i, check in enumerate(record.checks) if not passes(check))
+        return lambda: VerificationOutcome(record, worst(record.checks), failed, ())
+
+    def _put(self, outcome: VerificationOutcome, decided: Decided) -> None:
+        now = datetime.fromisoformat(decided.utc)
+        self._store.verify(outcome.record, now, self._chain.path)
+
+
+def _bare(corner: str) -> str:
+    return "".join(corner.split()).upper()
+
+
+def _chain(path: Path) -> ChainFile[SessionLine[VerificationEvent]]:
+    return ChainFile(path, SessionLine[VerificationEvent])

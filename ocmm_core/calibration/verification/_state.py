@@ -1,0 +1,378 @@
+"""What was taken in a verification, and what follows from it: placements, gates and what counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from ocmm_core.calibration.guided import (
+    OPEN,
+    SEATS,
+    Begun,
+    Gate,
+    Rest,
+    SeatVisited,
+    SessionEvent,
+    Spots,
+    again_gate,
+    first_gate,
+    from_spots,
+    judge_first_visit,
+    judge_visit_again,
+    rest_of,
+)
+from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
+from ocmm_core.calibration.verification._line_planning import (
+    CORNER_NAMES,
+    LinePlanning,
+    PlannedLine,
+    corners_of,
+)
+from ocmm_core.calibration.verification._verification import (
+    SPHERE_POINTS,
+    Limits,
+    fit_sphere,
+    judge_placement,
+    length_checks,
+    reached_corners,
+)
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, Points3, unit
+from ocmm_core.tracking import ProbeBody
+
+PLACES = ("near third", "far third")
+"""Of the volume as the cameras see it, where a sphere is touched in two places."""
+
+_MOST_GAIN = 1.0
+"""Standard deviation of a diameter over that of a point; beyond, points lie too near the pole."""
+
+
+class VerificationBegun(Begun, frozen=True, kw_only=True):
+    """First line.
+
+    Attributes
+    ----------
+    probe_identity
+        Hash of the probe's document.
+    bar, spheres
+        Artefacts that are used; a sphere that is touched in two places stands here twice.
+    places
+        One for each sphere: one of `PLACES`, or empty where any place will do.
+    limits
+        Permissible errors.
+    """
+
+    probe_identity: str
+    bar: LengthBar
+    spheres: tuple[Sphere, ...]
+    places: tuple[str, ...]
+    limits: Limits
+
+
+class NestTaken(SessionEvent, frozen=True, kw_only=True):
+    """The probe in one nest of one line.
+
+    Attributes
+    ----------
+    line, nest
+        Indices.
+    uv
+        (C, L), px.
+    sigma_px
+        Standard deviation of a spot.
+    """
+
+    line: int
+    nest: int
+    uv: Spots
+    sigma_px: float
+
+
+class SphereTouched(SessionEvent, frozen=True, kw_only=True):
+    """The probe at one point of one sphere; see `NestTaken`."""
+
+    sphere: int
+    uv: Spots
+    sigma_px: float
+
+
+class CornerExcused(SessionEvent, frozen=True, kw_only=True):
+    """Somebody says why a corner of the volume cannot be reached; an empty reason takes it back."""
+
+    corner: str
+    reason: str
+
+
+class LineRepeated(SessionEvent, frozen=True, kw_only=True):
+    """A line is taken anew: its placement was wrong, or it failed (allowed once)."""
+
+    line: int
+    failed: bool
+
+
+VerificationEvent: TypeAlias = (
+    VerificationBegun | NestTaken | SphereTouched | SeatVisited | CornerExcused | LineRepeated
+)
+Resting: TypeAlias = NestTaken | SphereTouched | SeatVisited
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taken:
+    """An observation with what follows from its spots."""
+
+    event: Resting
+    rest: Rest
+
+    @property
+    def tip(self) -> Float:
+        """Return the ball's centre (3,), mm, world."""
+        return self.rest.touch.tip_world
+
+
+@dataclass(slots=True)
+class VerificationState:
+    """Everything that was taken, with the ball centres that follow from it.
+
+    Attributes
+    ----------
+    rig, body, begun, planning
+        What it is about.
+    taken
+        What counts, in the order of time.
+    replaced
+        Nests of a line that failed and was taken anew.
+    superseded
+        The checks of that line, as they were.
+    repeated
+        Lines that had failed and were taken anew; one at most.
+    excused
+        Why corners cannot be reached, by their names.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    begun: VerificationBegun
+    planning: LinePlanning
+    taken: list[Taken] = field(default_factory=list)
+    replaced: list[Taken] = field(default_factory=list)
+    superseded: tuple[Check, ...] = ()
+    repeated: list[int] = field(default_factory=list)
+    excused: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def plans(self) -> tuple[PlannedLine, ...]:
+        """Return the lines that are wanted."""
+        return self.planning.lines
+
+    def add(self, event: Resting) -> None:
+        """Take in an observation; raise TrackingError where its spots determine no pose."""
+        rest = rest_of(from_spots(event.uv), event.sigma_px, event.utc, self.rig, self.body)
+        self.taken.append(Taken(event, rest))
+
+    def last(self, kind: type[Resting]) -> Taken | None:
+        """Return what was taken last of a kind; None where nothing was."""
+        return next((one for one in reversed(self.taken) if isinstance(one.event, kind)), None)
+
+    def remove(self, one: Taken) -> None:
+        """Take out an observation."""
+        self.taken.remove(one)
+
+    def repeat(self, event: LineRepeated) -> None:
+        """Take out all of a line; keep it apart where it failed."""
+        own = [one for one in self.taken if _line_of(one) == event.line]
+        if event.failed:
+            self.superseded += self.lengths(event.line)
+            self.replaced += own
+            self.repeated.append(event.line)
+        self.taken = [one for one in self.taken if _line_of(one) != event.line]
+
+    def excuse(self, event: CornerExcused) -> None:
+        """Take in why a corner is not reached."""
+        self.excused.pop(event.corner, None)
+        if event.reason:
+            self.excused[event.corner] = event.reason
+
+    # The lines.
+
+    def line_taken(self, line: int) -> list[Taken]:
+        """Return what was taken on a line, nest by nest."""
+        own = [
+            (one.event.nest, i, one)
+            for i, one in enumerate(self.taken)
+            if isinstance(one.event, NestTaken) and one.event.line == line
+        ]
+        return [one for _, _, one in sorted(own, key=lambda item: item[:2])]
+
+    def line_tips(self, line: int) -> Points3:
+        """Return the ball centres (n, 3), mm, that were taken on a line, nest by nest."""
+        return np.array([one.tip for one in self.line_taken(line)]).reshape(-1, 3)
+
+    def is_complete(self, line: int) -> bool:
+        """Return whether all nests of a line were taken."""
+        return len(self.line_taken(line)) == len(self.begun.bar.nests)
+
+    def is_begun(self, line: int) -> bool:
+        """Return whether some but not all nests of a line were taken."""
+        return len(self.line_taken(line)) > 0 and not self.is_complete(line)
+
+    def current_line(self) -> int | None:
+        """Return the first line that is not complete; None after the last one."""
+        return next((i for i in range(len(self.plans)) if not self.is_complete(i)), None)
+
+    def hint(self, line: int) -> str:
+        """Return what speaks against the placement of a line; empty where nothing does."""
+        if not self.is_complete(line):
+            return ""
+        others = [self.line_tips(one)[[0, -1]] for one in range(line) if self.is_complete(one)]
+        ends = self.line_tips(line)[[0, -1]]
+        plan, reasons = self.plans[line], self.excused
+        wanted = tuple(one for one in plan.corners if CORNER_NAMES[one] not in reasons)
+        plan = PlannedLine(plan.name, plan.ends_world, wanted)
+        return judge_placement(plan, ends, others, self.rig.volume_world)
+
+    def lengths(self, line: int) -> tuple[Check, ...]:
+        """Return the test lengths of a complete line."""
+        return length_checks(
+            self.plans[line].name,
+            self.line_tips(line),
+            self.begun.bar,
+            self.begun.limits,
+            self.begun.temperature_c,
+        )
+
+    def has_failed(self, line: int) -> bool:
+        """Return whether a test length of a line does not conform."""
+        return self.is_complete(line) and not all(
+            self.begun.limits.passes(check) for check in self.lengths(line)
+        )
+
+    def corners(self) -> tuple[Corner, ...]:
+        """Return the corners as they were reached so far."""
+        tips = [self.line_tips(line) for line in range(len(self.plans)) if self.is_complete(line)]
+        nowhere = np.full((1, 3), 1e6)
+        nests = np.concatenate([*tips, nowhere])
+        return reached_corners(nests, self.rig.volume_world, self.excused)
+
+    # The spheres.
+
+    def sphere_tips(self, sphere: int) -> Points3:
+        """Return the ball centres (n, 3), mm, that were taken on a sphere."""
+        own = [
+            one.tip
+            for one in self.taken
+            if isinstance(one.event, SphereTouched) and one.event.sphere == sphere
+        ]
+        return np.array(own).reshape(-1, 3)
+
+    def current_sphere(self) -> int | None:
+        """Return the first sphere that lacks points; None after the last one."""
+        return next(
+            (
+                number
+                for number in range(len(self.begun.spheres))
+                if len(self.sphere_tips(number)) < SPHERE_POINTS
+            ),
+            None,
+        )
+
+    def sphere_name(self, sphere: int) -> str:
+        """Return what a sphere is called in checks."""
+        place = self.begun.places[sphere] or f"place {sphere + 1}"
+        return f"{self.begun.spheres[sphere].artefact.use.name}, {place}"
+
+    # The seats.
+
+    def visits(self, seat: int) -> list[int]:
+        """Return the indices in ``taken`` of all visits to a seat."""
+        return [
+            i
+            for i, one in enumerate(self.taken)
+            if isinstance(one.event, SeatVisited) and one.event.seat == seat
+        ]
+
+    def unvisited_seat(self) -> int | None:
+        """Return the first seat that was never visited; None where all were."""
+        return next((seat for seat in range(SEATS) if not self.visits(seat)), None)
+
+    def seat_to_repeat(self) -> int | None:
+        """Return the first seat that was not visited after all else; None where all were."""
+        last = max(
+            (i for i, one in enumerate(self.taken) if not isinstance(one.event, SeatVisited)),
+            default=0,
+        )
+        return next(
+            (
+                seat
+                for seat in range(SEATS)
+                if len(self.visits(seat)) < 2 or self.visits(seat)[-1] < last
+            ),
+            None,
+        )
+
+    def judge_seat(self, tip_world: Float, *, again: bool) -> str:
+        """Return why a resting ball is not in the seat that is wanted; empty where it may be."""
+        seat = self.seat_to_repeat() if again else self.unvisited_seat()
+        known = [self.taken[self.visits(one)[0]].tip for one in range(SEATS) if self.visits(one)]
+        if again and seat is not None:
+            return judge_visit_again(tip_world, seat, known)
+        return judge_first_visit(tip_world, known, self.rig)
+
+    # The gates.
+
+    def seats_gate(self) -> Gate:
+        """Return whether the seats were visited first."""
+        return first_gate(self.unvisited_seat())
+
+    def again_gate(self) -> Gate:
+        """Return whether the seats were visited again after everything else."""
+        return again_gate(self.seat_to_repeat())
+
+    def lines_gate(self) -> Gate:
+        """Return whether all lines were taken where they should be."""
+        missing = sum(not self.is_complete(line) for line in range(len(self.plans)))
+        if missing:
+            return Gate(False, f"{missing} of {len(self.plans)} lines are missing.", "Take them.")
+        for line, plan in enumerate(self.plans):
+            hint = self.hint(line)
+            if hint:
+                return Gate(False, f"Line '{plan.name}': {hint}", "Take this line again.")
+        return OPEN
+
+    def spheres_gate(self) -> Gate:
+        """Return whether all spheres were touched all around, and where they should be."""
+        touched = sum(isinstance(one.event, SphereTouched) for one in self.taken)
+        missing = len(self.begun.spheres) * SPHERE_POINTS - touched
+        if missing > 0:
+            return Gate(False, f"{missing} points on spheres are missing.", "Touch them.")
+        for number, one in enumerate(self.begun.spheres):
+            centre, _, gain = fit_sphere(self.sphere_tips(number))
+            if gain > _MOST_GAIN:
+                return Gate(
+                    False,
+                    f"The points on '{one.artefact.use.name}' lie too near its pole.",
+                    "Take some of them back and touch it nearer to its equator.",
+                )
+            place = self.begun.places[number]
+            if place and place != third_of(centre, self.rig):
+                return Gate(
+                    False,
+                    f"'{one.artefact.use.name}' does not stand in the {place} of the volume.",
+                    "Take its points back, put it there, and touch it again.",
+                )
+        return OPEN
+
+
+def third_of(point_world: Float, rig: Rig) -> str:
+    """Return which third of the volume a point (3,), mm, is in, as the cameras see it."""
+    centres = np.array([camera.centre_world for camera in rig.cameras])
+    corners = corners_of(rig.volume_world)
+    away = unit(corners.mean(axis=0) - centres.mean(axis=0))
+    depths = corners @ away
+    share = (float(point_world @ away) - depths.min()) / np.ptp(depths)
+    return PLACES[0] if share < 1.0 / 3.0 else PLACES[1] if share > 2.0 / 3.0 else "middle third"
+
+
+def _line_of(one: Taken) -> int:
+    return one.event.line if isinstance(one.event, NestTaken) else -1

@@ -1,0 +1,297 @@
+"""Verification of a calibration with calibrated lengths and spheres (after VDI/VDE 2634 part 1).
+
+A bar with nests is placed along the lines of `line_planning`; the ball is put into every nest, and
+the distances of all nests from the first one are five test lengths on each line. Spheres are
+touched at 25 points each, and judged by size and form. A check passes where its error, together
+with the uncertainty of the artefact, stays inside the limit: uncertainty counts against who wants
+to prove (ISO 14253-1). The procedure is modelled on the guideline; it does not replace an
+acceptance test according to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
+from ocmm_core.calibration.verification._line_planning import (
+    CORNER_NAMES,
+    CORNER_SHARE,
+    MIN_ANGLE,
+    PlannedLine,
+    corner_distances,
+)
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3
+
+SPHERE_POINTS = 25
+
+_OFF_PLAN_MM = 75.0
+_OFF_NEST_MM = 10.0
+"""More than any calibration is wrong that is worth a verdict; less than the step of a bar."""
+_NEST_MM = 1.0
+"""Nests are told apart where their places differ by more; no calibration worth a verdict is so far
+off."""
+_SPHERE_STEPS = 20
+
+Rule = Literal["guarded", "simple"]
+"""Whether the uncertainty of the artefact is taken off the limit, or only stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Permissible errors.
+
+    Attributes
+    ----------
+    constant, per_length, largest
+        E(L) = min(constant + per_length L, largest), mm, for lengths.
+    diameter
+        For the diameter of a sphere (P_Size), mm.
+    rule
+        How they are applied.
+    form
+        For the form of a sphere, largest less smallest radius of 25 points (P_Form), mm. Twice the
+        constant part of a length: one point may be so far outside as another one is inside. The
+        noise of the points alone gives 3.7 of their standard deviations, 4.9 in one of twenty
+        tests.
+    """
+
+    constant: float = 0.040
+    per_length: float = 5e-5
+    largest: float = 0.080
+    diameter: float = 0.040
+    rule: Rule = "guarded"
+    form: float = 0.080
+
+    def of_length(self, length: float) -> float:
+        """Return the permissible error of a length, mm."""
+        return min(self.constant + self.per_length * length, self.largest)
+
+    def passes(self, check: Check) -> bool:
+        """Return whether a check conforms."""
+        guard = check.expanded_mm if self.rule == "guarded" else 0.0
+        return abs(check.error_mm) + guard <= check.limit_mm
+
+    def describe(self) -> str:
+        """Return the rule in words, for records and reports."""
+        guard = ", expanded uncertainty (k = 2) of the artefact taken off the limit"
+        return (
+            f"modelled on VDI/VDE 2634-1: |E| <= min({1e3 * self.constant:g} um + "
+            f"{self.per_length:g} L, {1e3 * self.largest:g} um) for lengths, "
+            f"|E| <= {1e3 * self.diameter:g} um for diameters, form <= {1e3 * self.form:g} um"
+            f"{guard if self.rule == 'guarded' else ', uncertainty stated'}"
+        )
+
+
+def judge_placement(
+    plan: PlannedLine, ends_world: Float, others: Sequence[Float], volume_world: Float
+) -> str:
+    """Return what speaks against a placement as it was taken; empty where nothing does.
+
+    Parameters
+    ----------
+    ends_world
+        (2, 3), mm: first and last nest as they were located.
+    others
+        The ends of the other lines that were taken.
+    volume_world
+        (2, 3), mm.
+    """
+    direction = ends_world[1] - ends_world[0]
+    for other in others:
+        between = other[1] - other[0]
+        cosine = abs(float(direction @ between))
+        cosine /= float(np.linalg.norm(direction) * np.linalg.norm(between))
+        if np.arccos(min(cosine, 1.0)) < MIN_ANGLE:
+            return "The bar lies nearly as on another line: place it in another direction."
+    swapped = ends_world[::-1]
+    off = min(
+        float(np.linalg.norm(one - plan.ends_world, axis=1).max()) for one in (ends_world, swapped)
+    )
+    if off > _OFF_PLAN_MM:
+        return f"The bar lies {off:.0f} mm from its planned place ({plan.name}): place it there."
+    low, high = volume_world
+    if np.any(ends_world < low) or np.any(ends_world > high):
+        return "The bar reaches out of the calibrated volume: place it inside."
+    shares = corner_distances(ends_world, volume_world).min(axis=0)
+    for corner in plan.corners:
+        if shares[corner] > CORNER_SHARE:
+            return (
+                f"The bar ends {100.0 * shares[corner]:.0f} % of an edge from corner "
+                f"{CORNER_NAMES[corner]}; {100.0 * CORNER_SHARE:.0f} % are allowed: lay it nearer."
+            )
+    return ""
+
+
+def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: LengthBar) -> str:
+    """Return why a resting ball is not in the next nest of a line; empty where it may be.
+
+    A nest that was left out must not be taken for the next one: on a bar of equal steps nothing but
+    the end of the line would tell.
+
+    Parameters
+    ----------
+    plan
+        Where the bar should lie.
+    tip_world
+        (3,), mm: the ball.
+    taken_world
+        (n, 3), mm: the nests of the line that were taken before.
+    """
+    nest = len(taken_world)
+    if not nest:
+        off = float(np.linalg.norm(tip_world - plan.ends_world, axis=1).min())
+        if off > _OFF_PLAN_MM:
+            return (
+                f"The ball is {off:.0f} mm from both ends of the planned line ({plan.name}): begin "
+                "with the first nest there."
+            )
+        return ""
+    wanted = bar.nests[nest] - bar.nests[0]
+    seen = float(np.linalg.norm(tip_world - taken_world[0]))
+    reverse = bar.nests[-1] - bar.nests[-1 - nest]
+    if abs(seen - wanted) > _NEST_MM and abs(seen - reverse) <= _NEST_MM:
+        return (
+            "The bar lies the other way round: turn it, take this line again, and begin with its "
+            "first nest."
+        )
+    others = [nest_ - bar.nests[0] for nest_ in bar.nests]
+    elsewhere = min(abs(seen - one) for one in others) <= _NEST_MM < abs(seen - wanted)
+    if elsewhere or abs(seen - wanted) > _OFF_NEST_MM:
+        return (
+            f"The ball is {seen:.0f} mm from nest 1, but nest {nest + 1} is {wanted:.0f} mm from "
+            f"it: put the ball into nest {nest + 1}."
+        )
+    return ""
+
+
+def length_checks(
+    line: str, tips_world: Points3, bar: LengthBar, limits: Limits, temperature_c: float | None
+) -> tuple[Check, ...]:
+    """Return the test lengths of one line; tips (n, 3), mm, in the order of the nests."""
+    checks = []
+    for nest in range(1, len(bar.nests)):
+        nominal = bar.nests[nest] - bar.nests[0]
+        certified, expanded = bar.artefact.at(nominal, temperature_c)
+        checks.append(
+            Check(
+                name=f"{line}, {nominal:.0f} mm",
+                measured_mm=float(np.linalg.norm(tips_world[nest] - tips_world[0])),
+                certified_mm=certified,
+                expanded_mm=expanded,
+                limit_mm=limits.of_length(nominal),
+            )
+        )
+    return tuple(checks)
+
+
+def sphere_checks(
+    name: str,
+    tips_world: Points3,
+    ball: tuple[float, float],
+    sphere: Sphere,
+    limits: Limits,
+    temperature_c: float | None,
+) -> tuple[Check, Check]:
+    """Return size and form of a sphere, both from one fit of all points (ISO 10360-5).
+
+    Parameters
+    ----------
+    tips_world
+        (n, 3), mm: ball centres all around it.
+    ball
+        Radius of the ball and its standard uncertainty, mm.
+    """
+    centre, radius, _ = fit_sphere(tips_world)
+    certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
+    return (
+        Check(
+            name=f"{name}, size",
+            measured_mm=2.0 * (radius - ball[0]),
+            certified_mm=certified,
+            expanded_mm=float(np.hypot(expanded, 4.0 * ball[1])),
+            limit_mm=limits.diameter,
+        ),
+        Check(
+            name=f"{name}, form",
+            measured_mm=form_of(tips_world, centre),
+            certified_mm=0.0,
+            # A certificate of the diameter holds the sphere's own form.
+            expanded_mm=sphere.artefact.expanded,
+            limit_mm=limits.form,
+        ),
+    )
+
+
+def form_of(points: Points3, centre: Float) -> float:
+    """Return largest less smallest distance of points (n, 3) from a centre (3,), mm."""
+    return float(np.ptp(np.linalg.norm(points - centre, axis=1)))
+
+
+def fit_sphere(points: Points3) -> tuple[Float, float, float]:
+    """Return centre (3,), radius and gain of the sphere with the least squared distances.
+
+    Gauss-Newton from the linear sphere. The gain is the standard deviation of the diameter over
+    that of one point's distance; 0.65 for 25 points over half a sphere.
+
+    Raises
+    ------
+    CalibrationError
+        The points do not determine a sphere.
+    """
+    mean = points.mean(axis=0)
+    at = points - mean
+    rows = np.column_stack([2.0 * at, np.ones(len(at))])
+    if np.linalg.matrix_rank(rows) < 4:
+        raise CalibrationError(
+            "verification.sphere",
+            "The points do not determine a sphere.",
+            "Touch it all around, from the pole to the equator.",
+        )
+    solution = np.linalg.lstsq(rows, np.sum(at**2, axis=1))[0]
+    centre = solution[:3]
+    radius = float(np.sqrt(max(solution[3] + centre @ centre, 0.0)))
+    for _ in range(_SPHERE_STEPS):
+        away = at - centre
+        distance = np.linalg.norm(away, axis=1)
+        jacobian = np.column_stack([away / distance[:, None], np.ones(len(at))])
+        step = np.linalg.lstsq(jacobian, distance - radius)[0]
+        centre, radius = centre + step[:3], radius + float(step[3])
+        if float(np.abs(step).max()) < 1e-10:
+            break
+    gain = 2.0 * float(np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[3, 3]))
+    return centre + mean, radius, gain
+
+
+def reached_corners(
+    nests_world: Points3, volume_world: Float, reasons: Mapping[str, str]
+) -> tuple[Corner, ...]:
+    """Return the corners of a volume (2, 3), mm, as ends of test lengths reached them.
+
+    Parameters
+    ----------
+    nests_world
+        (n, 3), mm: every nest is an end of a test length.
+    reasons
+        Why a corner was not reached, by its name.
+    """
+    shares = corner_distances(nests_world, volume_world).min(axis=0)
+    return tuple(
+        Corner(
+            name=name,
+            off=float(share),
+            reached=bool(share <= CORNER_SHARE),
+            reason="" if share <= CORNER_SHARE else reasons.get(name, ""),
+        )
+        for name, share in zip(CORNER_NAMES, shares, strict=True)
+    )
+
+
+def worst(checks: Sequence[Check]) -> int:
+    """Return the index of the check that is nearest to its limit, or farthest beyond."""
+    shares = [(abs(one.error_mm) + one.expanded_mm) / one.limit_mm for one in checks]
+    return int(np.argmax(shares))

@@ -1,0 +1,183 @@
+"""The finder: the windows of one camera, frame by frame, and the measurement of a single window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import _centroid as centroid
+from ocmm_core.camera import _search as search
+from ocmm_core.camera import _windows as windows
+from ocmm_core.camera._rig import MAX_SLOTS
+from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotReading, SpotStatus, Window
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, Int
+
+NO_BLACK: NDArray[np.uint16] = np.zeros((0, 0), np.uint16)
+"""Stands for: nothing is subtracted."""
+
+
+@dataclass(frozen=True, slots=True)
+class FinderState:
+    """Everything that a camera remembers from frame to frame; the arrays are written in place.
+
+    Attributes
+    ----------
+    slots
+        (8, N_SLOT): columns in `windows`.
+    cursor
+        (2,) int64: where the search is, see `search`.
+    """
+
+    slots: Float
+    cursor: Int
+
+    @classmethod
+    def fresh(cls) -> FinderState:
+        """Return the state of a camera that has just been switched on."""
+        slots = np.zeros((MAX_SLOTS, windows.N_SLOT))
+        slots[:, [windows.HOME_U, windows.HOME_V]] = np.nan
+        return cls(slots, np.full(2, 0, dtype=np.int64))
+
+    def copy(self) -> FinderState:
+        """Return an independent copy."""
+        return FinderState(self.slots.copy(), self.cursor.copy())
+
+
+class SpotFinder:
+    """Find and follow spots, frame by frame; one for each camera, used by one thread.
+
+    Parameters
+    ----------
+    width, height
+        Of the sensor, px.
+    options
+        How spots are found and judged.
+    start
+        Regions in which the slots look for their LED, one for each slot in turn; slots beyond them
+        stay free. Without any all slots look everywhere.
+
+    Attributes
+    ----------
+    state
+        May be replaced by an earlier `copy` to go back in time.
+    regions, anywhere, packed
+        As the compiled loops take them.
+    """
+
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        options: SpotOptions | None = None,
+        start: tuple[Window, ...] = (),
+    ) -> None:
+        self.width, self.height = width, height
+        self.options = options or SpotOptions()
+        self.packed = self.options.packed()
+        self.anywhere = not start
+        self.regions = _regions(start or (Window(0, 0, width, height),), width, height)
+        self.state = FinderState.fresh()
+
+    def windows(self) -> tuple[Window | None, ...]:
+        """Return the windows of the next frame by slot; None of a free slot."""
+        corners = np.empty((MAX_SLOTS, 2), np.int64)
+        windows.aim(self.state.slots, self.packed, self.width, self.height, corners)
+        size = self.options.window
+        return tuple(
+            Window(int(left), int(top), size, size) if left >= 0 else None for left, top in corners
+        )
+
+    def take(self, image: NDArray[np.uint16], black: NDArray[np.uint16] = NO_BLACK) -> SpotBlock:
+        """Return what the windows say about the next frame, of which ``image`` is the whole sensor.
+
+        Parameters
+        ----------
+        image
+            (height, width): only the windows and the lines of the search are looked at.
+        black
+            (height, width): is subtracted.
+        """
+        slots, size, step = self.state.slots, self.options.window, self.options.search_step
+        corners = np.empty((MAX_SLOTS, 2), np.int64)
+        windows.aim(slots, self.packed, self.width, self.height, corners)
+        pixels = np.zeros((MAX_SLOTS, size, size), np.uint16)
+        for slot, (left, top) in enumerate(corners):
+            if left >= 0:
+                pixels[slot] = image[top : top + size, left : left + size]
+        readings = np.empty((MAX_SLOTS, centroid.N_READING))
+        windows.read(pixels, corners, black, slots, self.packed, readings)
+        search_in = (slots, self.regions, self.anywhere, self.packed)
+        lines = np.empty((self.options.search_lines, 3), np.int64)
+        count = search.plan(*search_in, self.state.cursor, lines)
+        samples = np.zeros((len(lines), self.width), np.uint16)
+        for line, (left, row, n) in zip(samples, lines[:count], strict=False):
+            line[:n] = image[row, left : left + n * step : step]
+        search.look(samples, lines, count, black, *search_in)
+        block = SpotBlock.empty(1)
+        block.valid[0], block.saturated[0] = windows.report(
+            readings, block.uv[0], block.variance[0], block.status[0]
+        )
+        return block
+
+
+def measure_window(
+    pixels: NDArray[np.uint16],
+    left: int,
+    top: int,
+    options: SpotOptions,
+    black: NDArray[np.uint16] = NO_BLACK,
+) -> SpotReading:
+    """Return what the window ``pixels`` (h, w), whose first pixel is (left, top), says by itself.
+
+    ``black`` is the picture of the whole sensor that is subtracted.
+    """
+    reading = np.empty(centroid.N_READING)
+    centroid.measure(
+        np.ascontiguousarray(pixels, np.uint16),
+        left,
+        top,
+        black,
+        options.packed(),
+        np.empty(pixels.shape),
+        np.empty(pixels.shape, np.uint8),
+        np.empty(pixels.size, np.int64),
+        reading,
+    )
+    return SpotReading(
+        status=SpotStatus(int(reading[centroid.STATUS])),
+        uv=reading[[centroid.U, centroid.V]],
+        variance=reading[[centroid.VAR_U, centroid.VAR_V]],
+        flux=float(reading[centroid.FLUX]),
+        peak=float(reading[centroid.PEAK]),
+        background=float(reading[centroid.BACKGROUND]),
+        pixels=int(reading[centroid.PIXELS]),
+        elongation=float(reading[centroid.ELONGATION]),
+    )
+
+
+def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
+    """Return the regions (r, 4) as the search takes them."""
+    if len(start) > MAX_SLOTS:
+        raise InputError(
+            "camera.windows",
+            f"There are {len(start)} windows, but a camera has {MAX_SLOTS}.",
+            "Leave windows out.",
+        )
+    for window in start:
+        if (
+            min(window.left, window.top) < 0
+            or min(window.width, window.height) < 1
+            or window.left + window.width > width
+            or window.top + window.height > height
+        ):
+            raise InputError(
+                "camera.windows",
+                f"The window of {window.width} x {window.height} px at ({window.left}, "
+                f"{window.top}) does not lie on the sensor of {width} x {height} px.",
+                "Give windows that lie on the sensor.",
+            )
+    rows = [(window.left, window.top, window.width, window.height) for window in start]
+    return np.array(rows, dtype=np.int64)

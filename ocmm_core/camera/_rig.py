@@ -1,0 +1,267 @@
+"""The rig: its cameras, what is known about their errors, and the document that says so."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from ocmm_core.camera._model import (
+    N_PARAMETERS,
+    PARAMETERS,
+    CameraModel,
+    on_sensor,
+    project,
+    projection_jacobians,
+)
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
+
+SCHEMA = "ocmm.rig/1"
+MAX_CAMERAS = 4
+MAX_SLOTS = 8
+"""Tracking windows of one camera."""
+
+MAX_FOCAL_SIGMA = 1e-3
+"""Relative; a calibration that knows the focal length no better tells it from the distance only by
+chance, and a first-order covariance of it would not hold."""
+
+Vector3 = tuple[float, float, float]
+
+
+class CameraEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One camera in a rig document; lengths in mm, image positions in px."""
+
+    name: str
+    serial: int
+    alias: int
+    width_px: int
+    height_px: int
+    pitch: float
+    focal: float
+    aspect: float
+    u0_px: float
+    v0_px: float
+    k1: float
+    k2: float
+    p1: float
+    p2: float
+    centre: Vector3
+    rotation_vector: Vector3
+
+
+class SpotNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How far a spot position can be wrong, px per axis.
+
+    Attributes
+    ----------
+    white_px
+        Standard deviation of one exposure, independent from frame to frame.
+    pattern_px
+        Standard deviation of the part that stays at a place of the sensor.
+    pattern_length_px
+        Distance over which that part is alike (Gaussian correlation).
+    """
+
+    white_px: float
+    pattern_px: float
+    pattern_length_px: float
+
+
+class CalibrationDesign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The known points that the cameras were calibrated with (thesis 3.1)."""
+
+    method: Literal["known points"]
+    points: int
+    volume_min: Vector3
+    volume_max: Vector3
+    spot_sigma_px: float
+    reference_sigma: float
+
+
+class RigDocument(Document, frozen=True, kw_only=True):
+    """A rig as it is written down."""
+
+    name: str
+    frame_rate_hz: int
+    volume_min: Vector3
+    volume_max: Vector3
+    noise: SpotNoise
+    calibration: CalibrationDesign
+    cameras: list[CameraEntry]
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """The calibrated cameras and the uncertainty of their calibration.
+
+    Attributes
+    ----------
+    name
+        Name of the rig.
+    cameras
+        Two to four cameras.
+    aliases
+        EtherCAT station alias of each camera.
+    frame_rate_hz
+        Exposures a second.
+    noise
+        Spot noise.
+    volume_world
+        (2, 3), mm: corners of the calibrated volume.
+    parameter_covariance
+        (14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera.
+    identity
+        SHA-256 of the document.
+    """
+
+    name: str
+    cameras: tuple[CameraModel, ...]
+    aliases: tuple[int, ...]
+    frame_rate_hz: int
+    noise: SpotNoise
+    volume_world: Float
+    parameter_covariance: Float
+    identity: str
+
+    def packed(self) -> Float:
+        """Return all cameras as the kernel takes them, (C, 21)."""
+        return np.stack([camera.packed() for camera in self.cameras])
+
+
+def load_rig(path: Path | str) -> Rig:
+    """Return the rig of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, names a camera, serial or alias twice, has fewer than two or
+        more than four cameras, holds a value that no camera has, or a calibration that does
+        not determine its cameras.
+    """
+    document = load_document(path, RigDocument, SCHEMA)
+    _check(Path(path), document)
+    cameras = tuple(camera_of(entry) for entry in document.cameras)
+    covariance = np.zeros((N_PARAMETERS * len(cameras),) * 2)
+    for index, camera in enumerate(cameras):
+        part = slice(index * N_PARAMETERS, (index + 1) * N_PARAMETERS)
+        covariance[part, part] = known_points_covariance(Path(path), camera, document.calibration)
+    return Rig(
+        name=document.name,
+        cameras=cameras,
+        aliases=tuple(entry.alias for entry in document.cameras),
+        frame_rate_hz=document.frame_rate_hz,
+        noise=document.noise,
+        volume_world=np.array([document.volume_min, document.volume_max]),
+        parameter_covariance=covariance,
+        identity=digest(path),
+    )
+
+
+def known_points_covariance(path: Path, camera: CameraModel, design: CalibrationDesign) -> Float:
+    """Return the covariance (14, 14) of a calibration with known points.
+
+    The points are spread evenly over the design volume; one camera's parameters do not depend on
+    the other's when the reference positions are taken as known (measured: ratio 1.000).
+
+    Raises
+    ------
+    InputError
+        The design does not determine the camera.
+    """
+    low, high = np.array(design.volume_min), np.array(design.volume_max)
+    points = low + (high - low) * np.random.default_rng(0).random((design.points, 3))
+    points = points[on_sensor(camera, project(camera, points))]
+    if len(points) < N_PARAMETERS:
+        raise InputError(
+            "rig.calibration",
+            f"{path}: only {len(points)} calibration points are seen by camera '{camera.name}'.",
+            "Move the calibration volume into the view of the camera, or give more points.",
+        )
+    d_point, d_parameters = projection_jacobians(camera, points)
+    variance = design.spot_sigma_px**2 + design.reference_sigma**2 * np.mean(
+        np.sum(d_point**2, axis=2)
+    )
+    rows = d_parameters.reshape(-1, N_PARAMETERS)
+    scale = np.linalg.norm(rows, axis=0)
+    information = (rows / scale).T @ (rows / scale) / variance
+    covariance: Float = np.full_like(information, np.inf)
+    if np.linalg.cond(information) <= 1e15:
+        covariance = np.linalg.inv(information) / np.outer(scale, scale)
+    focal = PARAMETERS.index("focal")
+    if not covariance[focal, focal] <= (MAX_FOCAL_SIGMA * camera.focal) ** 2:
+        raise InputError(
+            "rig.calibration",
+            f"{path}: the calibration volume is too flat to determine camera '{camera.name}'.",
+            "Give the calibration volume at least 15 mm of depth.",
+        )
+    return 0.5 * (covariance + covariance.T)
+
+
+def camera_of(entry: CameraEntry) -> CameraModel:
+    """Return the camera that an entry describes."""
+    rotation = rotation_from_vector(np.array(entry.rotation_vector))
+    return CameraModel(
+        name=entry.name,
+        serial=entry.serial,
+        width=entry.width_px,
+        height=entry.height_px,
+        pitch_mm=entry.pitch,
+        focal=entry.focal,
+        aspect=entry.aspect,
+        u0=entry.u0_px,
+        v0=entry.v0_px,
+        k1=entry.k1,
+        k2=entry.k2,
+        p1=entry.p1,
+        p2=entry.p2,
+        T_camera_from_world=RigidTransform(rotation, -rotation @ np.array(entry.centre)),
+    )
+
+
+def _check(path: Path, document: RigDocument) -> None:
+    if not 2 <= len(document.cameras) <= MAX_CAMERAS:
+        raise InputError(
+            "rig.cameras",
+            f"{path}: the rig has {len(document.cameras)} camera(s).",
+            f"Name two to {MAX_CAMERAS} cameras; one camera cannot see depth.",
+        )
+    for field in ("name", "serial", "alias"):
+        values = [getattr(entry, field) for entry in document.cameras]
+        for value in values:
+            if values.count(value) > 1:
+                raise InputError(
+                    "rig.duplicate",
+                    f"{path}: two cameras have the {field} {value!r}.",
+                    f"Give every camera its own {field}.",
+                )
+    positive = [
+        (f"cameras[{index}].{field}", getattr(entry, field))
+        for index, entry in enumerate(document.cameras)
+        for field in ("width_px", "height_px", "pitch", "focal", "aspect", "serial", "alias")
+    ]
+    positive += [
+        ("frame_rate_hz", document.frame_rate_hz),
+        ("noise.white_px", document.noise.white_px),
+        ("noise.pattern_length_px", document.noise.pattern_length_px),
+        ("calibration.spot_sigma_px", document.calibration.spot_sigma_px),
+        ("calibration.points", document.calibration.points),
+    ]
+    for field, value in positive:
+        if value <= 0:
+            raise InputError(
+                "rig.value",
+                f"{path}: field '{field}' is {value}, but must be greater than zero.",
+                "Correct that field.",
+            )
+    low, high = np.array(document.volume_min), np.array(document.volume_max)
+    if np.any(high <= low):
+        raise InputError(
+            "rig.volume",
+            f"{path}: field 'volume_max' is not above 'volume_min' in every axis.",
+            "Give the two opposite corners of the calibrated volume, lowest values first.",
+        )

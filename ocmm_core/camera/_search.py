@@ -1,0 +1,181 @@
+"""The compiled search for LEDs that no window follows, beside the windows.
+
+The sensor cannot read all its pixels within a frame. Each frame it reads a few more lines, every
+second line and every second pixel of it, which no LED can slip through: the light at the worst
+place between four samples is still a third of the peak. A whole sensor takes 512 frames of two
+lines, 64 ms at 8 kHz.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import _centroid as centroid
+from ocmm_core.camera import _windows as windows
+from ocmm_core.camera._compiled import compiled
+from ocmm_core.geometry import Float, Int
+
+REGION, ROW = 0, 1
+"""The cursor of the search: which region, and its next row; negative before the first."""
+
+HIT_U, HIT_V, HIT_LIGHT = 0, 1, 2
+"""Columns of a hit: position, px, and counts of its brightest sample."""
+
+_REMEMBER_PX = 300.0
+"""A new spot goes to the free slot that last saw an LED nearest to it, within this distance: 0.3 s
+behind an obstacle at the operator's usual 0.2 m/s and 2 px/mm are some 130 px."""
+
+
+@compiled(centroid, windows)
+def plan(
+    slots: Float, regions: Int, anywhere: bool, options: Float, cursor: Int, lines: Int
+) -> int:
+    """Write the lines to read in this frame and move the cursor on; return how many they are.
+
+    ``regions`` (r, 4): left, top, width, height, px; region i belongs to slot i, unless one region
+    serves all slots (``anywhere``). ``lines`` (n, 3): left, row, number of samples. None are
+    written if no slot is free.
+    """
+    step = int(options[centroid.SEARCH_STEP])
+    count = passed = 0
+    while count < len(lines) and passed <= len(regions):
+        region = cursor[REGION]
+        top, height = regions[region, 1], regions[region, 3]
+        row = max(cursor[ROW], top)
+        if _wanted(slots, region, anywhere) and row < top + height:
+            lines[count, 0], lines[count, 1] = regions[region, 0], row
+            lines[count, 2] = (regions[region, 2] + step - 1) // step
+            cursor[ROW] = row + step
+            count += 1
+        else:
+            cursor[REGION], cursor[ROW] = (region + 1) % len(regions), -1
+            passed += 1
+    return count
+
+
+@compiled(centroid, windows)
+def look(
+    samples: NDArray[np.uint16],
+    lines: Int,
+    count: int,
+    black: NDArray[np.uint16],
+    slots: Float,
+    regions: Int,
+    anywhere: bool,
+    options: Float,
+) -> None:
+    """Give free slots to the spots in the lines that were read.
+
+    ``samples`` (n, m): the first ``count`` rows belong to ``lines``. Spots that a window sees
+    already are left out; the brightest come first.
+    """
+    hits = np.empty((len(slots), 3))
+    n_hits = 0
+    for k in range(count):
+        n_hits = _scan(samples[k], lines[k], black, slots, options, hits, n_hits)
+    _place(slots, regions, anywhere, options, hits, n_hits)
+
+
+@compiled(centroid, windows)
+def _wanted(slots: Float, region: int, anywhere: bool) -> bool:
+    if not anywhere:
+        return bool(slots[region, windows.PHASE] == windows.NOBODY)
+    return bool(np.any(slots[:, windows.PHASE] == windows.NOBODY))
+
+
+@compiled(centroid, windows)
+def _scan(
+    samples: NDArray[np.uint16],
+    line: Int,
+    black: NDArray[np.uint16],
+    slots: Float,
+    options: Float,
+    hits: Float,
+    n_hits: int,
+) -> int:
+    """Enter the spots of one line into ``hits`` (h, 3), strongest ones first; return how many."""
+    step = int(options[centroid.SEARCH_STEP])
+    left, row, count = line[0], line[1], line[2]
+    light = np.empty(count)
+    for k in range(count):
+        light[k] = float(samples[k])
+    if black.size > 0:
+        for k in range(count):
+            light[k] -= float(black[row, left + k * step])
+    threshold = options[centroid.THRESHOLD]
+    limit = threshold + centroid.level_of(light, threshold)
+    above = 0
+    for k in range(count):
+        above += 1 if light[k] > limit else 0
+    if above == 0:
+        # Nearly every line is dark, and counting is much faster than looking.
+        return n_hits
+    half = 0.5 * options[centroid.WINDOW]
+    for k in range(count):
+        u = left + k * step
+        if light[k] > limit and not _is_watched(slots, half, u, row):
+            n_hits = _enter(hits, n_hits, half, u, row, light[k])
+    return n_hits
+
+
+@compiled(centroid, windows)
+def _is_watched(slots: Float, half: float, u: float, v: float) -> bool:
+    for s in range(len(slots)):
+        if (
+            slots[s, windows.PHASE] != windows.NOBODY
+            and abs(slots[s, windows.SLOT_U] - u) < half
+            and abs(slots[s, windows.SLOT_V] - v) < half
+        ):
+            return True
+    return False
+
+
+@compiled(centroid, windows)
+def _enter(hits: Float, n_hits: int, half: float, u: float, v: float, value: float) -> int:
+    at = min(n_hits, len(hits) - 1)
+    for k in range(n_hits):
+        if abs(hits[k, HIT_U] - u) < half and abs(hits[k, HIT_V] - v) < half:
+            at = k
+            break
+    if at < n_hits and value <= hits[at, HIT_LIGHT]:
+        return n_hits
+    n_hits = max(n_hits, at + 1)
+    while at > 0 and hits[at - 1, HIT_LIGHT] < value:
+        hits[at] = hits[at - 1]
+        at -= 1
+    hits[at, HIT_U], hits[at, HIT_V], hits[at, HIT_LIGHT] = u, v, value
+    return n_hits
+
+
+@compiled(centroid, windows)
+def _place(
+    slots: Float, regions: Int, anywhere: bool, options: Float, hits: Float, n_hits: int
+) -> None:
+    """Give the hits to free slots, each to the one that gave up its LED nearest to it."""
+    half = 0.5 * options[centroid.WINDOW]
+    for k in range(n_hits):
+        u, v = hits[k, HIT_U], hits[k, HIT_V]
+        if _is_watched(slots, half, u, v):
+            continue
+        chosen, nearest = -1, np.inf
+        for s in range(len(slots)):
+            if slots[s, windows.PHASE] != windows.NOBODY:
+                continue
+            if not anywhere and not (s < len(regions) and _inside(regions[s], u, v)):
+                continue
+            far = np.hypot(slots[s, windows.HOME_U] - u, slots[s, windows.HOME_V] - v)
+            # A slot that never saw an LED holds NaN; it is better than one that saw a far one.
+            far = far if far <= _REMEMBER_PX else 2.0 * _REMEMBER_PX + (far > _REMEMBER_PX)
+            if far < nearest:
+                chosen, nearest = s, far
+        if chosen >= 0:
+            slot = slots[chosen]
+            slot[: windows.HOME_U] = 0.0
+            slot[windows.SLOT_U], slot[windows.SLOT_V] = u, v
+            slot[windows.PHASE] = windows.TRIAL
+
+
+@compiled(centroid, windows)
+def _inside(region: Int, u: float, v: float) -> bool:
+    return bool(region[0] <= u < region[0] + region[2] and region[1] <= v < region[1] + region[3])

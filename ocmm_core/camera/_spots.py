@@ -1,0 +1,245 @@
+"""Spots as the electronics of a camera find them: options, words and results.
+
+Each of eight slots has a window that follows its LED; the light in it becomes a position with its
+variance, or a word that says why there is none. `finder` does it, with the loops in `centroid`
+(one window), `windows` (following) and `search` (finding).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import _centroid as centroid
+from ocmm_core.camera._rig import MAX_SLOTS
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+
+_SEARCH_PIXELS_PER_S = 16.4e6
+"""Pixels that the search reads beside the windows: half of the sensor's 33 MHz (thesis 2.1)."""
+_HOLD_NS = 100_000_000
+_SMALLEST_WINDOW, _LARGEST_WINDOW = 12, 64
+
+
+class SpotStatus(IntEnum):
+    """What a slot says in one frame; only GOOD comes with a position."""
+
+    GOOD = centroid.GOOD
+    FREE = centroid.FREE
+    """No LED is assigned to the slot."""
+    DARK = centroid.DARK
+    """Nothing in the window is brighter than the threshold."""
+    EDGE = centroid.EDGE
+    """The spot touches the edge of the window."""
+    CROWDED = centroid.CROWDED
+    """There are two spots in the window."""
+    SATURATED = centroid.SATURATED
+    """The spot is overexposed; its window goes on following it."""
+    SMALL = centroid.SMALL
+    LARGE = centroid.LARGE
+    ELONGATED = centroid.ELONGATED
+    """A reflection, or two LEDs in one."""
+    DIM = centroid.DIM
+    """The position would be less certain than allowed."""
+    SHARED = centroid.SHARED
+    """Another window holds the same spot."""
+    JUMPED = centroid.JUMPED
+    """The light of the spot is not that of the LED which the slot follows."""
+    UNCONFIRMED = centroid.UNCONFIRMED
+    """The spot has not been seen often enough since it was found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A rectangle of pixels: its first pixel and its size, px."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class SpotOptions:
+    """How spots are found and judged; lengths in px, light in counts of the converter.
+
+    Attributes
+    ----------
+    threshold
+        Height above the background from which on a pixel belongs to a spot: five times the read
+        noise, so that dark pixels pass once in a minute or less.
+    read_noise
+        Standard deviation of a dark pixel from frame to frame.
+    dark_spread
+        Standard deviation of the dark signal from pixel to pixel; counts as noise where there is
+        no black image.
+    black_frames
+        Frames of which a black image is the mean.
+    response_spread
+        Relative standard deviation of the response to light from pixel to pixel.
+    electrons_per_count
+        For the shot noise.
+    full_scale
+        A pixel with this value is overexposed.
+    weight_sigma
+        Of the Gaussian weight; best near 1.3 times that of the spot.
+    min_pixels, max_pixels
+        Above the threshold.
+    max_elongation
+        Ratio of the axes that a spot without noise may have; noise is allowed for. Two equal LEDs
+        in one spot are told from 2 px on; what is nearer tells itself by its light.
+    max_sigma
+        A position that is less certain is not reported.
+    window
+        Width and height of a window.
+    separation
+        Spots of two slots nearer than this are the same spot.
+    flux_low, flux_high
+        How far the light may change against what this LED usually has.
+    confirm
+        A new spot is reported from this frame on.
+    hold
+        Frames for which a window waits for its LED before the slot is given up.
+    search_step, search_lines
+        The search reads every second line and pixel (two), and so many lines a frame.
+    """
+
+    threshold: float = 200.0
+    read_noise: float = 40.0
+    dark_spread: float = 60.0
+    black_frames: int = 64
+    response_spread: float = 0.01
+    electrons_per_count: float = 1.0
+    full_scale: float = 16383.0
+    weight_sigma: float = 1.3
+    min_pixels: int = 4
+    max_pixels: int = 64
+    max_elongation: float = 1.25
+    max_sigma: float = 0.15
+    window: int = 16
+    separation: float = 3.0
+    flux_low: float = 0.5
+    flux_high: float = 1.6
+    confirm: int = 3
+    hold: int = 800
+    search_step: int = 2
+    search_lines: int = 2
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot work.
+
+        Raises
+        ------
+        InputError
+            A window is too small for the weight or too large to be read, or a number that must be
+            positive is not.
+        """
+        for name in ("threshold", "electrons_per_count", "weight_sigma", "max_sigma",
+                     "black_frames", "confirm", "search_step", "search_lines"):  # fmt: skip
+            if not getattr(self, name) > 0:
+                raise InputError(
+                    "camera.spots",
+                    f"Field '{name}' of the spot options is {getattr(self, name)}, "
+                    "but must be greater than zero.",
+                    "Correct that field.",
+                )
+        if not _SMALLEST_WINDOW <= self.window <= _LARGEST_WINDOW:
+            raise InputError(
+                "camera.spots",
+                f"The windows are {self.window} px wide.",
+                f"Give {_SMALLEST_WINDOW} to {_LARGEST_WINDOW} px.",
+            )
+
+    def at_period(self, frame_period_ns: int, width: int) -> SpotOptions:
+        """Return these options with the times that suit a frame period and a sensor width, px."""
+        samples = _SEARCH_PIXELS_PER_S * frame_period_ns * 1e-9
+        return replace(
+            self,
+            hold=max(1, round(_HOLD_NS / frame_period_ns)),
+            search_lines=max(1, int(samples / (width / self.search_step))),
+        )
+
+    def packed(self) -> Float:
+        """Return the numbers as the compiled loops take them, (N_OPTIONS,)."""
+        return np.array(
+            [
+                self.threshold, self.read_noise, self.dark_spread, self.black_frames,
+                self.response_spread, self.electrons_per_count,
+                self.full_scale, self.weight_sigma, self.min_pixels, self.max_pixels,
+                self.max_elongation, self.max_sigma, self.window, self.separation,
+                self.flux_low, self.flux_high, self.confirm, self.hold,
+                self.search_step, self.search_lines,
+            ],
+            dtype=np.float64,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class SpotReading:
+    """What one window says by itself.
+
+    Attributes
+    ----------
+    status
+        Whether this is one LED.
+    uv
+        (2,), px of the sensor: also given where the spot is refused, NaN in the dark.
+    variance
+        (2,), px^2: of read noise, photons and converter, and of what the pixels keep of their
+        differences.
+    flux, peak, background
+        Counts: weighted light, brightest pixel of the spot above the background, background.
+    pixels
+        Above the threshold.
+    elongation
+        Ratio of the axes.
+    """
+
+    status: SpotStatus
+    uv: Float
+    variance: Float
+    flux: float
+    peak: float
+    background: float
+    pixels: int
+    elongation: float
+
+
+@dataclass(frozen=True, slots=True)
+class SpotBlock:
+    """What a camera says about consecutive frames.
+
+    Attributes
+    ----------
+    valid
+        (n,) uint16: bit s says that slot s holds a spot.
+    saturated
+        (n,) bool: a spot is overexposed.
+    status
+        (n, 8) uint8: `SpotStatus`.
+    uv, variance
+        (n, 8, 2), px and px^2; NaN where not valid.
+    """
+
+    valid: NDArray[np.uint16]
+    saturated: NDArray[np.bool_]
+    status: NDArray[np.uint8]
+    uv: Float
+    variance: Float
+
+    @classmethod
+    def empty(cls, n: int) -> SpotBlock:
+        """Return room for ``n`` frames."""
+        return cls(
+            valid=np.zeros(n, np.uint16),
+            saturated=np.zeros(n, np.bool_),
+            status=np.full((n, MAX_SLOTS), SpotStatus.FREE, np.uint8),
+            uv=np.full((n, MAX_SLOTS, 2), np.nan),
+            variance=np.full((n, MAX_SLOTS, 2), np.nan),
+        )
+
+    def __len__(self) -> int:
+        return len(self.valid)

@@ -1,0 +1,221 @@
+"""The compiled bookkeeping of the eight windows: aim them, judge the readings, follow, let go.
+
+A window stands where its LED is expected: at the last position plus the motion of one frame. The
+window of an LED that is hidden moves on with the others, so that it often meets its LED again;
+nothing is reported meanwhile. After a while the slot is given up, and the search in `search` fills
+it anew.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import _centroid as centroid
+from ocmm_core.camera._compiled import compiled
+from ocmm_core.geometry import Float, Int
+
+SLOT_U, SLOT_V, MOVE_U, MOVE_V, LIGHT, PHASE, SEEN, MISSED, HOME_U, HOME_V = range(10)
+"""Columns of a slot: last or presumed position and motion of one frame (px), usual light (counts),
+phase, consecutive frames seen (up to `CONFIRM`) and not seen, place where its last LED was given up
+(px, NaN where there never was one)."""
+N_SLOT = 10
+
+NOBODY, TRIAL, FOLLOWED = 0, 1, 2
+"""Phases: free; one candidate that must still prove itself; an LED."""
+
+_GAIN = 0.5
+"""Part of a surprise that is taken as motion: after three frames the window stands within an eighth
+of the first surprise, and a single bad position does not throw it."""
+_MEMORY = 0.99
+"""What is left, each frame, of a hidden LED's own motion against that of the others: at 8 kHz it
+lasts for 12 ms, as long as a crossing of two LEDs or the edge of a part."""
+_LIGHT_GAIN = 1.0 / 16.0
+
+
+@compiled(centroid)
+def corner(position: float, size: int, limit: int) -> int:
+    """Return the first pixel of a window of ``size`` about a position, kept on the sensor."""
+    return min(max(int(np.floor(position - 0.5 * (size - 1) + 0.5)), 0), limit - size)
+
+
+@compiled(centroid)
+def aim(slots: Float, options: Float, width: int, height: int, corners: Int) -> None:
+    """Fill in where the next windows stand, ``corners`` (8, 2): left and top; -1 of a free slot."""
+    size = int(options[centroid.WINDOW])
+    for s in range(len(slots)):
+        if slots[s, PHASE] == NOBODY:
+            corners[s, 0] = corners[s, 1] = -1
+        else:
+            corners[s, 0] = corner(slots[s, SLOT_U] + slots[s, MOVE_U], size, width)
+            corners[s, 1] = corner(slots[s, SLOT_V] + slots[s, MOVE_V], size, height)
+
+
+@compiled(centroid)
+def read(
+    pixels: NDArray[np.uint16],
+    corners: Int,
+    black: NDArray[np.uint16],
+    slots: Float,
+    options: Float,
+    readings: Float,
+) -> None:
+    """Measure the windows ``pixels`` (8, w, w) at ``corners`` (8, 2) and move the slots on.
+
+    ``readings`` (8, N_READING) is the output.
+    """
+    size = pixels.shape[1]
+    light = np.empty((size, size))
+    mark = np.empty((size, size), np.uint8)
+    stack = np.empty(size * size, np.int64)
+    for s in range(len(slots)):
+        if corners[s, 0] < 0:
+            readings[s, :] = np.nan
+            readings[s, centroid.STATUS] = centroid.FREE
+        else:
+            centroid.measure(
+                pixels[s], corners[s, 0], corners[s, 1], black, options, light, mark, stack,
+                readings[s],
+            )  # fmt: skip
+    settle(slots, options, readings)
+
+
+@compiled(centroid)
+def settle(slots: Float, options: Float, readings: Float) -> None:
+    """Judge the readings (8, N_READING) of one frame together and move the slots on.
+
+    The status of a reading that is good by itself may become SHARED (another window holds the same
+    spot), JUMPED (its light is no longer that of this LED) or UNCONFIRMED (too new).
+    """
+    _judge_light(slots, options, readings)
+    _judge_pairs(slots, options, readings)
+    group_u, group_v = _group_motion(slots, readings)
+    confirm = int(options[centroid.CONFIRM])
+    for s in range(len(slots)):
+        slot, reading = slots[s], readings[s]
+        if slot[PHASE] == NOBODY:
+            continue
+        status = reading[centroid.STATUS]
+        if status == centroid.GOOD or status == centroid.SATURATED:
+            _follow(slot, reading, confirm)
+            if slot[SEEN] >= confirm:
+                slot[PHASE] = FOLLOWED
+            elif status == centroid.GOOD:
+                reading[centroid.STATUS] = centroid.UNCONFIRMED
+        elif slot[PHASE] == TRIAL:
+            slot[PHASE] = NOBODY
+        elif slot[MISSED] >= options[centroid.HOLD]:
+            slot[PHASE] = NOBODY
+            slot[HOME_U], slot[HOME_V] = slot[SLOT_U], slot[SLOT_V]
+        else:
+            slot[MISSED] += 1.0
+            if slot[MISSED] > confirm:
+                # What comes after that may be something else, and proves itself as a new spot does.
+                slot[SEEN] = 0.0
+            slot[MOVE_U] = group_u + _MEMORY * (slot[MOVE_U] - group_u)
+            slot[MOVE_V] = group_v + _MEMORY * (slot[MOVE_V] - group_v)
+            slot[SLOT_U] += slot[MOVE_U]
+            slot[SLOT_V] += slot[MOVE_V]
+
+
+@compiled(centroid)
+def _follow(slot: Float, reading: Float, confirm: int) -> None:
+    surprise_u = reading[centroid.U] - slot[SLOT_U] - slot[MOVE_U]
+    surprise_v = reading[centroid.V] - slot[SLOT_V] - slot[MOVE_V]
+    slot[SLOT_U], slot[SLOT_V] = reading[centroid.U], reading[centroid.V]
+    slot[MOVE_U] += _GAIN * surprise_u
+    slot[MOVE_V] += _GAIN * surprise_v
+    if slot[PHASE] == TRIAL:
+        slot[LIGHT] = reading[centroid.FLUX]
+    else:
+        slot[LIGHT] += _LIGHT_GAIN * (reading[centroid.FLUX] - slot[LIGHT])
+    slot[SEEN] = min(slot[SEEN] + 1.0, float(confirm))
+    slot[MISSED] = 0.0
+
+
+@compiled(centroid)
+def _judge_light(slots: Float, options: Float, readings: Float) -> None:
+    for s in range(len(slots)):
+        if slots[s, PHASE] == FOLLOWED and readings[s, centroid.STATUS] == centroid.GOOD:
+            ratio = readings[s, centroid.FLUX] / slots[s, LIGHT]
+            if not options[centroid.FLUX_LOW] <= ratio <= options[centroid.FLUX_HIGH]:
+                readings[s, centroid.STATUS] = centroid.JUMPED
+
+
+@compiled(centroid)
+def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
+    """Let no two windows report the same spot.
+
+    Who saw an LED there in the frame before keeps it; where both or neither did, two LEDs may have
+    merged and nobody can tell whose light this is.
+    """
+    n = len(slots)
+    near = options[centroid.SEPARATION]
+    shared = np.zeros(n, np.bool_)
+    for s in range(n):
+        if not _located(slots[s], readings[s]):
+            continue
+        for t in range(s + 1, n):
+            if not _located(slots[t], readings[t]):
+                continue
+            if (
+                abs(readings[s, centroid.U] - readings[t, centroid.U]) > near
+                or abs(readings[s, centroid.V] - readings[t, centroid.V]) > near
+            ):
+                continue
+            owns_s = slots[s, PHASE] == FOLLOWED and slots[s, MISSED] == 0.0
+            owns_t = slots[t, PHASE] == FOLLOWED and slots[t, MISSED] == 0.0
+            shared[s] |= owns_t or not owns_s
+            shared[t] |= owns_s or not owns_t
+    for s in range(n):
+        if shared[s]:
+            readings[s, centroid.STATUS] = centroid.SHARED
+
+
+@compiled(centroid)
+def _located(slot: Float, reading: Float) -> bool:
+    status = reading[centroid.STATUS]
+    found = status == centroid.GOOD or status == centroid.SATURATED or status == centroid.JUMPED
+    return bool(slot[PHASE] != NOBODY and found)
+
+
+@compiled(centroid)
+def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
+    """Return the mean motion of the LEDs that are seen; zero where none is."""
+    u = v = 0.0
+    n = 0
+    for s in range(len(slots)):
+        if (
+            slots[s, PHASE] == FOLLOWED
+            and slots[s, MISSED] == 0.0
+            and readings[s, centroid.STATUS] == centroid.GOOD
+        ):
+            u += readings[s, centroid.U] - slots[s, SLOT_U]
+            v += readings[s, centroid.V] - slots[s, SLOT_V]
+            n += 1
+    if n:
+        u /= n
+        v /= n
+    return u, v
+
+
+@compiled(centroid)
+def report(
+    readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
+) -> tuple[int, bool]:
+    """Write what one frame says to ``uv`` (8, 2), ``variance`` (8, 2) and ``status`` (8,).
+
+    Returns the bits of the valid slots, and whether any spot is overexposed.
+    """
+    valid, saturated = 0, False
+    for s in range(len(readings)):
+        found = int(readings[s, centroid.STATUS])
+        status[s] = found
+        saturated |= found == centroid.SATURATED
+        good = found == centroid.GOOD
+        if good:
+            valid |= 1 << s
+        for a in range(2):
+            uv[s, a] = readings[s, centroid.U + a] if good else np.nan
+            variance[s, a] = readings[s, centroid.VAR_U + a] if good else np.nan
+    return valid, saturated

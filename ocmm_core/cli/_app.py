@@ -1,0 +1,402 @@
+"""The commands of ``ocmm`` and their options."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ocmm_core import __version__
+from ocmm_core.cli.bus import bus_app, rig_app
+from ocmm_core.cli.calibrate import (
+    calibrate_app,
+    check_tip_command,
+    mount_tip,
+    probe_command,
+    probe_history,
+    probe_status,
+    tip_command,
+    write_cameras,
+)
+from ocmm_core.cli.measure import (
+    align_command,
+    align_plan_command,
+    await_part,
+    compare_command,
+    exit_code,
+    missing_sentences,
+    plan_app,
+    print_explanations,
+    print_table,
+    print_verdict,
+    recall_command,
+    report_command,
+    run_job,
+)
+from ocmm_core.cli.study import (
+    fit_command,
+    probe_app,
+    study_app,
+    uncertainty_command,
+    verify_fits_command,
+)
+from ocmm_core.cli.terminal import (
+    CalibrationsOption,
+    CheckAfterOption,
+    CompensatePartOption,
+    CompensateProbeOption,
+    ForceOption,
+    IncompleteOption,
+    OutOption,
+    PartExpansionOption,
+    PartOption,
+    PartTemperatureOption,
+    PlanOption,
+    ProbeDesignOption,
+    ProbeOption,
+    ProbesOption,
+    ProbeTemperatureOption,
+    ReferenceOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+    StreamHostOption,
+    StreamOption,
+    StreamTokenOption,
+    TemperatureSigmaOption,
+    TipOption,
+    UncalibratedOption,
+    make_console,
+)
+from ocmm_core.composition import (
+    DEFAULT_SEED,
+    DEMO_PART,
+    DEMO_PLAN,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    VIRTUAL_BUSES,
+    ClimateRequest,
+    StationRequest,
+    build_station,
+    stream_options,
+    true_values,
+)
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.archive import next_serial
+
+app = typer.Typer(
+    name="ocmm",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Measure parts with an optical coordinate measuring machine.\n\n"
+    "Cameras watch the LEDs of a hand-held probe; OCMM computes where its ball is, fits features "
+    "to the points that are touched and decides over their tolerances.\n\n"
+    "Exit codes: 0 every characteristic conforms, 1 one does not or is not proven to, "
+    "2 could not measure, or not all, 3 the program failed: the message names the cause and a log "
+    "file.",
+    epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
+    "resources folder are examples for your own.",
+)
+app.command(name="align")(align_command)
+app.command(name="align-plan")(align_plan_command)
+app.command(name="compare")(compare_command)
+app.command(name="uncertainty")(uncertainty_command)
+app.command(name="report")(report_command)
+app.command(name="recall")(recall_command)
+app.command(name="fit")(fit_command)
+app.command(name="verify-fits")(verify_fits_command)
+app.add_typer(rig_app, name="rig")
+app.add_typer(bus_app, name="bus")
+app.add_typer(calibrate_app, name="calibrate")
+app.add_typer(study_app, name="study")
+app.add_typer(probe_app, name="probe")
+app.add_typer(plan_app, name="plan")
+calibrate_app.command()(write_cameras)
+calibrate_app.command(name="probe")(probe_command)
+calibrate_app.command(name="tip")(tip_command)
+calibrate_app.command(name="check-tip")(check_tip_command)
+for command in (mount_tip, probe_status, probe_history):
+    calibrate_app.command()(command)
+
+
+class Theme(StrEnum):
+    """Colours of the window."""
+
+    DARK = "dark"
+    LIGHT = "light"
+    CONTRAST = "contrast"
+
+
+class Order(StrEnum):
+    """Order of probing."""
+
+    PLAN = "plan"
+    ANY = "any"
+
+
+_OUT = Path("ocmm-out")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"ocmm {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def demo(
+    *,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="Measure on the terminal, without the window.")
+    ] = False,
+    source: SourceOption = "simulated",
+    plan: PlanOption = DEMO_PLAN,
+    out: OutOption = _OUT,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            "--speed", min=0.0, help="Default: 1 (real time) in the window, 0 (full) else."
+        ),
+    ] = None,
+    theme: Annotated[Theme, typer.Option("--theme", help="Colours of the window.")] = Theme.DARK,
+    incomplete: IncompleteOption = False,
+) -> None:
+    """Measure the demonstration part on the virtual rig.
+
+    Opens the window where there is a display. Without one, or with --headless, measures the whole
+    part and prints the table with the true values beside the measured ones.
+    """
+    if not headless and _has_display():
+        command = [
+            sys.executable, "-m", "ocmm_gui", "--source", source, "--plan", str(plan),
+            "--out", str(out), "--seed", str(seed), "--theme", theme.value,
+            "--speed", str(1.0 if speed is None else speed),
+        ]  # fmt: skip
+        raise typer.Exit(subprocess.run(command, check=False).returncode)  # noqa: S603 - our own interpreter and module
+    request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
+    _measure(request, with_truth=True, incomplete=incomplete)
+
+
+@app.command()
+def measure(
+    *,
+    plan: Annotated[
+        Path | None, typer.Option("--plan", help="Plan document (TOML): what to measure.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            help="Folder for the job file and the report; that of the job for --continue.",
+        ),
+    ] = None,
+    source: SourceOption = "simulated",
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    reference: ReferenceOption = None,
+    part: PartOption = DEMO_PART,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    operator: Annotated[str, typer.Option("--operator", help="Who measures.")] = "unnamed",
+    serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
+    order_number: Annotated[
+        str, typer.Option("--order-number", help="Number of the order, for the report.")
+    ] = "",
+    batch: Annotated[str, typer.Option("--batch", help="Batch that the part belongs to.")] = "",
+    parts: Annotated[
+        int,
+        typer.Option(
+            "--parts",
+            min=1,
+            help="Measure so many parts one after the other, a job file each; the serial number is "
+            "counted on. Before each further one it is waited for Enter, so that the part can be "
+            "changed; virtual rigs change it themselves.",
+        ),
+    ] = 1,
+    go_on: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue",
+            help="Go on with this job file, by the plan it was begun with, instead of a new job.",
+        ),
+    ] = None,
+    order: Annotated[
+        Order, typer.Option("--order", help="Probe in the order of the plan, or in any.")
+    ] = Order.PLAN,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep all raw frames in this file as well.")
+    ] = None,
+    thesis: Annotated[
+        bool,
+        typer.Option("--thesis", help="Compute poses by the method of the thesis, to compare."),
+    ] = False,
+    calibrations: CalibrationsOption = None,
+    uncalibrated: UncalibratedOption = False,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    check_after: CheckAfterOption = 8.0,
+    probe_design: ProbeDesignOption = None,
+    probe_temperature: ProbeTemperatureOption = None,
+    compensate_probe: CompensateProbeOption = False,
+    part_temperature: PartTemperatureOption = None,
+    part_expansion: PartExpansionOption = None,
+    compensate_part: CompensatePartOption = False,
+    temperature_sigma: TemperatureSigmaOption = 0.5,
+    force: ForceOption = False,
+    stream: StreamOption = None,
+    stream_host: StreamHostOption = "127.0.0.1",
+    stream_token: StreamTokenOption = None,
+    incomplete: IncompleteOption = False,
+) -> None:
+    """Measure a part by a plan, and write the job file and the PolyWorks report.
+
+    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report is a few files
+    beside it: _job.csv with the verdict on the part, _report.csv, _features.csv, _points.csv, a
+    cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
+    --incomplete no report is written of a job that lacks something.
+    """
+    if plan is None and go_on is None:
+        raise InputError(
+            "measure.plan",
+            "Neither a plan nor a job to go on with is given.",
+            "Give --plan FILE, or --continue JOB.",
+        )
+    if parts > 1 and go_on is not None:
+        raise InputError(
+            "measure.parts",
+            "One job is gone on with, but --parts wants several.",
+            "Go on with the job first, then measure the other parts.",
+        )
+    request = StationRequest(
+        plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
+        probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
+        serial=serial, order=order_number, batch=batch, resume=go_on,
+        probing="any" if order is Order.ANY else "plan", record=record, force=force,
+        reference=reference,
+        calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
+        check_after_h=check_after,
+        climate=ClimateRequest(
+            probe_design, probe_temperature, part_temperature, temperature_sigma, part_expansion,
+            compensate_probe, compensate_part,
+        ),
+        method="thesis" if thesis else "gauss-newton",
+        stream=stream_options(stream, stream_host, stream_token),
+    )  # fmt: skip
+    _measure(request, with_truth=False, parts=parts, incomplete=incomplete)
+
+
+@app.command()
+def record(
+    *,
+    out: Annotated[Path, typer.Option("--out", help="File for the recording.")],
+    source: SourceOption = "simulated",
+    plan: PlanOption = DEMO_PLAN,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    reference: ReferenceOption = None,
+    part: PartOption = DEMO_PART,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", min=0.1, help="Stop after this much bus time; else at the end."),
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Record the raw frames of a source, to be measured later with --source replay:FILE.
+
+    The recording is safe against a crash at any moment: what is whole up to then can be replayed.
+    Stop a live source with --seconds or Ctrl-C.
+    """
+    from ocmm_core.cli.measure import record_source
+
+    request = StationRequest(
+        plan=plan, out=out.parent, rig=rig, probe=probe, part=part, source=source, seed=seed,
+        speed=speed, force=force, reference=reference,
+    )  # fmt: skip
+    record_source(request, out, seconds, make_console())
+
+
+@app.command()
+def bench(
+    *,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.2, help="How long each figure is measured.")
+    ] = 2.0,
+    memory: Annotated[
+        float,
+        typer.Option(
+            "--memory", min=0.0, help="Also run the whole chain for so many minutes of bus time."
+        ),
+    ] = 0.0,
+) -> None:
+    """Print the speed of the hot path on this machine, as ratios against limits and a peer.
+
+    With --memory 60 the whole chain runs for an hour of bus time at full speed (some minutes on
+    the clock), and its memory is printed ten times.
+    """
+    from ocmm_core.cli.study import print_run, run_bench, run_for
+
+    console = make_console()
+    run_bench(seconds, console)
+    if memory > 0.0:
+        print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
+
+
+def _measure(
+    request: StationRequest, *, with_truth: bool, parts: int = 1, incomplete: bool = False
+) -> None:
+    console = make_console()
+    code = 0
+    beside: list[OcmmError] = []
+    if parts > 1:
+        # Better before the first part than after it.
+        next_serial(request.serial)
+    for part in range(parts):
+        if part:
+            request = replace(request, serial=next_serial(request.serial))
+            if request.source not in ("simulated", *VIRTUAL_BUSES):
+                # The virtual rig puts a new part in place by itself; nothing else does.
+                replayed = request.source.startswith("replay:")
+                await_part(console, part + 1, parts, request.serial, replayed=replayed)
+        built = build_station(request)
+        view = run_job(built, request.out, console, incomplete=incomplete)
+        truth = None
+        if with_truth and built.virtual is not None:
+            truth = true_values(built.station.plan, built.virtual.part)
+        print_table(console, view, truth)
+        print_explanations(console, built.station.explanations())
+        print_verdict(console, view)
+        if not view.part_verdict.complete:
+            typer.echo(missing_sentences(view, built.job_path, written=incomplete), err=True)
+        code = max(code, exit_code(view))
+        beside += [fault.error for fault in built.station.faults_beside]
+    if beside:
+        # The parts are measured; what was wanted besides, e.g. a recording, is not there.
+        raise beside[0]
+    raise typer.Exit(code)
+
+
+def _has_display() -> bool:
+    """Return whether a window can be shown; asked of the environment, without loading Qt."""
+    if sys.platform != "linux":
+        return True
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"))

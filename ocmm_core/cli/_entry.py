@@ -1,0 +1,68 @@
+"""Where ``ocmm`` begins and ends: every fault becomes a sentence and an exit code."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from typing import NoReturn
+
+from ocmm_core.blas import use_one_thread
+from ocmm_core.errors import InternalError, OcmmError
+from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained
+
+COULD_NOT_MEASURE = 2
+
+_SAFE = "Every point that was taken is in its job file."
+
+
+def main() -> None:
+    """Run the command line; every fault, also one nobody foresaw, is a sentence and its remedy."""
+    with ThreadNet(_tell) as threads:
+        try:
+            _run()
+        except SystemExit as end:
+            if threads.caught:
+                sys.exit(EXIT_INTERNAL)
+            cause = end.__context__
+            if end.code == 1 and isinstance(cause, Exception) and _is_crash(cause):
+                # typer calls the end of a pipe or of a file "aborted", with the code of a part
+                # that does not conform.
+                _give_up(cause.__cause__ or cause)
+            raise
+        except KeyboardInterrupt:
+            sys.stderr.write("ocmm: stopped; every point that was taken is in the job file.\n")
+            sys.exit(130)
+        except Exception as error:
+            _give_up(error)
+        if threads.caught:
+            sys.exit(EXIT_INTERNAL)
+
+
+def _run() -> None:
+    use_one_thread()
+    # typer and the rooms behind it take a while to load; a worker process that imports this
+    # package by chance should not pay for them.
+    from ocmm_core.cli._app import app
+
+    app()
+
+
+def _is_crash(error: Exception) -> bool:
+    """Return whether typer ended because of an exception, not because the command said so."""
+    return type(error).__name__ != "Exit"
+
+
+def _give_up(error: BaseException) -> NoReturn:
+    told = contained(error, "The command", _SAFE)
+    _tell(told)
+    sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
+
+
+def _tell(error: OcmmError) -> None:
+    # Where nobody reads it any more, the code still says it.
+    with contextlib.suppress(OSError):
+        sys.stderr.write(f"ocmm: {error.what}\n      {error.remedy}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""``ocmm bus``: look at the cameras on the bus and at what they hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.table import Table
+
+from ocmm_core.camera import load_rig
+from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
+from ocmm_core.cli.bus._decode import decode_capture
+from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
+from ocmm_core.cli.bus._session import open_bus, scan
+from ocmm_core.cli.bus._watch import watch_bus
+from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
+from ocmm_core.composition import RECOMMENDED_RIG, identities
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.device import assign
+
+bus_app = typer.Typer(
+    no_args_is_help=True,
+    help="Look at the cameras on the bus, and at what they hold.\n\n"
+    "All commands but 'decode' take the bus into operation and give it back at their end; nothing "
+    "else may use it meanwhile. --source ethercat:virtual tries them on software cameras.",
+)
+object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
+bus_app.add_typer(object_app, name="object")
+bus_app.add_typer(black_app, name="black")
+bus_app.add_typer(intrinsics_app, name="intrinsics")
+bus_app.command()(snapshot)
+bus_app.command()(history)
+
+_AddressArgument = Annotated[
+    str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")
+]
+
+
+@bus_app.command("scan")
+def scan_command(
+    *, source: BusOption, rig: RigOption = RECOMMENDED_RIG, force: ForceOption = False
+) -> None:
+    """List the devices on the bus and compare them with the rig.
+
+    Configures nothing. Exit code 0: they are the cameras of the rig.
+    """
+    console = make_console()
+    expected = identities(load_rig(rig))
+    devices = scan(source, rig, force=force)
+    names = {camera.serial: camera.name for camera in expected}
+    table = Table(box=box.SIMPLE_HEAD)
+    for title in ("Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State"):
+        table.add_column(title, no_wrap=True)
+    for position, scanned in enumerate(devices, start=1):
+        device = scanned.device
+        serial = device.serial if device.serial is not None else -1
+        table.add_row(
+            str(position), names.get(serial, "not in the rig"), str(device.serial),
+            str(device.alias), f"{device.vendor:#010x}", f"{device.product:#010x}",
+            f"{device.revision:#010x}", scanned.state,
+        )  # fmt: skip
+    console.print(table)
+    try:
+        assign([scanned.device for scanned in devices], expected)
+    except BusError as error:
+        console.print(f"{error.what} {error.remedy}", highlight=False)
+        raise typer.Exit(1) from error
+    console.print("These are the cameras of the rig.")
+
+
+@object_app.command()
+def read(
+    camera: CameraArgument,
+    address: _AddressArgument,
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the bytes to this file instead.")
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Print an entry of a camera's object dictionary: bytes, number and text."""
+    index, sub = _address(address)
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        value = bus.objects(camera).read(index, sub)
+    if out is not None:
+        write_bytes(out, value)
+        return
+    console = make_console()
+    console.print(f"{index:04x}:{sub:02x}  {len(value)} bytes", highlight=False)
+    console.print(value.hex(" ", 1) or "(empty)", highlight=False, soft_wrap=True)
+    if 1 <= len(value) <= 8:
+        console.print(f"number  {int.from_bytes(value, 'little')}", highlight=False)
+    if value and value.isascii() and value.decode("ascii").isprintable():
+        console.print(f"text    {value.decode('ascii')}", highlight=False, markup=False)
+
+
+@object_app.command()
+def write(
+    camera: CameraArgument,
+    address: _AddressArgument,
+    value: Annotated[str, typer.Argument(help="Bytes in hexadecimal as they travel: e.g. e803.")],
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Write an entry of a camera's object dictionary, read it back and compare."""
+    index, sub = _address(address)
+    try:
+        content = bytes.fromhex(value)
+    except ValueError:
+        raise InputError(
+            "bus.value",
+            f"VALUE is '{value}', which is no sequence of bytes in hexadecimal.",
+            "Give two digits for each byte, the lowest byte first.",
+        ) from None
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        objects = bus.objects(camera)
+        objects.write(index, sub, content)
+        found = objects.read(index, sub)
+    if found != content:
+        raise BusError(
+            "bus.value",
+            f"Camera '{camera}' holds {found.hex(' ')} in {index:04x}:{sub:02x} after "
+            f"{content.hex(' ')} was written.",
+            "This is right for commands; for a setting, check the value.",
+        )
+    make_console().print(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}")
+
+
+@bus_app.command()
+def watch(
+    *,
+    source: BusOption,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.2, help="How long the bus is run.")
+    ] = 5.0,
+    every: Annotated[
+        float | None,
+        typer.Option("--every", min=0.2, help="Also print the report every so many seconds."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the report at the end to this file.")
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Run the bus for a while and print its report: cameras, cycles, clocks, events.
+
+    It is the text that the window writes in Maintain, made to be mailed to support. Exit code 0:
+    the bus was in operation at the end.
+    """
+    console = make_console()
+    with open_bus(source, rig, force=force, wait=False) as bus:
+        text, in_operation = watch_bus(bus, seconds, every, console)
+    if out is not None:
+        write_bytes(out, text.encode("utf-8"))
+    raise typer.Exit(0 if in_operation else 1)
+
+
+@bus_app.command()
+def decode(
+    file: Annotated[Path, typer.Argument(help="Recorded with: tcpdump -i IFACE -s 2048 -w FILE.")],
+    *,
+    cameras: Annotated[
+        int,
+        typer.Option(
+            "--cameras",
+            min=0,
+            max=4,
+            help="How many there are, where the start of the cameras is not in the file.",
+        ),
+    ] = 0,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep the frames in this file, for replay.")
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+) -> None:
+    """Account for a bus that was recorded with tcpdump or tshark, down to the frames.
+
+    A file that begins before the cameras are started explains itself. Damaged, repeated and
+    contradicting answers are counted and not used.
+    """
+    decode_capture(file, cameras, record, load_rig(rig), make_console())
+
+
+def _address(text: str) -> tuple[int, int]:
+    index, _, sub = text.partition(":")
+    try:
+        address = int(index, 16), int(sub or "0", 16)
+    except ValueError:
+        address = (-1, -1)
+    if not (0 <= address[0] <= 0xFFFF and 0 <= address[1] <= 0xFF):
+        raise InputError(
+            "bus.address",
+            f"'{text}' is not the address of an object.",
+            "Give index and entry in hexadecimal, e.g. 1018:04.",
+        )
+    return address

@@ -1,0 +1,36 @@
+"""Options that the commands of ``ocmm bus`` share, and how they write their files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import StorageError
+
+BusOption = Annotated[
+    str,
+    typer.Option(
+        "--source",
+        help="'ethercat:IFACE' (cameras on that network interface), 'ethercat:IFACE+IFACE' (a ring "
+        "with a redundancy cable), 'ethercat:virtual', or 'ethercat:pixels' (software cameras that "
+        "compute their pictures, at 1 kHz).",
+    ),
+]
+CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all, and say where it is."""
+    try:
+        write_atomic(path, content)
+    except OSError as error:
+        raise StorageError(
+            "out.file",
+            f"{path}: cannot be written ({error.strerror}).",
+            "Give a file in a folder that exists and that you may write to.",
+        ) from error
+    make_console().print(f"{path}: {len(content)} bytes", highlight=False)

@@ -1,0 +1,75 @@
+"""``ocmm rig``: software cameras on named network interfaces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from ocmm_core.camera import load_rig
+from ocmm_core.cli.terminal import PartOption, PlanOption, ProbeOption, RigOption, SeedOption
+from ocmm_core.composition import (
+    DEFAULT_SEED,
+    DEMO_PART,
+    DEMO_PLAN,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    StationRequest,
+    segment_of,
+)
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.bus import RigStatus, rig_down, rig_status, rig_up
+
+rig_app = typer.Typer(
+    no_args_is_help=True,
+    help="Software cameras on named interfaces, for a second program to look at.\n\n"
+    "'up' makes a pair of virtual network interfaces (ocmm0 and ocmm1) and lets the cameras of the "
+    "virtual rig answer on one of them as EtherCAT slaves; a master, ocmm measure --source "
+    "ethercat:ocmm0 or any other, uses the other one. Needs root, and touches only interfaces that "
+    "it made.",
+)
+
+
+@rig_app.command()
+def up(
+    *,
+    plan: PlanOption = DEMO_PLAN,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    part: PartOption = DEMO_PART,
+    seed: SeedOption = DEFAULT_SEED,
+) -> None:
+    """Make the interfaces and start the software cameras; the script begins with operation."""
+    request = StationRequest(plan=plan, out=Path(), rig=rig, probe=probe, part=part, seed=seed)
+    _print(rig_up(segment_of(request, load_plan(plan), load_rig(rig))))
+
+
+@rig_app.command()
+def down() -> None:
+    """Stop the software cameras and remove the interfaces that 'up' made."""
+    removed = rig_down()
+    if removed is None:
+        Console().print("There is no virtual rig on named interfaces.")
+    else:
+        Console().print(f"Removed {removed.host}, {removed.cameras} and their cameras.")
+
+
+@rig_app.command()
+def status() -> None:
+    """Say what 'up' made and what of it runs."""
+    _print(rig_status())
+
+
+def _print(state: RigStatus) -> None:
+    console = Console()
+    record = state.record
+    if record is None:
+        console.print("There is no virtual rig on named interfaces. Make one: ocmm rig up")
+        return
+    console.print(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}")
+    running = f"running, process {record.pid}" if state.cameras_running else "not running"
+    console.print(f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}")
+    console.print(
+        f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ..."
+    )

@@ -1,0 +1,185 @@
+"""The bus for a command: brought to operation, asked, and given back."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.acquisition.bus_process import ChildProcess, RemoteObjects, ScanConfig, scan_command
+from ocmm_core.acquisition.frames import AcquisitionState, read_status
+from ocmm_core.camera import CameraModel, Rig, load_rig
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.composition import (
+    DEMO_PLAN,
+    VIRTUAL_BUSES,
+    Feed,
+    StationRequest,
+    make_feed,
+    segment_of,
+)
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
+from ocmm_core.fieldbus.wire import ScannedDevice, decode_scan
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.bus import scan_virtual
+
+_START_S = 60.0
+"""The bus process gives up by itself where starting is of no use."""
+_SCAN_S = 30.0
+_POLL_S = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class BusSession:
+    """A bus in operation.
+
+    Attributes
+    ----------
+    rig
+        Its cameras.
+    feed
+        What runs it.
+    process
+        The bus process.
+    """
+
+    rig: Rig
+    feed: Feed
+    process: ChildProcess
+
+    def objects(self, camera: str) -> RemoteObjects:
+        """Return the objects of a camera; raise InputError where the rig has none so named."""
+        return RemoteObjects(self.process, camera_of(self.rig, camera).name)
+
+    def report(self) -> BusReport | None:
+        """Return what the bus process last said about the bus."""
+        return decode_report(self.feed.ring.report())
+
+
+def camera_of(rig: Rig, name: str) -> CameraModel:
+    """Return a camera of the rig; raise InputError where it has none so named."""
+    for camera in rig.cameras:
+        if camera.name == name:
+            return camera
+    raise InputError(
+        "bus.no_camera",
+        f"The rig '{rig.name}' has no camera '{name}'.",
+        f"Give one of: {', '.join(camera.name for camera in rig.cameras)}.",
+    )
+
+
+@contextmanager
+def open_bus(
+    source: str, rig_path: Path, *, camera: str = "", force: bool = False, wait: bool = True
+) -> Iterator[BusSession]:
+    """Bring the bus of a source to operation, for as long as the context lasts.
+
+    Parameters
+    ----------
+    source, rig_path, force
+        As the commands take them.
+    camera
+        Who will be asked for; checked before anything is started.
+    wait
+        Without it the context begins when the bus process is started.
+
+    Raises
+    ------
+    InputError
+        The source is no EtherCAT bus, or the rig has no such camera.
+    BusError
+        It cannot be brought to operation.
+    """
+    if not source.startswith("ethercat:"):
+        raise _no_bus(source)
+    rig = load_rig(rig_path)
+    if camera:
+        camera_of(rig, camera)
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source, force=force)
+    feed = make_feed(request, load_plan(DEMO_PLAN), rig)
+    try:
+        process = feed.acquisition
+        if not isinstance(process, ChildProcess):
+            raise _no_bus(source)
+        process.start()
+        session = BusSession(rig, feed, process)
+        if wait:
+            with make_console().status("Bringing the cameras to operation"):
+                _await_operation(session)
+        yield session
+    finally:
+        feed.end()
+
+
+def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:
+    """Return who is on the bus of a source, without configuring it; errors as `open_bus`."""
+    kind, _, name = source.partition(":")
+    if kind != "ethercat" or not name:
+        raise _no_bus(source)
+    if source in VIRTUAL_BUSES:
+        request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
+        command, first_lines = scan_virtual(
+            segment_of(request, load_plan(DEMO_PLAN), load_rig(rig_path))
+        )
+    else:
+        command = scan_command()
+        first_lines = ScanConfig(interface=name, force=force).to_json()
+    return decode_scan(_ask(command, first_lines))
+
+
+def _ask(command: list[str], first_lines: bytes) -> bytes:
+    """Return what a program says whose input stays open until it has ended."""
+    with subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        if process.stdin is None or process.stderr is None or process.stdout is None:
+            raise BusError("bus.scan", "The bus cannot be looked at.", "Try again.")
+        process.stdin.write(first_lines)
+        process.stdin.flush()
+        try:
+            process.wait(_SCAN_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        answer, complaint = process.stdout.read(), process.stderr.read()
+    if process.returncode:
+        lines = complaint.decode("utf-8", errors="replace").strip().splitlines()
+        raise BusError(
+            "bus.scan",
+            lines[-1] if lines else f"The bus cannot be looked at (code {process.returncode}).",
+            "Then look again.",
+        )
+    return answer
+
+
+def _await_operation(session: BusSession) -> None:
+    deadline = time.monotonic() + _START_S
+    while True:
+        status = read_status(session.feed.ring)
+        if status.state is AcquisitionState.STOPPED:
+            raise status.error("bus.start", "Correct that and repeat the command.")
+        report = session.report()
+        running = status.state is AcquisitionState.RUNNING
+        if running and (report is None or report.phase is BusPhase.OPERATION):
+            return
+        if time.monotonic() > deadline:
+            phase = report.phase.value if report is not None else "starting"
+            why = f" ({report.message})" if report is not None and report.message else ""
+            raise BusError(
+                "bus.start",
+                f"The bus is not in operation after {_START_S:.0f} s; it is {phase}{why}.",
+                "Check power and cables of the cameras, then repeat the command.",
+            )
+        time.sleep(_POLL_S)
+
+
+def _no_bus(source: str) -> InputError:
+    return InputError(
+        "bus.source",
+        f"--source is {source!r}, which is no camera bus.",
+        "Give ethercat:IFACE for the cameras on a network interface, ethercat:virtual or "
+        "ethercat:pixels.",
+    )

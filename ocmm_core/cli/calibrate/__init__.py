@@ -1,0 +1,37 @@
+"""``ocmm calibrate``: cameras, probes and tips, run on the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.calibrate._calibrate import calibrate_app
+    from ocmm_core.cli.calibrate._probe import probe_command
+    from ocmm_core.cli.calibrate._probe_status import mount_tip, probe_history, probe_status
+    from ocmm_core.cli.calibrate._run import take_relocation_shots
+    from ocmm_core.cli.calibrate._tip import check_tip_command, tip_command
+    from ocmm_core.cli.calibrate._write_cameras import write_cameras
+else:
+    __getattr__ = door(
+        __name__,
+        _calibrate="calibrate_app",
+        _probe="probe_command",
+        _probe_status="mount_tip probe_history probe_status",
+        _run="take_relocation_shots",
+        _tip="check_tip_command tip_command",
+        _write_cameras="write_cameras",
+    )
+
+__all__ = [
+    "calibrate_app",
+    "check_tip_command",
+    "mount_tip",
+    "probe_command",
+    "probe_history",
+    "probe_status",
+    "take_relocation_shots",
+    "tip_command",
+    "write_cameras",
+]

@@ -1,0 +1,302 @@
+"""``ocmm calibrate probe``: the geometry of a probe and its tip, from two sweeps in a cone."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from msgspec.structs import replace
+from rich.console import Console
+
+from ocmm_core.calibration.guided import Decision, Kind
+from ocmm_core.calibration.pivot import load_sweeps
+from ocmm_core.calibration.sweeping import (
+    AGAIN,
+    CHANGE_LIMIT_MM,
+    POSES_WANTED,
+    SECOND,
+    SWEEPS,
+    VALID_DAYS,
+    PivotProcedure,
+)
+from ocmm_core.cli.calibrate._options import (
+    VIRTUAL_SOURCES,
+    DecisionOption,
+    FolderOption,
+    NewOption,
+    OverruleOption,
+    RecordOption,
+    TemperatureOption,
+    WhoOption,
+)
+from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_standing
+from ocmm_core.cli.calibrate._probe_site import (
+    AnyCamerasOption,
+    ProbeRecordsOption,
+    ProbeSite,
+    about_tip,
+    collect_from,
+    open_probe_site,
+)
+from ocmm_core.cli.calibrate._run import (
+    Site,
+    continued,
+    decide,
+    pass_open_gates,
+    real_feed,
+    virtual_feed,
+)
+from ocmm_core.cli.calibrate._steps import is_lacking, now
+from ocmm_core.cli.terminal import (
+    ForceOption,
+    ProbeOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+    make_console,
+)
+from ocmm_core.composition import DEFAULT_SEED, RECOMMENDED_RIG, STANDARD_PROBE, VirtualSite
+from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
+from ocmm_core.simulation.calibration_scenes import Jump, SweepProbe
+
+_FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
+_OTHER_PROBE = resource("probes", "thesis.toml")
+_SECONDS, _SECONDS_PER_POSE = 10.0, 0.0375
+"""A hand that sweeps makes some forty poses a second, and needs time to reach all sides."""
+
+_REST_S = 3.0
+_RANGES = (30.0, 30.0, 13.0)
+
+
+class SceneChoice(StrEnum):
+    """What happens on the virtual rig."""
+
+    GOOD = "good"
+    SLACK = "slack"
+    PUSHED = "pushed"
+    SAME_PLACE = "same-place"
+    NARROW = "narrow"
+    HIDDEN_LED = "hidden-led"
+    OTHER_TIP = "other-tip"
+    OTHER_PROBE = "other-probe"
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """Where frames come from."""
+
+    source: str
+    scene: SceneChoice
+    seed: int
+    speed: float
+    record: Path | None
+    force: bool
+
+
+def probe_command(
+    *,
+    tip: Annotated[str, typer.Option("--tip", help="Name of the tip that is mounted.")],
+    tip_unknown: Annotated[
+        bool,
+        typer.Option(
+            "--tip-unknown", help="The document does not say where this tip is: another stylus."
+        ),
+    ] = False,
+    sweeps: Annotated[
+        Path | None,
+        typer.Option("--sweeps", help="Recorded spots of both sweeps (CSV) instead of a source."),
+    ] = None,
+    poses: Annotated[
+        int, typer.Option("--poses", min=100, help="Of each sweep, at least.")
+    ] = POSES_WANTED,
+    slack: Annotated[
+        float, typer.Option("--slack", min=0.0, help="Play of the ball in the cone (sigma), mm.")
+    ] = 0.0,
+    limit: Annotated[
+        float,
+        typer.Option("--limit", min=0.0, help="A larger change of the tip wants a reason, mm."),
+    ] = CHANGE_LIMIT_MM,
+    because: Annotated[
+        str, typer.Option("--because", help="Why the tip changed by more than the limit.")
+    ] = "",
+    valid_days: Annotated[
+        int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
+    ] = VALID_DAYS,
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again/--no-again",
+            help="Without: a recording lacks the first cone at the end (--source replay:).",
+        ),
+    ] = True,
+    scene: Annotated[
+        SceneChoice, typer.Option("--scene", help="What happens on the virtual rig.")
+    ] = SceneChoice.GOOD,
+    source: SourceOption = "simulated",
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: FolderOption = None,
+    probes: ProbeRecordsOption = None,
+    who: WhoOption = "unnamed",
+    temperature: TemperatureOption = None,
+    decision: DecisionOption = None,
+    overrule: OverruleOption = "",
+    new: NewOption = False,
+    anew: Annotated[
+        bool,
+        typer.Option("--anew", help="Throw away what was taken of the sweep that is under way."),
+    ] = False,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    record: RecordOption = None,
+    uncalibrated: AnyCamerasOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
+
+    A sweep begins when the ball rests in the cone, and ends when enough was seen. Then lift the
+    ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
+    the end the ball rests in the first cone once more: what moved meanwhile shows.
+    """
+    console = make_console()
+    place = open_probe_site(
+        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
+    )
+    site, body, store = place.site, place.body, place.store
+    procedure = (
+        None
+        if new
+        else continued(
+            site,
+            Kind.PIVOT,
+            lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+            console,
+        )
+    )
+    if procedure is None:
+        procedure = PivotProcedure.begin(
+            site.sessions, site.rig, body, store, tip, now(),
+            who=who, temperature_c=temperature, tip_unknown=tip_unknown, slack_mm=slack,
+            change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
+            again=_has_again(source, sweeps, again=again),
+        )  # fmt: skip
+    if anew and procedure.base.decision is Decision.OPEN:
+        procedure.sweep_anew(now())
+    if overrule and procedure.base.decision is Decision.OPEN:
+        procedure.force(now(), overrule)
+    if sweeps is not None:
+        _take_recorded(procedure, sweeps, site, body.n_leds)
+    elif is_lacking(procedure):
+        run = _Run(source, scene, seed, speed, record, force)
+        _collect(procedure, place, rig, probe, run, console)
+    procedure.compute()
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_probe(console, outcome)
+    made = decide(procedure, decision, because, console)
+    if made is Decision.ACCEPTED:
+        console.print(f"Record   {store.folder}: {store.active_hash(tip)}", highlight=False)
+    print_tip_standing(console, store, tip, now())
+    if made is not Decision.ACCEPTED:
+        raise typer.Exit(1)
+
+
+def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
+    """Return what a session in ``step`` still lacks, as the virtual hand does it."""
+    seconds = _SECONDS + _SECONDS_PER_POSE * poses
+    first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)
+    if scene is SceneChoice.SLACK:
+        first = replace(first, slack_mm=0.003)
+    elif scene is SceneChoice.PUSHED:
+        first = replace(first, jumps=(Jump(at_s=5.0, shift_mm=(0.1, 0.05, 0.0)),))
+    elif scene is SceneChoice.NARROW:
+        first = replace(first, reach_deg=(6.0, 6.0, 3.0))
+    elif scene is SceneChoice.HIDDEN_LED:
+        first = replace(first, hidden=(1,))
+    elif scene is SceneChoice.OTHER_TIP:
+        first = replace(first, tip_shift_mm=(0.8, -0.3, 2.0))
+    second = replace(first, seed=seed + 1)
+    if scene is not SceneChoice.SAME_PLACE:
+        second = replace(second, cone=_SECOND_CONE)
+    # Held still and upright, as at the start.
+    end = first.jumps[-1].shift_mm if first.jumps else (0.0, 0.0, 0.0)
+    cone = (_FIRST_CONE[0] + end[0], _FIRST_CONE[1] + end[1], _FIRST_CONE[2] + end[2])
+    again = replace(first, cone=cone, seconds=_REST_S, reach_deg=(0.0, 0.0, 0.0), jumps=())
+    if step == AGAIN:
+        return (again,)
+    return (second, again) if step == SECOND else (first, second, again)
+
+
+def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
+    """Return whether the first cone is visited again; only what was recorded may lack it."""
+    if sweeps is not None:
+        return False
+    if not again and not source.startswith("replay:"):
+        raise CalibrationError(
+            "calibrate.again",
+            "--no-again is for recordings that lack it, and the source is none.",
+            "Leave it out, and put the ball back into the first cone at the end.",
+        )
+    return again
+
+
+def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: int) -> None:
+    """Take recorded sweeps that the session does not have yet.
+
+    Raises
+    ------
+    CalibrationError
+        A sweep lacks something.
+    """
+    pass_open_gates(procedure)
+    for name, sweep in zip(SWEEPS, load_sweeps(path, site.rig, n_leds), strict=True):
+        view = procedure.view
+        if view.base.step.name != name:
+            continue
+        taken = view.sweep.poses if view.sweep is not None else 0
+        left = sweep.uv[taken:]
+        if len(left):
+            procedure.take_sweep(left, float(sweep.sigma_px[0]), now())
+        if not procedure.base.step.gate.open:
+            procedure.end_sweep(now())
+        pass_open_gates(procedure)
+
+
+def _collect(
+    procedure: PivotProcedure,
+    place: ProbeSite,
+    rig: Path,
+    probe: Path,
+    options: _Run,
+    console: Console,
+) -> None:
+    source, frames = options.source, None
+    if source in VIRTUAL_SOURCES:
+        if options.scene is SceneChoice.OTHER_PROBE:
+            probe = _OTHER_PROBE
+        step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted
+        script = VirtualSite(rig, probe, options.seed, None).script(
+            virtual_sweeps(options.scene, step, options.seed, wanted)
+        )
+        frames = script.build().n_frames
+        feed = virtual_feed(script, source, options.speed)
+    else:
+        feed = real_feed(rig, place.site.design, source, force=options.force)
+    try:
+        collect_from(procedure, place, feed, frames, options.record, console)
+    except CalibrationError:
+        # Where a person overruled the guards, the last sweep may end with what it has.
+        sweep = procedure.view.sweep
+        if sweep is None or procedure.base.step.name != SECOND or not sweep.may_end:
+            raise
+        procedure.end_sweep(now())
+        if is_lacking(procedure):
+            # Recorded is what was swept; the visit at the end comes after it.
+            options = dataclasses.replace(options, record=None)
+            _collect(procedure, place, rig, probe, options, console)

@@ -1,0 +1,162 @@
+"""Where a probe is calibrated and checked from the command line: cameras, records, frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Protocol, TypeVar
+
+import typer
+from rich.console import Console
+
+from ocmm_core.calibration.guided import Procedure
+from ocmm_core.calibration.records import (
+    CalibrationInUse,
+    CalibrationStore,
+    ProbeStore,
+    Word,
+    default_folder,
+    default_probe_folder,
+    judge,
+    probe_store_folder,
+    store_folder,
+)
+from ocmm_core.camera import load_rig
+from ocmm_core.cli.calibrate._options import VIRTUAL_SOURCES
+from ocmm_core.cli.calibrate._run import SESSIONS, Site, collect, make_recorder
+from ocmm_core.composition import Feed, checked_for_replay, choose_calibration
+from ocmm_core.errors import CalibrationError
+from ocmm_core.tracking import ProbeBody, load_probe
+
+ProbeRecordsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--probes",
+        help="Folder of records of probes. Without it that of this user for real cameras, and one "
+        "apart from it for virtual ones.",
+    ),
+]
+AnyCamerasOption = Annotated[
+    bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
+]
+
+
+class AboutTip(Protocol):
+    """A procedure about a tip."""
+
+    tip: str
+
+
+P = TypeVar("P", bound=AboutTip)
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeSite:
+    """What a session about a probe works on.
+
+    Attributes
+    ----------
+    site
+        The cameras, with the folder of sessions about the probe.
+    cameras
+        What is known of their calibration.
+    body
+        The probe by its document.
+    store
+        Its records.
+    """
+
+    site: Site
+    cameras: CalibrationInUse
+    body: ProbeBody
+    store: ProbeStore
+
+
+def open_probe_site(
+    rig: Path,
+    probe: Path,
+    source: str,
+    calibrations: Path | None,
+    probes: Path | None,
+    console: Console,
+    *,
+    uncalibrated: bool,
+) -> ProbeSite:
+    """Return cameras and records of a probe.
+
+    Raises
+    ------
+    InputError
+        A document is wrong.
+    CalibrationError
+        The cameras have no calibration that may be used.
+    """
+    body, design = load_probe(probe), load_rig(rig)
+    cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
+    require_cameras(cameras, console)
+    store = ProbeStore(probe_store_folder(probes or own_folder(source), body.name))
+    root = calibrations or default_folder()
+    of_cameras = CalibrationStore(store_folder(root, design.name))
+    site = Site(design, cameras.rig, rig, root, of_cameras, store.folder / SESSIONS)
+    return ProbeSite(site, cameras, body, store)
+
+
+def about_tip(procedure: P, tip: str) -> P:
+    """Return a procedure that goes on; raise CalibrationError where it is about another tip."""
+    if procedure.tip != tip:
+        raise CalibrationError(
+            "calibrate.tip",
+            f"The session is about tip '{procedure.tip}'.",
+            "Give that tip, or begin a new session with --new.",
+        )
+    return procedure
+
+
+def own_folder(source: str) -> Path:
+    """Return the folder of records without one given; virtual probes must not pass for real."""
+    folder = default_probe_folder()
+    return folder.with_name("virtual-probes") if source in VIRTUAL_SOURCES else folder
+
+
+def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
+    """Refuse cameras without a calibration, and say where one is not quite in order."""
+    view = judge(cameras, datetime.now(UTC))
+    unusable = cameras.fault is not None or view.word is Word.UNUSABLE
+    if unusable and view.hindrance is not None:
+        raise CalibrationError(
+            "calibrate.cameras",
+            f"The cameras cannot be used: {view.hindrance.what}",
+            view.hindrance.remedy,
+        )
+    if view.obstacle is not None:
+        console.print(f"Cameras  {view.word.value}: {view.obstacle}", style="yellow")
+
+
+def collect_from(
+    procedure: Procedure,
+    probe: ProbeSite,
+    feed: Feed,
+    frames: int | None,
+    record: Path | None,
+    console: Console,
+) -> None:
+    """Take what is ready from a source, and keep its frames where a file is named.
+
+    Parameters
+    ----------
+    frames
+        Of a script; None where the source does not end by itself.
+
+    Raises
+    ------
+    CalibrationError
+        A recording is of real cameras and nobody says how these are calibrated, or the source ended
+        before the last step.
+    """
+    try:
+        require_cameras(checked_for_replay(probe.cameras, feed.recorded), console)
+    except BaseException:
+        feed.ring.close()
+        raise
+    collect(procedure, feed, frames, console, make_recorder(feed, record, probe.site.design))

@@ -1,0 +1,126 @@
+"""``ocmm calibrate probe-status``, ``probe-history`` and ``mount-tip``: the tips of a probe."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.calibration.records import (
+    ProbeStore,
+    State,
+    TipState,
+    default_probe_folder,
+    probe_overview,
+    probe_store_folder,
+    record_hash,
+)
+from ocmm_core.cli.calibrate._report import evidence_words
+from ocmm_core.cli.terminal import ProbeOption, make_console
+from ocmm_core.composition import STANDARD_PROBE
+from ocmm_core.tracking import load_probe
+
+FolderOption = Annotated[
+    Path | None,
+    typer.Option("--probes", help="Folder of records of probes; that of this user without."),
+]
+
+
+def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = None) -> None:
+    """Say which tip is on the probe, and whether it and the others may be used.
+
+    Exit code 1 where points may not be taken with the mounted tip.
+    """
+    console, store = make_console(), _store(probe, probes)
+    found = probe_overview(store, datetime.now(UTC))
+    _say(console, f"Probe    {load_probe(probe).name}, by {probe}\nFolder   {store.folder}")
+    if found.fault:
+        _say(console, f"Records  cannot be used. {found.fault}")
+        raise typer.Exit(1)
+    if not found.tips:
+        _say(console, f"Tips     none: the probe was never calibrated ({store.folder}).")
+        raise typer.Exit(1)
+    for state in found.tips:
+        _print_tip(console, state)
+        if state.standing.state is not State.UNUSABLE:
+            _say(console, f"Evidence {evidence_words(store, state.tip)}")
+    mounted = found.tips[0]
+    raise typer.Exit(0 if mounted.mounted and mounted.standing.state.usable else 1)
+
+
+def probe_history(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = None) -> None:
+    """List what happened to a probe and its tips."""
+    table = Table(title="History", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("UTC", "Tip", "What", "Record", "Who", "Reason"):
+        table.add_column(name, no_wrap=name != "Reason")
+    for event in _store(probe, probes).events:
+        since = f" Good until {event.since_utc[:19]}." if event.since_utc else ""
+        lost = f" Lost before: {', '.join(event.lost)}." if event.lost else ""
+        table.add_row(
+            event.utc[:19], event.tip, event.kind.value, event.record[:12], event.who,
+            f"{event.reason}{since}{lost}",
+        )  # fmt: skip
+    make_console().print(table)
+
+
+def mount_tip(
+    tip: Annotated[str, typer.Argument(help="Name of the tip that was screwed on.")],
+    *,
+    probe: ProbeOption = STANDARD_PROBE,
+    probes: FolderOption = None,
+    who: Annotated[str, typer.Option("--who", help="Who says so.")] = "unnamed",
+) -> None:
+    """Say that a tip, maybe the same one again, was screwed on; it must be checked.
+
+    No points are taken until 'ocmm calibrate check-tip' has passed.
+    """
+    store = _store(probe, probes)
+    store.mount(tip, who, datetime.now(UTC))
+    standing = store.standing(tip, datetime.now(UTC))
+    _say(make_console(), f"Tip '{tip}' is on the probe. {standing.reason} {standing.remedy}")
+
+
+def _store(probe: Path, folder: Path | None) -> ProbeStore:
+    place = folder if folder is not None else default_probe_folder()
+    return ProbeStore(probe_store_folder(place, load_probe(probe).name))
+
+
+def _print_tip(console: Console, state: TipState) -> None:
+    record, qualified, standing = state.calibration, state.qualification, state.standing
+    on = "on the probe" if state.mounted else "not mounted"
+    _say(console, f"Tip      {state.tip} ({on})")
+    _say(console, f"State    {standing.state.value}")
+    if standing.reason:
+        _say(console, f"         {standing.reason} {standing.remedy}")
+    if standing.since_utc:
+        _say(console, f"         Points since {standing.since_utc[:19]} UTC are in doubt.")
+    _say(
+        console,
+        f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
+        f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
+        f"{record.valid_until_utc[:10]}",
+    )
+    if qualified is not None:
+        _say(
+            console,
+            f"Ball     {qualified.diameter_mm:.4f} mm, standard uncertainty "
+            f"{1e3 * qualified.diameter_sigma_mm:.1f} um, form {1e3 * qualified.form_mm:.1f} um\n"
+            f"         qualified {qualified.made_utc[:19]} UTC by {qualified.made_by}"
+            f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}",
+        )
+    if state.check is not None:
+        verdict = "passed" if state.check.passed else "FAILED"
+        _say(console, f"Checked  {state.check.made_utc[:19]} UTC: {verdict}")
+
+
+def _warmth(celsius: float | None) -> str:
+    return "" if celsius is None else f" at {celsius:.1f} C"
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, highlight=False, soft_wrap=True)

@@ -1,0 +1,209 @@
+"""What a calibration or verification found, on the terminal."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.calibration.guided import CalibrationOutcome, Comparison, VerificationOutcome
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    EventFolder,
+    VerificationRecord,
+    Word,
+    judge,
+    open_calibration,
+    store_folder,
+)
+from ocmm_core.camera import load_rig
+
+
+def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
+    """Print cameras, residuals, errors and what changes."""
+    record = outcome.record
+    table = Table(title=f"{record.rig}: {record.method}", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("Camera", "Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out"):
+        table.add_column(name, justify="left" if name == "Camera" else "right", no_wrap=True)
+    for camera, left in zip(record.cameras, outcome.residuals, strict=True):
+        rms = float(np.sqrt(np.mean(left.residuals_px[left.used] ** 2)))
+        table.add_row(
+            camera.name, str(camera.serial), f"{camera.focal:.4f}", f"{camera.u0_px:.2f}",
+            f"{camera.v0_px:.2f}", f"{rms:.4f}", str(len(left.used)), str(int((~left.used).sum())),
+        )  # fmt: skip
+    console.print(table)
+    _say(
+        console,
+        f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per degree of "
+        f"freedom, {record.points} points or poses.",
+    )
+    if record.outliers:
+        shown = ", ".join(record.outliers[:5])
+        more = f" and {len(record.outliers) - 5} more" if len(record.outliers) > 5 else ""
+        _say(console, f"Left out: {shown}{more}.")
+    if len(outcome.errors_world):
+        x, y, z = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
+        _say(
+            console,
+            f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, {z:.1f} um "
+            f"RMS per axis.",
+        )
+    for warning in outcome.warnings:
+        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+    if outcome.comparison is not None:
+        _print_comparison(console, outcome.comparison)
+
+
+def print_verification(console: Console, outcome: VerificationOutcome) -> None:
+    """Print every check against its limit, and the verdict."""
+    record = outcome.record
+    table = Table(title="Verification", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Check", no_wrap=True)
+    for name in ("Certified", "Measured", "E um", "U um", "Limit um"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    for index, check in enumerate(record.checks):
+        table.add_row(
+            check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
+            f"{1e3 * check.error_mm:+.1f}", f"{1e3 * check.expanded_mm:.1f}",
+            f"{1e3 * check.limit_mm:.1f}",
+            "[bold red]FAILED[/]" if index in outcome.failed else "",
+        )  # fmt: skip
+    console.print(table)
+    if outcome.failed:
+        _say(console, f"Failed   {len(outcome.failed)} of {len(record.checks)} checks")
+    for old in record.superseded:
+        _say(
+            console,
+            f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
+            f"{1e3 * old.limit_mm:.1f} um; repeated.",
+        )
+    worst = record.checks[outcome.largest]
+    where = "Farthest beyond" if outcome.failed else "Nearest to"
+    _say(
+        console,
+        f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
+        f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um.",
+    )
+    _say(console, f"Rule: {record.rule}.")
+    _print_session(console, record)
+    for warning in outcome.warnings:
+        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+    verdict = "[green]PASSED[/]" if record.passed else "[bold red]FAILED[/]"
+    console.print(f"Verdict  {verdict}")
+
+
+def _print_session(console: Console, record: VerificationRecord) -> None:
+    """Print corners, seats, and what else speaks for or against the session."""
+    reached = sum(one.reached for one in record.corners)
+    _say(console, f"Corners  {reached} of {len(record.corners)} reached")
+    for corner in record.corners:
+        if not corner.reached:
+            why = corner.reason or "nobody said why"
+            _say(console, f"         {corner.name}: not reached, {why}")
+    for seat in record.repeats:
+        shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
+        _say(
+            console,
+            f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square {seat.square:.1f}, "
+            f"limit {seat.limit:.1f}",
+        )
+    for note in record.notes:
+        _say(console, f"Note     {note}")
+    for one in record.objections:
+        console.print(f"{one.what} {one.remedy}", style="bold red", highlight=False)
+
+
+def print_standing(console: Console, document: Path, folder: Path, now: datetime) -> bool:
+    """Print of which rig the calibration in force is, and whether it may be used; return that.
+
+    Parameters
+    ----------
+    document
+        The rig document.
+    folder
+        Of calibrations, rig by rig.
+    """
+    in_use = open_calibration(document, folder)
+    design = load_rig(document)
+    cameras = ", ".join(f"{one.name} (serial {one.serial})" for one in design.cameras)
+    _say(console, f"Rig      {design.name}: {cameras}")
+    _say(console, f"         by {document}")
+    _say(console, f"Folder   {store_folder(folder, design.name)}")
+    view = judge(in_use, now)
+    _say(console, f"State    {view.word.value}")
+    for sentence in (*([str(view.obstacle)] if view.obstacle else []), *view.warnings):
+        _say(console, f"         {sentence}")
+    if view.since_utc:
+        _say(console, f"         Points since {view.since_utc[:19]} UTC are in doubt.")
+    record, store = view.record, in_use.store
+    if record is not None and store is not None:
+        _say(
+            console,
+            f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} UTC "
+            f"by {record.made_by}, valid until {record.valid_until_utc[:10]}",
+        )
+        if view.word is not Word.UNUSABLE:
+            _say(console, f"Evidence {evidence_words(store)}")
+    return view.obstacle is None
+
+
+def evidence_words(store: EventFolder[Any], about: str | None = None) -> str:
+    """Return what was read again and found whole."""
+    wanted = store.wanted(about)
+    records = sum(one.is_record for one in wanted)
+    sessions = len(wanted) - records
+    lost = sum(len(event.lost) for event in store.events)
+    before = f"; {lost} lost earlier, see the history" if lost else ""
+    return (
+        f"whole: history of {_counted(len(store.events), 'event')}, {_counted(records, 'record')}, "
+        f"{_counted(sessions, 'session')}{before}"
+    )
+
+
+def print_history(console: Console, store: CalibrationStore) -> None:
+    """Print what happened to the calibrations of a rig, oldest first."""
+    table = Table(title="History", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("UTC", "Calibration", "What", "Who", "Reason"):
+        table.add_column(name, no_wrap=name != "Reason")
+    for event in store.events:
+        lost = f" Lost before: {', '.join(event.lost)}." if event.lost else ""
+        table.add_row(
+            event.utc[:19], event.calibration[:12], event.kind.value, event.who,
+            f"{event.reason}{lost}",
+        )  # fmt: skip
+    console.print(table)
+
+
+def _print_comparison(console: Console, found: Comparison) -> None:
+    _say(
+        console,
+        f"Against the calibration in force: the frame moved by {found.moved_mm:.2f} mm and turned "
+        f"by {np.degrees(found.turned_rad):.3f} degrees.",
+    )
+    for camera in found.cameras:
+        _say(
+            console,
+            f"  {camera.name}: besides that {camera.shift_mm:.3f} mm and "
+            f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um.",
+        )
+    largest = 1e3 * float(np.linalg.norm(found.differences_world, axis=1).max())
+    _say(
+        console,
+        f"  With the old one points of the volume would be up to {largest:.0f} um off; a length is "
+        f"known to {1e3 * found.length_sigma_after_mm:.1f} um (before: "
+        f"{1e3 * found.length_sigma_before_mm:.1f} um, standard uncertainty).",
+    )
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, highlight=False, soft_wrap=True)

@@ -1,0 +1,378 @@
+"""Running a guided procedure on the terminal: frames in, observations taken, steps entered."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from ocmm_core.acquisition.bus_process import BusConfig
+from ocmm_core.acquisition.frames import (
+    AcquisitionState,
+    AcquisitionWorker,
+    FrameRing,
+    SourceDescription,
+    StopReason,
+    read_status,
+)
+from ocmm_core.acquisition.recording import FrameRecorder
+from ocmm_core.calibration.guided import (
+    Decision,
+    Kind,
+    Procedure,
+    ProcedureView,
+    Shot,
+    is_ended,
+    sessions,
+)
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    default_folder,
+    open_calibration,
+    store_folder,
+)
+from ocmm_core.calibration.relocation import BAR, RelocationProcedure
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import Rig, load_rig
+from ocmm_core.composition import DEMO_PLAN, Feed, StationRequest, identities, make_feed
+from ocmm_core.errors import CalibrationError, InputError, StorageError
+from ocmm_core.fieldbus.report import decode_report
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
+from ocmm_core.simulation.calibration_scenes import CalibratingScript, CalibratingSource
+
+_BATCH = 80
+_IDLE_S = 0.002
+_WARMTH_S = 2.0
+SESSIONS = "sessions"
+
+P = TypeVar("P", bound=Procedure)
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """Where calibrations of a rig are kept.
+
+    Attributes
+    ----------
+    design
+        The rig as its document says.
+    rig
+        With the calibration in force; the design where there is none.
+    document
+        The rig document.
+    calibrations
+        Folder of calibrations, rig by rig.
+    store
+        Its calibrations.
+    sessions
+        Folder of session files.
+    """
+
+    design: Rig
+    rig: Rig
+    document: Path
+    calibrations: Path
+    store: CalibrationStore
+    sessions: Path
+
+
+def open_site(rig: Path, calibrations: Path | None) -> Site:
+    """Return the rig and its calibrations; raise InputError where the document is wrong."""
+    design = load_rig(rig)
+    root = calibrations or default_folder()
+    folder = store_folder(root, design.name)
+    store = CalibrationStore(folder)
+    in_use = open_calibration(rig, root)
+    return Site(design, in_use.rig, rig, root, store, folder / SESSIONS)
+
+
+def continued(site: Site, kind: Kind, resume: Callable[[Path], P], console: Console) -> P | None:
+    """Return the newest session of a kind that can go on; None where there is none."""
+    for path in sessions(site.sessions, kind):
+        try:
+            procedure = resume(path)
+        except (CalibrationError, InputError, StorageError) as error:
+            # Begun with another calibration or probe, by another version, or at a temperature that
+            # nobody measures at: its observations are of no use any more.
+            if not is_ended(path):
+                console.print(f"Left out {error.what}", style="dim", highlight=False, markup=False)
+            continue
+        if is_open(procedure.base):
+            step = procedure.base.step
+            console.print(
+                f"Continue {path}: {step.title}, {step.done} of {step.wanted}", highlight=False
+            )
+            return procedure
+    return None
+
+
+def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
+    """Return the virtual rig with its scenes, in this process or on a virtual wire.
+
+    Raises
+    ------
+    InputError
+        The source is none of the virtual rig.
+    """
+    rig = script.build()
+    cameras = rig.rig
+    if source == "simulated":
+        frames = CalibratingSource(rig, speed)
+        ring = FrameRing.create(len(cameras.cameras), 4 * _BATCH)
+        return Feed(AcquisitionWorker(frames, ring), ring, frames.description, live=False)
+    if source != "ethercat:virtual":
+        raise InputError(
+            "calibrate.source",
+            f"--source is {source!r}, which the virtual rig has not.",
+            "Give simulated or ethercat:virtual.",
+        )
+    ring = FrameRing.create(len(cameras.cameras))
+    bus = BusConfig(
+        interface="",
+        ring_path=str(ring.path),
+        cameras=identities(cameras),
+        frame_period_ns=rig.frame_period_ns,
+        force=False,
+    )
+    segment = SegmentConfig(
+        interface="",
+        cameras=identities(cameras),
+        provider=msgspec.Raw(script.to_json().encode("utf-8")),
+    )
+    description = SourceDescription(
+        name=f"EtherCAT, virtual wire ({cameras.name}, seed {rig.seed})",
+        camera_serials=tuple(camera.serial for camera in cameras.cameras),
+        frame_period_ns=bus.frame_period_ns,
+        cycle_period_ns=bus.cycle_period_ns,
+        live=True,
+        simulated=True,
+    )
+    return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)
+
+
+def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
+    """Return the cameras on a network interface, or a recording."""
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig, source=source, force=force)
+    return make_feed(request, load_plan(DEMO_PLAN), design)
+
+
+def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
+    """Return what keeps the frames of a source in a file; without a name nothing does.
+
+    Raises
+    ------
+    OcmmError
+        The file cannot be written; the source is closed then.
+    """
+    if path is None:
+        return None
+    try:
+        return FrameRecorder(path, feed.description, design)
+    except BaseException:
+        feed.ring.close()
+        raise
+
+
+def collect(
+    procedure: Procedure,
+    feed: Feed,
+    frames: int | None,
+    console: Console,
+    recorder: FrameRecorder | None = None,
+) -> None:
+    """Take whatever is ready, and enter the next step as soon as its gate opens.
+
+    Parameters
+    ----------
+    frames
+        Of the script; None where the source does not end by itself.
+    recorder
+        Takes all frames as well; closed at the end.
+
+    Raises
+    ------
+    CalibrationError
+        The source ended before the last step; what was taken is in the session.
+    """
+    console.print(f"Source   {feed.description.name}")
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    last = len(procedure.base.steps) - 1
+    seen = 0
+    warmth_at = 0.0
+    try:
+        with Progress(*columns, console=console, transient=True) as progress:
+            task = progress.add_task("", total=None)
+            feed.acquisition.start()
+            while pass_open_gates(procedure) < last:
+                stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
+                block = feed.ring.read(_BATCH)
+                if time.monotonic() >= warmth_at:
+                    warmth_at = time.monotonic() + _WARMTH_S
+                    _note_warmth(procedure, feed)
+                if block is not None:
+                    if recorder is not None:
+                        recorder.append(block)
+                    procedure.watch(block)
+                    seen += len(block)
+                    if procedure.base.live.ready:
+                        procedure.take(_now())
+                        retake_misplaced(procedure, console)
+                    view = procedure.base
+                    step, hint = view.step, view.live.hint
+                    said = f"{step.title}: {hint}" if hint else step.title
+                    progress.update(
+                        task, description=said, completed=step.done, total=step.wanted or None
+                    )
+                elif stopped or (frames is not None and seen >= frames):
+                    break
+                else:
+                    time.sleep(_IDLE_S)
+    finally:
+        status = feed.end()
+        if recorder is not None:
+            recorder.close()
+    if procedure.base.current < last:
+        view = procedure.base
+        hint = view.live.hint
+        why = f"{view.step.gate.reason} At its end: {hint}" if hint else view.step.gate.reason
+        if status.internal:
+            raise status.error(
+                "calibrate.source", "What was taken is stored: start the command again."
+            )
+        if status.stop_reason is StopReason.FAILED and status.message:
+            why = status.message
+        raise CalibrationError(
+            "calibrate.incomplete",
+            f"{view.step.title}: the source ended. {why}",
+            "Start the command again: it continues this session.",
+        )
+
+
+def retake_misplaced(procedure: Procedure, console: Console) -> None:
+    """Open lines of a verification again whose bar did not lie where it should; say which."""
+    if not isinstance(procedure, VerificationProcedure):
+        return
+    for number, line in enumerate(procedure.view.lines):
+        if line.hint:
+            console.print(f"Again    {line.name}: {line.hint}", highlight=False)
+            procedure.repeat_line(number, _now())
+
+
+def _note_warmth(procedure: Procedure, feed: Feed) -> None:
+    report = decode_report(feed.ring.report())
+    if report is not None:
+        procedure.note_warmth(_now(), [camera.temperature_c for camera in report.cameras])
+
+
+def pass_open_gates(procedure: Procedure) -> int:
+    """Enter every step whose gate is open, and return the index of the current one."""
+    view = procedure.base
+    while view.current < len(view.steps) - 1 and view.step.gate.open:
+        if isinstance(procedure, RelocationProcedure) and view.step.name == BAR:
+            procedure.predict()
+            if not procedure.base.step.gate.open:
+                break
+        procedure.advance(_now())
+        view = procedure.base
+    return view.current
+
+
+def decide(procedure: Procedure, accept: bool | None, reason: str, console: Console) -> Decision:
+    """Accept the result, keep the old one, or leave the session open for a later decision."""
+    if accept is None and console.is_terminal:
+        accept = console.input("Accept it? [y/n] ").strip().lower().startswith("y")
+    if accept is None:
+        console.print(
+            f"Session  {procedure.base.session}: it waits for --accept or --keep.", highlight=False
+        )
+    elif accept:
+        procedure.accept(_now(), reason)
+    else:
+        procedure.keep(_now(), reason)
+    return procedure.base.decision
+
+
+def is_open(view: ProcedureView) -> bool:
+    """Return whether a session can go on: it has not ended, or what was accepted is not stored."""
+    return view.decision is Decision.OPEN or (
+        view.decision is Decision.ACCEPTED and not view.stored
+    )
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot]) -> None:
+    """Take recorded shots that a session does not have yet.
+
+    Raises
+    ------
+    CalibrationError
+        A shot is of a kind that a relocation does not know.
+    """
+    view = procedure.view
+    ends = len([shot for shot in shots if shot.kind == "seat" and not shot.place])
+    left = {
+        "pose": view.poses,
+        "bar": view.bar_placements,
+        "end": min(2 * view.bar_placements, ends),
+        "repeat": view.visits,
+    }
+    for shot in shots:
+        kind = "end" if shot.kind == "seat" and not shot.place else shot.kind
+        if left.get(kind, 0) > 0:
+            left[kind] -= 1
+        elif kind == "pose":
+            procedure.take_pose(shot.uv, shot.sigma_px, _now())
+        elif kind == "bar":
+            procedure.take_bar(shot.uv, shot.sigma_px, _now())
+        elif kind == "repeat":
+            procedure.take_visit(shot.uv, shot.sigma_px, _now())
+        elif kind == "end":
+            procedure.take_seat("", shot.uv, shot.sigma_px, _now())
+        elif kind == "seat":
+            if shot.place not in view.world_points:
+                procedure.take_seat(shot.place, shot.uv, shot.sigma_px, _now())
+        else:
+            raise _strange(shot, "relocation")
+
+
+def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Shot]) -> None:
+    """Take recorded shots that a session does not have yet, and enter the steps they belong to.
+
+    Raises
+    ------
+    CalibrationError
+        A shot is of a kind that does not come now.
+    """
+    view = procedure.view
+    left = sum(step.done for step in view.base.steps)
+    wanted = {"seats": "seat", "lines": "nest", "spheres": "sphere", "again": "seat"}
+    pass_open_gates(procedure)
+    for shot in shots[left:]:
+        if shot.kind != wanted.get(procedure.base.step.name):
+            raise _strange(shot, f"step '{procedure.base.step.title}'")
+        procedure.take_shot(shot.uv, shot.sigma_px, _now())
+        pass_open_gates(procedure)
+
+
+def _strange(shot: Shot, where: str) -> CalibrationError:
+    return CalibrationError(
+        "calibrate.shots",
+        f"The recorded shots hold one of kind '{shot.kind}', which does not belong into {where}.",
+        "Give the shots that belong to this procedure, in its order.",
+    )

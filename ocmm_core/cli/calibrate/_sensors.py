@@ -1,0 +1,93 @@
+"""``ocmm calibrate sensors``: learn the pattern of the sensors from a probe that is waved."""
+
+from __future__ import annotations
+
+import time
+from datetime import datetime
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from ocmm_core.acquisition.frames import AcquisitionState, read_status
+from ocmm_core.calibration.monitor import (
+    Baseline,
+    Look,
+    LookCollector,
+    learn_baseline,
+    save_baseline,
+)
+from ocmm_core.cli.calibrate._run import Site
+from ocmm_core.composition import Feed
+from ocmm_core.errors import CalibrationError
+from ocmm_core.tracking import ProbeBody, TrackingPipeline
+
+WAVE_S = 60.0
+"""A minute of waving holds the pattern of a volume of 400 mm to a sixth (`benchmarks/bump.py`)."""
+
+_LOOK_NS = 10_000_000
+_BATCH = 800
+_IDLE_S = 0.005
+
+
+def require_usable(site: Site, now: datetime) -> str:
+    """Return the hash of the calibration in force; what is learnt belongs to it.
+
+    Raises
+    ------
+    CalibrationError
+        There is none, or it may not be used: a camera that has moved must not be learnt.
+    """
+    standing = site.store.standing(now)
+    calibration = site.store.active_hash
+    if calibration is None or not standing.state.usable:
+        raise CalibrationError(
+            "baseline.standing",
+            f"The calibration is {standing.state.value}: {standing.reason}",
+            standing.remedy,
+        )
+    return calibration
+
+
+def wave(site: Site, body: ProbeBody, feed: Feed, seconds: float, console: Console) -> list[Look]:
+    """Return the looks at the probe during so much bus time, or until the source ends."""
+    pipeline = TrackingPipeline(site.rig, body)
+    collector = LookCollector(site.rig, body, _LOOK_NS)
+    looks: list[Look] = []
+    left = round(seconds * 1e9 / feed.description.frame_period_ns)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    console.print(f"Source   {feed.description.name}")
+    try:
+        with Progress(*columns, console=console, transient=True) as progress:
+            task = progress.add_task("Wave the probe through the whole volume", total=left)
+            feed.acquisition.start()
+            while left > 0:
+                stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
+                block = feed.ring.read(min(_BATCH, left))
+                if block is not None:
+                    looks += collector.feed(pipeline.process(block))
+                    left -= len(block)
+                    progress.advance(task, len(block))
+                elif stopped:
+                    break
+                else:
+                    time.sleep(_IDLE_S)
+    finally:
+        feed.end()
+    return looks
+
+
+def learn(
+    site: Site, body: ProbeBody, looks: list[Look], calibration: str, console: Console
+) -> Path:
+    """Learn from looks, store what was learnt beside the calibration, and say how good it is."""
+    baseline: Baseline = learn_baseline(looks, site.rig, body)
+    path = save_baseline(site.store.folder, baseline, calibration, body.identity)
+    whole = site.rig.noise.pattern_px
+    console.print(
+        f"Sensors  {baseline.looks} looks; of {whole:.4f} px of their pattern "
+        f"{baseline.left_px:.4f} px are left",
+        highlight=False,
+    )
+    console.print(f"Baseline {path}", highlight=False)
+    return path

@@ -1,0 +1,121 @@
+"""What the commands of ``ocmm calibrate`` do one after the other."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from ocmm_core.calibration.cameras import KnownPointsProcedure
+from ocmm_core.calibration.guided import Decision, Procedure
+from ocmm_core.calibration.records import Word, judge_probe, require_records
+from ocmm_core.calibration.relocation import RelocationProcedure
+from ocmm_core.cli.calibrate._options import VIRTUAL_SOURCES
+from ocmm_core.cli.calibrate._report import print_standing
+from ocmm_core.cli.calibrate._run import (
+    Site,
+    collect,
+    decide,
+    make_recorder,
+    pass_open_gates,
+    real_feed,
+    virtual_feed,
+)
+from ocmm_core.cli.calibrate._write_cameras import write_accepted
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.composition import VirtualSite, choose_probe
+from ocmm_core.errors import CalibrationError
+from ocmm_core.simulation.calibration_scenes import Scene
+from ocmm_core.tracking import ProbeBody
+
+
+def is_lacking(procedure: Procedure) -> bool:
+    """Return whether something is still to be taken."""
+    return pass_open_gates(procedure) < len(procedure.base.steps) - 1
+
+
+def require_end(procedure: Procedure) -> None:
+    """Refuse to go on with recorded data that do not suffice."""
+    if is_lacking(procedure):
+        gate = procedure.base.step.gate
+        raise CalibrationError("calibrate.incomplete", gate.reason, gate.remedy)
+
+
+def collect_from(
+    procedure: Procedure,
+    site: Site,
+    rig: Path,
+    source: str,
+    virtual: VirtualSite,
+    scenes: tuple[Scene, ...],
+    speed: float,
+    record: Path | None,
+    force: bool,
+    console: Console,
+) -> None:
+    """Take what a source shows; with ``record`` keep its frames as well."""
+    frames = None
+    if source in VIRTUAL_SOURCES:
+        script = virtual.script(scenes)
+        frames = script.build().n_frames
+        feed = virtual_feed(script, source, speed)
+    else:
+        feed = real_feed(rig, site.design, source, force=force)
+    collect(procedure, feed, frames, console, make_recorder(feed, record, site.design))
+
+
+def compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str) -> None:
+    """Calculate the result, with guards overruled where somebody says why."""
+    if overrule and procedure.base.decision is Decision.OPEN:
+        procedure.force(now(), overrule)
+    procedure.compute()
+
+
+def decided_code(procedure: Procedure, decision: bool | None, reason: str, console: Console) -> int:
+    """Accept, keep or leave the result, and return the exit code."""
+    made = decide(procedure, decision, reason, console)
+    return 0 if made is Decision.ACCEPTED else 1
+
+
+def finish(
+    procedure: Procedure, site: Site, decision: bool | None, reason: str, console: Console
+) -> None:
+    """Decide, say what is in force, and exit where nothing was accepted."""
+    code = decided_code(procedure, decision, reason, console)
+    print_standing(console, site.document, site.calibrations, now())
+    if code:
+        raise typer.Exit(code)
+
+
+def store_in_cameras(site: Site, source: str, rig: Path, force: bool, console: Console) -> None:
+    """Write what was accepted into real cameras; virtual ones forget it when they end."""
+    record = site.store.active()
+    if record is not None and source.startswith("ethercat:") and source not in VIRTUAL_SOURCES:
+        write_accepted(record, source, rig, console, force=force)
+
+
+def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | None) -> ProbeBody:
+    """Return the probe by the records of its tip, or by its document where there are none.
+
+    Raises
+    ------
+    CalibrationError
+        The records, or what they rest on, are damaged, or there are none of a tip that was named.
+    """
+    in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
+    if in_use.fault is not None and (tip is not None or in_use.fault[0] is not Word.NONE):
+        require_records(in_use)
+    if in_use.records is not None:
+        defect = None if in_use.store is None else in_use.store.defect(in_use.tip, thorough=True)
+        if defect is not None:
+            raise defect
+        view = judge_probe(in_use, now())
+        make_console().print(f"Probe  {view.label}", highlight=False)
+    return in_use.body
+
+
+def now() -> datetime:
+    """Return the time of day."""
+    return datetime.now(UTC)

@@ -1,0 +1,329 @@
+"""``ocmm calibrate tip`` and ``check-tip``: a sphere touched all around, the ball in a cone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import typer
+from rich.console import Console
+
+from ocmm_core.calibration.guided import Decision, Shot, load_shots
+from ocmm_core.calibration.records import ArtefactUse, load_sphere
+from ocmm_core.calibration.tip import (
+    CONE,
+    SPHERE,
+    VALID_DAYS,
+    TipCheckProcedure,
+    TipQualificationProcedure,
+)
+from ocmm_core.cli.calibrate._options import (
+    VIRTUAL_SOURCES,
+    DecisionOption,
+    FolderOption,
+    NewOption,
+    RecordOption,
+    ShotsOption,
+    TemperatureOption,
+    WhoOption,
+)
+from ocmm_core.cli.calibrate._probe_report import print_tip_standing
+from ocmm_core.cli.calibrate._probe_site import (
+    AnyCamerasOption,
+    ProbeRecordsOption,
+    ProbeSite,
+    about_tip,
+    collect_from,
+    open_probe_site,
+)
+from ocmm_core.cli.calibrate._run import continued, decide, real_feed, virtual_feed
+from ocmm_core.cli.calibrate._steps import is_lacking, now, require_end
+from ocmm_core.cli.calibrate._tip_report import (
+    print_check,
+    print_cone,
+    print_qualification,
+    print_sphere,
+)
+from ocmm_core.cli.terminal import (
+    ForceOption,
+    ProbeOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+    make_console,
+)
+from ocmm_core.composition import (
+    DEFAULT_SEED,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    VirtualSite,
+    scene_of_tip,
+)
+from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
+from ocmm_core.simulation.calibration_scenes import TipFault
+
+T = TypeVar("T", TipQualificationProcedure, TipCheckProcedure)
+
+VIRTUAL_SPHERE = resource("artefacts", "sphere.toml")
+
+
+class TipChoice(StrEnum):
+    """Which tip is on the virtual probe."""
+
+    GOOD = "good"
+    WRONG_DIAMETER = "wrong-diameter"
+    WRONG_LENGTH = "wrong-length"
+    WORN = "worn"
+
+
+_FAULTS = {
+    TipChoice.GOOD: TipFault(),
+    TipChoice.WRONG_DIAMETER: TipFault(diameter_mm=0.05),
+    TipChoice.WRONG_LENGTH: TipFault(length_mm=1.0),
+    TipChoice.WORN: TipFault(worn_mm=0.1),
+}
+
+TipNameOption = Annotated[
+    str | None,
+    typer.Option(
+        "--tip", help="Tip that is on the probe now; without it, the one that was mounted last."
+    ),
+]
+SphereOption = Annotated[Path, typer.Option("--sphere", help="Document of the sphere.")]
+ConeOption = Annotated[str, typer.Option("--cone", help="What is written on the cone.")]
+SceneOption = Annotated[
+    TipChoice, typer.Option("--scene", help="Which tip is on the virtual probe.")
+]
+
+
+def tip_command(
+    *,
+    tip: TipNameOption = None,
+    sphere: SphereOption = VIRTUAL_SPHERE,
+    cone: ConeOption = "",
+    diameter: Annotated[
+        float | None,
+        typer.Option("--diameter", min=0.1, help="That the ball should have, mm; else as listed."),
+    ] = None,
+    valid_days: Annotated[
+        int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
+    ] = VALID_DAYS,
+    shots: ShotsOption = None,
+    scene: SceneOption = TipChoice.GOOD,
+    source: SourceOption = "simulated",
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: FolderOption = None,
+    probes: ProbeRecordsOption = None,
+    who: WhoOption = "unnamed",
+    temperature: TemperatureOption = None,
+    decision: DecisionOption = None,
+    new: NewOption = False,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    record: RecordOption = None,
+    uncalibrated: AnyCamerasOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Qualify a tip: its ball on a calibrated sphere (25 points), and in a cone (five attitudes).
+
+    What is stored says how large the ball is, how sure that is, and for how long it holds. Nothing
+    that was touched is left out; a point that does not fit is named.
+    """
+    console = make_console()
+    place = open_probe_site(
+        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
+    )
+    name = _mounted(place, tip, who, console)
+    procedure = None if new else _continued(TipQualificationProcedure, place, name, console)
+    if procedure is None:
+        procedure = TipQualificationProcedure.begin(
+            place.site.sessions, place.site.rig, place.body, place.store, name,
+            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            nominal_mm=diameter, valid_days=valid_days, cameras=place.site.store,
+        )  # fmt: skip
+    feed = _Source(source, rig, probe, scene, seed, speed, record, force)
+    _take(procedure, place, shots, feed, console)
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_qualification(console, outcome)
+    passed = outcome is not None and outcome.record.passed
+    _finish(procedure, place, decision, console, passed=passed)
+
+
+def check_tip_command(
+    *,
+    tip: TipNameOption = None,
+    sphere: SphereOption = VIRTUAL_SPHERE,
+    cone: ConeOption = "",
+    shots: ShotsOption = None,
+    scene: SceneOption = TipChoice.GOOD,
+    source: SourceOption = "simulated",
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: FolderOption = None,
+    probes: ProbeRecordsOption = None,
+    who: WhoOption = "unnamed",
+    temperature: TemperatureOption = None,
+    decision: DecisionOption = None,
+    new: NewOption = False,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    record: RecordOption = None,
+    uncalibrated: AnyCamerasOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Check in a minute that the tip is still the qualified one: 13 points, five attitudes.
+
+    A wrong diameter of 50 um and a wrong length of 0.2 mm are found. Where the points cannot tell,
+    the check asks for more; it never passes because it is not sure.
+    """
+    console = make_console()
+    place = open_probe_site(
+        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
+    )
+    name = _mounted(place, tip, who, console)
+    procedure = None if new else _continued(TipCheckProcedure, place, name, console)
+    if procedure is None:
+        procedure = TipCheckProcedure.begin(
+            place.site.sessions, place.site.rig, place.body, place.store, name,
+            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            cameras=place.site.store,
+        )  # fmt: skip
+    feed = _Source(source, rig, probe, scene, seed, speed, record, force)
+    _take(procedure, place, shots, feed, console)
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_check(console, outcome)
+    passed = outcome is not None and outcome.record.passed
+    _finish(procedure, place, decision, console, passed=passed)
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """Where frames come from."""
+
+    source: str
+    rig: Path
+    probe: Path
+    scene: TipChoice
+    seed: int
+    speed: float
+    record: Path | None
+    force: bool
+
+
+def _continued(kind: type[T], place: ProbeSite, tip: str, console: Console) -> T | None:
+    """Return the newest session about a tip that can go on; None where there is none."""
+    return continued(
+        place.site,
+        kind.kind,
+        lambda path: about_tip(
+            kind.resume(path, place.site.rig, place.body, place.store, cameras=place.site.store),
+            tip,
+        ),
+        console,
+    )
+
+
+def _mounted(place: ProbeSite, tip: str | None, who: str, console: Console) -> str:
+    """Return the name of the tip on the probe; somebody who names another one mounted it."""
+    name = tip or place.store.mounted
+    if name is None:
+        raise CalibrationError(
+            "probe_record.none",
+            f"Probe '{place.body.name}' was never calibrated.",
+            "Calibrate it first: ocmm calibrate probe --tip NAME.",
+        )
+    if name != place.store.mounted:
+        place.store.mount(name, who, now())
+        console.print(f"Mounted  {name}", highlight=False)
+    return name
+
+
+def _take(
+    procedure: TipQualificationProcedure | TipCheckProcedure,
+    place: ProbeSite,
+    shots: Path | None,
+    source: _Source,
+    console: Console,
+) -> None:
+    """Take what the session still lacks from a file or the cameras, print it, and calculate."""
+    if shots is not None:
+        take_tip_shots(procedure, load_shots(shots, place.site.rig, place.body.n_leds))
+        require_end(procedure)
+    elif is_lacking(procedure):
+        frames = None
+        if source.source in VIRTUAL_SOURCES:
+            scene = scene_of_tip(
+                procedure.view, procedure.sphere, place.site.rig, source.seed,
+                _FAULTS[source.scene],
+            )  # fmt: skip
+            script = VirtualSite(source.rig, source.probe, source.seed, None).script((scene,))
+            frames = script.build().n_frames
+            feed = virtual_feed(script, source.source, source.speed)
+        else:
+            feed = real_feed(source.rig, place.site.design, source.source, force=source.force)
+        collect_from(procedure, place, feed, frames, source.record, console)
+    print_sphere(console, procedure.view)
+    print_cone(console, procedure.view)
+    procedure.compute()
+
+
+def take_tip_shots(
+    procedure: TipQualificationProcedure | TipCheckProcedure, shots: Sequence[Shot]
+) -> None:
+    """Take recorded shots that a session does not have yet; all on the sphere, then the cone.
+
+    Raises
+    ------
+    CalibrationError
+        A shot is of a kind that does not come now.
+    """
+    view = procedure.view
+    left = {SPHERE: len(view.sphere.tips_world), CONE: len(view.cone.tips_world)}
+    if procedure.base.step.name not in (SPHERE, CONE):
+        procedure.advance(now())
+    for shot in shots:
+        if left.get(shot.kind, 0) > 0:
+            left[shot.kind] -= 1
+            continue
+        # All points of the file count, also those beyond what would be enough.
+        if shot.kind == CONE and procedure.base.step.name == SPHERE:
+            procedure.advance(now())
+        if shot.kind != procedure.base.step.name:
+            raise CalibrationError(
+                "calibrate.shots",
+                f"The recorded shots hold one of kind '{shot.kind}', which does not belong into "
+                f"step '{procedure.base.step.title}'.",
+                "Give the shots of the sphere, then those in the cone.",
+            )
+        procedure.take_shot(shot.uv, shot.sigma_px, now())
+
+
+def _finish(
+    procedure: TipQualificationProcedure | TipCheckProcedure,
+    place: ProbeSite,
+    decision: bool | None,
+    console: Console,
+    *,
+    passed: bool,
+) -> None:
+    """Store the result or not, say how the tip stands, and exit with 1 unless all is well."""
+    made = decide(procedure, decision, "", console)
+    print_tip_standing(console, place.store, procedure.tip, now())
+    if made is not Decision.ACCEPTED or not passed:
+        raise typer.Exit(1)
+
+
+def _cone(text: str) -> ArtefactUse | None:
+    if not text.strip():
+        return None
+    return ArtefactUse(
+        name=text.strip(), serial="", certificate="", certificate_sha256="", due_utc=""
+    )

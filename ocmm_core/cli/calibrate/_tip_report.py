@@ -1,0 +1,119 @@
+"""What the qualification or the check of a tip found, on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.calibration.records import Check
+from ocmm_core.calibration.tip import TipCheckOutcome, TipCheckView, TipOutcome, TouchView
+
+
+def print_sphere(console: Console, view: TouchView) -> None:
+    """Print what was touched on the sphere, and what does not fit."""
+    sphere = view.sphere
+    _say(
+        console,
+        f"Sphere   {view.sphere_name}: {view.sphere_diameter_mm:.4f} mm, "
+        f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)",
+    )
+    touched = len(sphere.places) - len(sphere.missing)
+    known = "compared with the qualified one" if isinstance(view, TipCheckView) else "known"
+    _say(
+        console,
+        f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; diameter "
+        f"of the ball {known} to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)",
+    )
+    for index in sphere.missing:
+        _say(console, f"         not touched: {sphere.places[index].name}")
+    for point in sphere.doubtful:
+        _say(
+            console,
+            f"         point {point + 1} does not fit: {1e3 * sphere.residuals_mm[point]:+.0f} um",
+        )
+
+
+def print_cone(console: Console, view: TouchView) -> None:
+    """Print where the tip was in every attitude."""
+    cone = view.cone
+    if len(cone.tips_world) < 2:
+        return
+    table = Table(title="Ball in the cone", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Probe", no_wrap=True)
+    for name in ("dX um", "dY um", "dZ um", "Distance um"):
+        table.add_column(name, justify="right", no_wrap=True)
+    held = {one.point: one.name for one in cone.attitudes if one.point is not None}
+    for number, off in enumerate(1e3 * cone.off_world):
+        table.add_row(
+            held.get(number, "otherwise"), *(f"{value:+.1f}" for value in off),
+            f"{np.linalg.norm(off):.1f}",
+        )  # fmt: skip
+    console.print(table)
+    x, y, z = 1e3 * cone.half_range_mm
+    _say(
+        console,
+        f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
+        f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, {z:.1f} um",
+    )
+
+
+def print_qualification(console: Console, outcome: TipOutcome) -> None:
+    """Print the ball, the checks and the verdict."""
+    record = outcome.record
+    _print_checks(console, "Qualification", record.checks)
+    _say(
+        console,
+        f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
+        f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point {1e3 * record.point_sigma_mm:.1f} "
+        f"um (standard deviation)",
+    )
+    if outcome.previous is not None:
+        change = record.diameter_mm - outcome.previous.diameter_mm
+        _say(
+            console,
+            f"         {1e3 * change:+.1f} um since {outcome.previous.made_utc[:10]} by "
+            f"{outcome.previous.made_by}",
+        )
+    _say(console, f"Valid    until {record.valid_until_utc[:10]}")
+    for warning in outcome.warnings:
+        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+    _print_verdict(console, passed=record.passed)
+
+
+def print_check(console: Console, outcome: TipCheckOutcome) -> None:
+    """Print the checks, what is the matter, and the verdict."""
+    _print_checks(console, "Quick check", outcome.record.checks)
+    for finding in outcome.findings:
+        console.print(f"{finding.what} {finding.remedy}", style="red", highlight=False)
+    for warning in outcome.warnings:
+        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+    _print_verdict(console, passed=outcome.record.passed)
+
+
+def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None:
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Check", no_wrap=True)
+    for name in ("Expected", "Measured", "E um", "U um", "Limit um"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for check in checks:
+        bad = abs(check.error_mm) > check.limit_mm
+        table.add_row(
+            check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
+            f"{1e3 * check.error_mm:+.1f}",
+            f"{1e3 * check.expanded_mm:.1f}" if check.expanded_mm else "",
+            f"{1e3 * check.limit_mm:.1f}", style="bold red" if bad else None,
+        )  # fmt: skip
+    console.print(table)
+
+
+def _print_verdict(console: Console, *, passed: bool) -> None:
+    verdict = "[green]PASSED[/]" if passed else "[bold red]FAILED[/]"
+    console.print(f"Verdict  {verdict}")
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, highlight=False, soft_wrap=True)

@@ -1,0 +1,76 @@
+"""``ocmm calibrate write-cameras``: the calibration in force and what the cameras store of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ocmm_core.calibration.records import (
+    CameraRecord,
+    compare_with_cameras,
+    default_folder,
+    open_calibration,
+    record_hash,
+    require_record,
+    write_to_cameras,
+)
+from ocmm_core.cli.bus import BusOption, open_bus
+from ocmm_core.cli.terminal import CalibrationsOption, ForceOption, RigOption, make_console
+from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.errors import OcmmError
+
+
+def write_cameras(
+    *,
+    source: BusOption,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing, only compare; exit code 0: the same.")
+    ] = False,
+    rig: RigOption = RECOMMENDED_RIG,
+    calibrations: CalibrationsOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Store the intrinsics of the calibration in force in all cameras, and read them back.
+
+    They are compared at every start; cameras that store others are not measured with.
+    """
+    record = require_record(open_calibration(rig, calibrations or default_folder()))
+    console = make_console()
+    with open_bus(source, rig, force=force) as bus:
+        if not check:
+            write_to_cameras(record, bus.objects)
+        obstacle = compare_with_cameras(record, bus.objects)
+    if obstacle is not None:
+        console.print(str(obstacle), highlight=False)
+        raise typer.Exit(1)
+    _print_stored(record, console)
+
+
+def write_accepted(
+    record: CameraRecord, source: str, rig: Path, console: Console, *, force: bool
+) -> None:
+    """Store the intrinsics of a calibration that was just accepted; say so where that fails.
+
+    It is in force all the same; the cameras are not measured with until they store it.
+    """
+    try:
+        with open_bus(source, rig, force=force) as bus:
+            write_to_cameras(record, bus.objects)
+    except OcmmError as error:
+        console.print(
+            f"The cameras could not store its intrinsics: {error.what} {error.remedy} Then: "
+            f"ocmm calibrate write-cameras --source {source}",
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
+    else:
+        _print_stored(record, console)
+
+
+def _print_stored(record: CameraRecord, console: Console) -> None:
+    names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
+    console.print(f"{names} store calibration {record_hash(record)}.", highlight=False)

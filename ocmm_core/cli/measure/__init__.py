@@ -1,0 +1,58 @@
+"""Jobs on the command line: measured, aligned, compared, reported, recalled."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.measure._align import align_command, align_plan_command
+    from ocmm_core.cli.measure._compare import compare_command
+    from ocmm_core.cli.measure._headless import (
+        exit_code,
+        missing_sentences,
+        print_explanations,
+        print_states,
+        print_table,
+        print_verdict,
+        run_job,
+    )
+    from ocmm_core.cli.measure._measure_parts import await_part
+    from ocmm_core.cli.measure._plan import plan_app
+    from ocmm_core.cli.measure._recall import recall_command
+    from ocmm_core.cli.measure._recording import record_source
+    from ocmm_core.cli.measure._report import report_command
+else:
+    __getattr__ = door(
+        __name__,
+        _align="align_command align_plan_command",
+        _compare="compare_command",
+        _headless=(
+            "exit_code missing_sentences print_explanations print_states print_table "
+            "print_verdict run_job"
+        ),
+        _measure_parts="await_part",
+        _plan="plan_app",
+        _recall="recall_command",
+        _recording="record_source",
+        _report="report_command",
+    )
+
+__all__ = [
+    "align_command",
+    "align_plan_command",
+    "await_part",
+    "compare_command",
+    "exit_code",
+    "missing_sentences",
+    "plan_app",
+    "print_explanations",
+    "print_states",
+    "print_table",
+    "print_verdict",
+    "recall_command",
+    "record_source",
+    "report_command",
+    "run_job",
+]

@@ -1,0 +1,87 @@
+"""``ocmm compare``: several jobs of one plan side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.inspection.archive import Trend, all_simulated, compare_jobs, reopen_job
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, job_states, part_line
+
+
+def compare_command(
+    jobs: Annotated[
+        list[Path], typer.Argument(help="Job files of one plan, in any order.", metavar="JOB...")
+    ],
+    probes: Annotated[
+        Path | None,
+        typer.Option("--probes", help="Folder of records of probes. Default: that of this user."),
+    ] = None,
+    calibrations: Annotated[
+        Path | None,
+        typer.Option("--calibrations", help="Folder of calibrations. Default: that of this user."),
+    ] = None,
+) -> None:
+    """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
+
+    Every job is opened read-only and computed anew from its points. Values in doubt are named and
+    not counted; so are those of simulated jobs beside real ones.
+    """
+    console = make_console()
+    opened = sorted(
+        (reopen_job(path, probes, calibrations=calibrations) for path in jobs),
+        key=lambda job: job.head.created_utc,
+    )
+    trends = compare_jobs(opened)
+    if all_simulated(opened):
+        console.print(f"{SIMULATED}: {NO_REAL_PART}", style="bold yellow", highlight=False)
+    for job in opened:
+        words = "; ".join((*job_states(job.view), part_line(job.view)))
+        console.print(f"{job.path.stem}: {words}", highlight=False, markup=False)
+    _print_table(console, trends, len(jobs))
+    for trend in trends:
+        for line in _lines(trend):
+            console.print(f"{trend.name}: {line}", highlight=False)
+    console.print(
+        "Lengths in mm. Limits of the charts stand at 2.66 mean moving ranges; Cp and Cpk are of "
+        "the same scatter.",
+        style="dim",
+    )
+
+
+def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
+    table = Table(title=f"{count} jobs", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Characteristic", no_wrap=True)
+    for name in ("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for trend in trends:
+        values, able = trend.values, trend.capability
+        numbers = ["–"] * 3
+        if len(values):
+            numbers = [f"{x:z.4f}" for x in (values.mean(), values.min(), values.max())]
+        table.add_row(
+            trend.name,
+            f"{len(values)} of {count}",
+            *numbers,
+            f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
+            f"{able.cpk:.2f}" if able is not None else "–",
+        )
+    console.print(table)
+
+
+def _lines(trend: Trend) -> list[str]:
+    lines = [f"not counted: {why}" for why in trend.left_out]
+    if trend.why_not:
+        lines.append(trend.why_not)
+    if trend.capability is not None:
+        lines.append(trend.capability.words)
+    if trend.chart is not None:
+        counted = [part for part in trend.parts if part.value is not None]
+        lines += [f"{counted[i].job} is {why.value}." for i, why in trend.chart.signals]
+    return lines

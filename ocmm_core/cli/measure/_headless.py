@@ -1,0 +1,314 @@
+"""A whole job without a window: run it, show its progress, print its table."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
+from ocmm_core.calibration.records import ProbeView, Word
+from ocmm_core.cli.terminal import _WIDE
+from ocmm_core.composition import BuiltStation
+from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
+from ocmm_core.inspection.causes import Explanation
+from ocmm_core.inspection.evaluation import INCOMPLETE, JobHeader, JobView, state_lines
+from ocmm_core.measuring import Refusal
+from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, CharacteristicResult, PartWord, Verdict
+from ocmm_core.tolerances.zones import FORMS
+
+_POLL_S = 0.05
+_STYLE = {
+    Verdict.CONFORM: "green",
+    Verdict.NOT_CONFORM: "bold red",
+    Verdict.NOT_PROVEN: "yellow",
+    Verdict.NOT_MEASURED: "yellow",
+    Verdict.PROVISIONAL: "yellow",
+}
+
+
+def run_job(
+    built: BuiltStation, out: Path, console: Console, *, incomplete: bool = False
+) -> JobView:
+    """Measure until the job is complete or the source has ended, and write the report.
+
+    Parameters
+    ----------
+    built
+        What measures; closed afterwards.
+    out
+        Folder of the report.
+    incomplete
+        Write the report also where something is missing.
+
+    Raises
+    ------
+    MeasuringError
+        The source ended or failed before the job was complete; the points stay in the job file.
+    CalibrationError
+        The calibration does not allow points, or not any more.
+    InternalError
+        The station has failed; the points stay in the job file.
+    """
+    station = built.station
+    console.print(f"Source  {built.description.name}")
+    console.print(f"Plan    {station.plan.name}, part {station.plan.part}")
+    console.print(f"Job     {built.job_path}")
+    console.print(f"Header  {_header(station.job().header)}", highlight=False)
+    calibration = station.calibration()
+    console.print(f"Calibration  {calibration.label}", highlight=False)
+    console.print(f"Temperature  {station.job().temperature}", highlight=False)
+    if station.reference is not None:
+        console.print(f"Reference  {station.reference.label}", highlight=False)
+    for warning in calibration.warnings:
+        console.print(f"[yellow]{warning}[/]", highlight=False)
+    try:
+        station.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
+        station.failed.connect(lambda error: _print_error(built, console, error))
+        station.start()
+        if station.stream is not None:
+            host, port = station.stream.address
+            console.print(f"Stream  {host}:{port}", highlight=False)
+        _print_probe(console, station.probe_view())
+        _wait(built, console)
+        failure = station.why_failed()
+        if failure is not None:
+            raise failure
+        view = station.job()
+        status = station.acquisition_status()
+        if view.part_verdict.complete or incomplete:
+            for file in station.export(out, incomplete=incomplete):
+                console.print(f"Report  {file}")
+        if not view.complete:
+            raise _incomplete(view, status, built.job_path)
+    finally:
+        station.close()
+        print_counters(console, station.acquisition_status())
+    return view
+
+
+def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
+    """Print the characteristics of a job; beside the true values where they are known.
+
+    A narrow terminal gets fewer columns, never shortened numbers.
+    """
+    wide = console.width >= _WIDE
+    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Characteristic", no_wrap=True)
+    names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
+    wanted = names if wide else ["Measured", "Deviation", U_LABEL, "Error"]
+    if truth is None:
+        wanted = [name for name in wanted if name not in ("True", "Error")]
+    for name in wanted:
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("Verdict", no_wrap=True)
+    for result in view.characteristics:
+        cells = dict(zip(names, _cells(result, (truth or {}).get(result.name)), strict=True))
+        style = _STYLE[result.verdict]
+        table.add_row(
+            result.name,
+            *(cells[name] for name in wanted),
+            f"[{style}]{result.verdict.value}[/]",
+        )
+    console.print(table)
+    for result in view.characteristics:
+        if result.note:
+            console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
+    if view.unproven:
+        console.print(f"[bold red]{view.unproven}[/]", highlight=False)
+    console.print(f"Lengths in mm, angles in degrees. {U_WORDS}.", style="dim", highlight=False)
+    if truth is not None:
+        held, known = _held(view, truth)
+        console.print(
+            f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
+            "expected. (Form is left out: noise can only make it larger.)",
+            highlight=False,
+        )
+
+
+def print_verdict(console: Console, view: JobView) -> None:
+    """Print what the job must not be taken for, and last the verdict on the part with its reasons.
+
+    The last line is the word; a script that reads only that has the answer.
+    """
+    print_states(console, view)
+    for reason in view.part_verdict.reasons:
+        console.print(reason, style="bold yellow", highlight=False, markup=False)
+    verdict = view.part_verdict.verdict
+    style = "" if verdict is None else _STYLE[verdict]
+    console.print(view.part_verdict.word.value, style=style, highlight=False, markup=False)
+
+
+def print_states(console: Console, view: JobView) -> None:
+    """Print a line for everything that a job must not be taken for: SIMULATED, INCOMPLETE."""
+    for line in state_lines(view):
+        console.print(line, style="bold yellow", highlight=False, markup=False)
+
+
+def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
+    """Print a line for every result that is not good: by how much, and what to do."""
+    for item in explained:
+        console.print(
+            f"{item.characteristic}: {item.why} {item.suggestion}", highlight=False, markup=False
+        )
+
+
+def print_counters(console: Console, status: AcquisitionStatus) -> None:
+    """Print what became of every cycle and frame."""
+    console.print(
+        f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} lost, "
+        f"{status.bad} bad",
+        highlight=False,
+    )
+    console.print(
+        f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun",
+        highlight=False,
+    )
+
+
+def exit_code(view: JobView) -> int:
+    """Return 0 where nothing speaks against the part, 1 where it is not proven to conform.
+
+    And 2 where it was not measured completely: nobody knows what the rest would say.
+    """
+    if not view.part_verdict.complete:
+        return 2
+    return int(view.part_verdict.word not in (PartWord.CONFORMS, PartWord.NO_TOLERANCE))
+
+
+def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
+    """Return what is missing in a job that has all its points or was left so, and what to do."""
+    missing = ", ".join(view.part_verdict.missing)
+    said = f"{INCOMPLETE}: {missing} not measured."
+    if written:
+        return said
+    return f"{said} No report was written; ocmm report {job_path} --incomplete writes one."
+
+
+def _header(header: JobHeader) -> str:
+    """Return operator, serial number, and order and batch where they are given, on one line."""
+    named = {"order": header.order, "batch": header.batch}
+    beside = [f"{word} {name}" for word, name in named.items() if name]
+    return ", ".join([f"operator {header.operator}", f"serial {header.serial}", *beside])
+
+
+def _wait(built: BuiltStation, console: Console) -> None:
+    station = built.station
+    total = sum(feature.points for feature in station.plan.features)
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("points"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("Starting", total=total)
+        while not station.wait_finished(_POLL_S):
+            missing = station.missing()
+            left = sum(count for _, count in missing)
+            doing = f"Probing {missing[0][0]}" if missing else "Finishing"
+            progress.update(task, completed=total - left, description=doing)
+            if not missing or _script_is_over(built):
+                return
+            if station.fault is not None:
+                return
+            _require_calibration(built)
+
+
+def _print_probe(console: Console, probe: ProbeView) -> None:
+    # A tip that was asked for by name is mounted when the station starts.
+    console.print(f"Probe  {probe.label}", highlight=False)
+    for warning in probe.warnings:
+        console.print(f"[yellow]{warning}[/]", highlight=False)
+
+
+def _require_calibration(built: BuiltStation) -> None:
+    """Raise CalibrationError where no point can come any more."""
+    for view in (built.station.calibration(), built.station.probe_view()):
+        if view.hindrance is None or view.word in (Word.VALID, Word.DUE, Word.DESIGN):
+            # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
+            continue
+        if built.station.fault is not None:
+            # It makes them unusable, too, and is the true cause.
+            return
+        # A source that cannot even be started is told of first.
+        if built.station.acquisition_status().state is AcquisitionState.RUNNING:
+            raise CalibrationError(
+                "calibration.not_usable",
+                f"{view.word.value}: {view.hindrance.what}",
+                f"{view.hindrance.remedy} With --uncalibrated points are taken all the same, "
+                "and prove nothing.",
+            )
+
+
+def _script_is_over(built: BuiltStation) -> bool:
+    if not built.live or built.virtual is None:
+        return False
+    return built.station.live().frame_counter >= built.virtual.n_frames
+
+
+def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> OcmmError:
+    lacking = ", ".join(
+        f"{feature.name} ({len(feature.points)} of {feature.needed} points)"
+        for feature in view.features
+        if len(feature.points) < feature.needed
+    )
+    if status.stop_reason is StopReason.FAILED and status.message:
+        return status.error("measure.source", f"Missing: {lacking}.")
+    return MeasuringError(
+        "measure.incomplete",
+        f"The source ended before the job was complete; missing: {lacking}.",
+        f"Measure what is missing; the points so far are in {job_path}, and "
+        f"ocmm report {job_path} --incomplete reports them.",
+    )
+
+
+def _print_error(built: BuiltStation, console: Console, error: OcmmError) -> None:
+    # What ends the command is told at its end.
+    if built.station.fault is None:
+        console.print(f"[red]{escape(error.what)}[/] {escape(error.remedy)}")
+
+
+def _print_refusal(console: Console, refusal: Refusal) -> None:
+    stamp = time.strftime("%H:%M:%S")
+    console.print(f"{stamp} point refused: {refusal.what} {refusal.remedy}", highlight=False)
+
+
+def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
+    """Return for how many characteristics the truth lies inside U, and for how many it could."""
+    inside = [
+        abs(result.measured - truth[result.name]) <= result.uncertainty
+        for result in view.characteristics
+        if result.measured is not None
+        and result.uncertainty is not None
+        and result.kind not in FORMS
+        and result.name in truth
+    ]
+    return sum(inside), len(inside)
+
+
+def _cells(result: CharacteristicResult, true: float | None) -> list[str]:
+    """Return the texts of all number columns; a dash where there is no number."""
+    measured, deviation, uncertainty = result.measured, result.deviation, result.uncertainty
+    error = None if measured is None or true is None else measured - true
+    return [
+        _number(result.nominal),
+        _number(measured),
+        _number(deviation, "+"),
+        _number(result.lower, "+"),
+        _number(result.upper, "+"),
+        _number(uncertainty),
+        _number(true),
+        _number(error, "+"),
+    ]
+
+
+def _number(value: float | None, sign: str = "-") -> str:
+    return "-" if value is None else f"{value:{sign}z.4f}"

@@ -1,0 +1,122 @@
+"""``ocmm plan``: check a plan, make an empty one, fill it from a table or a model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.errors import InputError
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.evaluation import places_of
+from ocmm_core.inspection.plan import (
+    Plan,
+    check_plan,
+    features_from_csv,
+    features_from_step,
+    load_plan,
+    new_plan,
+    save_plan,
+    usual_points,
+)
+
+plan_app = typer.Typer(no_args_is_help=True, help="Check, make and import plans.")
+
+STEP_ENDINGS = (".step", ".stp")
+
+NameOption = Annotated[str | None, typer.Option("--name", help="Name of the plan.")]
+PartNameOption = Annotated[str | None, typer.Option("--part", help="Name of the part.")]
+OutputOption = Annotated[Path, typer.Option("--output", "-o", help="Plan document to write.")]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Replace the document if there is one.")
+]
+
+
+@plan_app.command()
+def check(
+    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
+) -> None:
+    """Check a plan, and say what is not wrong but missing: pictures, sizes for the guidance."""
+    loaded = load_plan(plan)
+    console = make_console()
+    points = sum(feature.points for feature in loaded.features)
+    console.print(
+        f"{plan}: good. {len(loaded.features)} features with {points} points, "
+        f"{len(loaded.constructions)} constructions, {len(loaded.characteristics)} "
+        "characteristics.",
+        highlight=False,
+    )
+    for warning in warnings_of(loaded, plan.parent):
+        console.print(warning, style="yellow", highlight=False)
+
+
+@plan_app.command()
+def new(
+    output: OutputOption, name: NameOption = None, part: PartNameOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:  # fmt: skip
+    """Make a plan with one plane to begin with; edit it in the window or as text."""
+    first = NominalFeature(
+        name="DATUM_A", shape=Shape.PLANE, points=usual_points(Shape.PLANE), point=(0.0, 0.0, 0.0)
+    )
+    _write((first,), output, name, part, overwrite=overwrite)
+
+
+@plan_app.command(name="import")
+def import_(
+    file: Annotated[
+        Path, typer.Argument(help="Table of features (CSV), or model (STEP, needs an extra).")
+    ],
+    output: OutputOption,
+    name: NameOption = None,
+    part: PartNameOption = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Make a plan of the features of a table or of the surfaces of a model.
+
+    Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
+    side, points, text. A decimal comma needs semicolons between the columns.
+    """
+    is_step = file.suffix.lower() in STEP_ENDINGS
+    features = features_from_step(file) if is_step else features_from_csv(file)
+    _write(features, output, name, part, overwrite=overwrite)
+
+
+def warnings_of(plan: Plan, folder: Path) -> list[str]:
+    """Return what a plan lacks that it can be measured without."""
+    found = [
+        f"{feature.name}: the picture {feature.picture} is not there."
+        for feature in plan.features
+        if feature.picture and not (folder / feature.picture).is_file()
+    ]
+    sizeless = [f.name for f in plan.features if not len(places_of(f, f.points).points)]
+    if sizeless:
+        found.append(f"No length or width: {', '.join(sizeless)}; no targets are shown for these.")
+    if plan.alignment is None:
+        found.append("No alignment: no targets are shown, and features are probed in order only.")
+    return found
+
+
+def _write(
+    features: tuple[NominalFeature, ...],
+    output: Path,
+    name: str | None,
+    part: str | None,
+    *,
+    overwrite: bool,
+) -> None:
+    if output.exists() and not overwrite:
+        raise InputError(
+            "plan.exists",
+            f"{output}: there is such a file already.",
+            "Choose another name, or give --overwrite.",
+        )
+    plan = msgspec.structs.replace(
+        new_plan(name or output.stem, part or output.stem), features=list(features)
+    )
+    check_plan(output, plan)
+    save_plan(plan, output)
+    make_console().print(f"{output}: {len(features)} features.", highlight=False)

@@ -1,0 +1,189 @@
+"""``ocmm recall``: which verdicts of older jobs stand after their calibration was found wrong."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.calibration.records import default_folder, seal
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.inspection.archive import (
+    COLUMNS,
+    Outcome,
+    Places,
+    RecallRecord,
+    artefact_wrong,
+    decide,
+    decided,
+    headline,
+    job_line,
+    not_judged,
+    recall,
+    rests_on,
+    row,
+    totals,
+    worst_first,
+)
+
+_JOBS = Path("ocmm-out")
+_STYLES = {Outcome.HOLDS: "green", Outcome.CHANGES: "bold red", Outcome.UNKNOWN: "yellow"}
+
+
+def recall_command(
+    *,
+    jobs: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            help="Folders of jobs, with those in them, or job files. Default: ocmm-out.",
+            metavar="[FOLDER]...",
+        ),
+    ] = None,
+    calibrations: Annotated[
+        Path | None,
+        typer.Option("--calibrations", help="Folder of calibrations. Default: that of this user."),
+    ] = None,
+    probes: Annotated[
+        Path | None,
+        typer.Option("--probes", help="Folder of records of probes. Default: that of this user."),
+    ] = None,
+    who: Annotated[
+        str,
+        typer.Option(
+            "--by",
+            help="Your name: decides, so that points whose verdicts hold count again. Without it "
+            "nothing is stored.",
+        ),
+    ] = "",
+    artefact: Annotated[
+        str | None,
+        typer.Option(
+            "--artefact",
+            help="Serial number of an artefact that was found to be wrong: what rests on it falls "
+            "first. Needs --since and --by.",
+        ),
+    ] = None,
+    since: Annotated[
+        datetime | None,
+        typer.Option(
+            "--since", help="When the artefact was wrong.", formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"]
+        ),
+    ] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the recall to this file, sealed.")
+    ] = None,
+    pdf_file: Annotated[
+        Path | None, typer.Option("--pdf", help="Write the recall as pages to this file.")
+    ] = None,
+) -> None:
+    """Recalculate the jobs that are in doubt because their calibration failed later.
+
+    Every job is computed anew from its raw spots with the calibration in force now; what the spots
+    exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
+    not written to. Ends with 0 where all verdicts hold, else with 1.
+    """
+    console = make_console()
+    folder = calibrations if calibrations is not None else default_folder()
+    if artefact is not None or since is not None:
+        _let_fall(console, folder, artefact, since, who)
+    places = Places(tuple(jobs or [_JOBS]), folder, probes)
+    record = recall(places, datetime.now(UTC), workers=min(os.cpu_count() or 1, 8))
+    if who and record.jobs:
+        record = decide(record, places, who, datetime.now(UTC))
+    _show(console, record)
+    if json_file is not None:
+        _write(json_file, seal(record))
+        console.print(f"Recall  {json_file}", highlight=False, markup=False)
+    if pdf_file is not None:
+        _print_pages(record, pdf_file)
+        console.print(f"Recall  {pdf_file}", highlight=False, markup=False)
+    if record.count(Outcome.CHANGES) + record.count(Outcome.UNKNOWN) or record.unread:
+        raise typer.Exit(1)
+
+
+def _let_fall(
+    console: Console,
+    folder: Path,
+    artefact: str | None,
+    since: datetime | None,
+    who: str,
+) -> None:
+    if artefact is None or since is None or not who:
+        raise InputError(
+            "recall.artefact",
+            "A wrong artefact needs its serial number, the day since when, and your name.",
+            "Give --artefact, --since and --by.",
+        )
+    fallen = artefact_wrong(folder, artefact, since.astimezone(UTC), who, datetime.now(UTC))
+    for one in fallen:
+        console.print(
+            f"Fallen  {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, "
+            f"calibration {one.calibration[:12]}",
+            highlight=False,
+            markup=False,
+        )
+    if not fallen:
+        console.print(f"Everything that rests on artefact {artefact} has fallen before.")
+
+
+def _show(console: Console, record: RecallRecord) -> None:
+    console.print(headline(record), style="bold", highlight=False)
+    for sentence in not_judged(record):
+        console.print(sentence, style="yellow", highlight=False, markup=False)
+    if not record.jobs:
+        return
+    for sentence in (*totals(record), decided(record)):
+        console.print(sentence, highlight=False, markup=False)
+    if not record.made_by:
+        console.print("--by NAME releases the points whose verdicts hold.", highlight=False)
+    table = Table(box=box.SIMPLE_HEAD)
+    for name in COLUMNS:
+        table.add_column(name, overflow="fold")
+    for job in worst_first(record.jobs):
+        name = Path(job.path).stem
+        for one in job.characteristics:
+            table.add_row(name, *row(one), style=_STYLES[one.outcome])
+            name = ""
+    console.print(table)
+    for job in worst_first(record.jobs):
+        console.print(f"{job_line(job)} {rests_on(job)}", highlight=False, markup=False)
+
+
+def _print_pages(record: RecallRecord, path: Path) -> None:
+    """Write the pages in a process with the drawing of the window."""
+    # The core knows no Qt: what draws is a program of its own, as the window is.
+    with tempfile.TemporaryDirectory(prefix="ocmm-recall-") as name:
+        sealed = Path(name) / "recall.json"
+        sealed.write_bytes(seal(record))
+        command = [sys.executable, "-m", "ocmm_gui.reports._recall", str(sealed), str(path)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
+    if done.returncode != 0:
+        last = done.stderr.strip().splitlines()[-1:] or ["the program that draws it ended"]
+        raise StorageError(
+            "recall.pdf",
+            f"The pages of the recall were not written: {last[0]}",
+            "What was decided is stored; write the pages again.",
+        )
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(path, content)
+    except OSError as error:
+        raise StorageError(
+            "recall.unwritable",
+            f"{path}: the recall cannot be written ({error.strerror}).",
+            "Give another file; what was decided is stored.",
+        ) from error

@@ -1,0 +1,39 @@
+"""Fits, uncertainties, speeds and simulations on the command line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.study._bench import run_bench
+    from ocmm_core.cli.study._endurance import print_run, run_for
+    from ocmm_core.cli.study._fit import fit_command
+    from ocmm_core.cli.study._probe import probe_app
+    from ocmm_core.cli.study._study import probe_calibration, study_app
+    from ocmm_core.cli.study._uncertainty import uncertainty_command
+    from ocmm_core.cli.study._verify_fits import verify_fits_command
+else:
+    __getattr__ = door(
+        __name__,
+        _bench="run_bench",
+        _endurance="print_run run_for",
+        _fit="fit_command",
+        _probe="probe_app",
+        _study="probe_calibration study_app",
+        _uncertainty="uncertainty_command",
+        _verify_fits="verify_fits_command",
+    )
+
+__all__ = [
+    "fit_command",
+    "print_run",
+    "probe_app",
+    "probe_calibration",
+    "run_bench",
+    "run_for",
+    "study_app",
+    "uncertainty_command",
+    "verify_fits_command",
+]

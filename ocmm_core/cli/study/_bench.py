@@ -1,0 +1,197 @@
+"""``ocmm bench``: the speed of the hot path, as ratios that were measured in one run.
+
+Times are processor time of this thread, so that a busy machine does not change the ratios.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import itertools
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.camera import MAX_SLOTS, CameraModel, Rig, load_rig, project
+from ocmm_core.documents import resource
+from ocmm_core.geometry import Float, rigid_fit, rotation_xyz
+from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe, solve
+
+PEER_LIMIT = 5.0
+REAL_TIME_LIMIT = 20.0
+_FRAME_RATE_HZ = 8000
+_BLOCK = 80
+
+
+@dataclass(frozen=True, slots=True)
+class BenchRow:
+    """One figure: what, the value, what it is compared with, and the ratio against its limit."""
+
+    name: str
+    value: str
+    against: str
+    ratio: float
+    limit: float
+
+
+def run_bench(seconds: float, console: Console) -> None:
+    """Measure and print."""
+    rows = measure(seconds)
+    table = Table(title="Hot path of this machine, one core", title_justify="left")
+    for name in ("Figure", "Value", "Against"):
+        table.add_column(name)
+    for name in ("Ratio", "Wanted"):
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(
+            row.name, row.value, row.against, f"{row.ratio:.1f}", f"at least {row.limit:g}"
+        )
+    console.print(table)
+    if not _has_opencv():
+        console.print(
+            "The comparison with OpenCV needs the package opencv-python-headless, which is "
+            "installed for development only."
+        )
+
+
+def measure(seconds: float) -> list[BenchRow]:
+    """Return the figures, each measured for about ``seconds``."""
+    rig = load_rig(resource("rigs", "thesis.toml"))
+    body = eight_leds(load_probe(resource("probes", "standard.toml")))
+    frames = random_frames(rig, body, 4 * _BLOCK, seed=1)
+    sigma = rig.noise.white_px
+    ours = _per_call(lambda: solve(frames[:_BLOCK], rig, body, sigma), seconds) / _BLOCK
+    rows = []
+    if _has_opencv():
+        chain = _opencv_chain(rig, body)
+        peer = _per_call(lambda: [chain(frame) for frame in frames], seconds) / len(frames)
+        rows.append(
+            BenchRow(
+                "8 LEDs x 2 cameras: tip, covariance, chi-square",
+                f"{ours * 1e6:.2f} us a frame",
+                f"OpenCV undistort + triangulate + rigid fit: {peer * 1e6:.1f} us a frame",
+                peer / ours,
+                PEER_LIMIT,
+            )
+        )
+    track = _per_block(rig, body, frames, seconds)
+    rows.append(
+        BenchRow(
+            "Tracking in blocks of 10 ms at 8 kHz",
+            f"{track * 1e3:.3f} ms a block",
+            "10 ms of real time",
+            _BLOCK / _FRAME_RATE_HZ / track,
+            REAL_TIME_LIMIT,
+        )
+    )
+    return rows
+
+
+def eight_leds(body: ProbeBody) -> ProbeBody:
+    """Return the body with LEDs added up to eight, to measure the largest case."""
+    more = np.array([[-18.0, -24.0, 236.0], [24.0, 28.0, 132.0]])
+    leds = np.concatenate([body.leds_probe, more])[:MAX_SLOTS]
+    return replace(
+        body,
+        leds_probe=leds,
+        led_directions_probe=np.tile([0.0, -1.0, 0.0], (len(leds), 1)),
+        geometry_covariance=np.zeros((3 * len(leds) + 3,) * 2),
+    )
+
+
+def random_frames(rig: Rig, body: ProbeBody, count: int, seed: int) -> Float:
+    """Return spots (n, C, L, 2), px, of random poses, tilt up to 45 degrees, with white noise."""
+    rng = np.random.default_rng(seed)
+    uv = np.empty((count, len(rig.cameras), body.n_leds, 2))
+    for frame in range(count):
+        angles = rng.uniform(-1.0, 1.0, 3) * np.radians([45.0, 45.0, 10.0])
+        origin = rng.uniform(-1.0, 1.0, 3) * np.array([150.0, 80.0, 100.0])
+        leds_world = body.leds_probe @ rotation_xyz(*angles).T + origin
+        for c, camera in enumerate(rig.cameras):
+            uv[frame, c] = project(camera, leds_world)
+    return uv + rig.noise.white_px * rng.standard_normal(uv.shape)
+
+
+def _per_call(work: Callable[[], object], seconds: float) -> float:
+    """Return the processor time of one call: the median of ten groups, after a call to warm up."""
+    work()
+    start = time.thread_time()
+    work()
+    once = max(time.thread_time() - start, 1e-7)
+    repeat = max(1, int(seconds / 10.0 / once))
+    times = []
+    for _ in range(10):
+        start = time.thread_time()
+        for _ in range(repeat):
+            work()
+        times.append((time.thread_time() - start) / repeat)
+    return float(np.median(times))
+
+
+def _per_block(rig: Rig, body: ProbeBody, frames: Float, seconds: float) -> float:
+    uv = np.full((_BLOCK, len(rig.cameras), MAX_SLOTS, 2), np.nan)
+    # One pose held with noise: labels are found once, as in real use.
+    noise = rig.noise.white_px * np.random.default_rng(2).standard_normal(frames[:_BLOCK].shape)
+    uv[:, :, : body.n_leds] = frames[0] + noise
+    block = FrameBlock(
+        counter=np.arange(_BLOCK, dtype=np.int64),
+        time_ns=np.arange(_BLOCK, dtype=np.int64) * 125_000,
+        flags=np.zeros(_BLOCK, dtype=np.uint32),
+        valid=np.full((_BLOCK, len(rig.cameras)), 0xFF, dtype=np.uint16),
+        uv=uv,
+    )
+    pipeline = TrackingPipeline(rig, body)
+    turn = itertools.count()
+
+    def track() -> None:
+        # Time goes on: a block that came once more would be an interruption, and labels be sought.
+        first = next(turn) * _BLOCK
+        pipeline.process(
+            replace(
+                block,
+                counter=block.counter + first,
+                time_ns=block.time_ns + first * 125_000,
+            )
+        )
+
+    return _per_call(track, seconds)
+
+
+def _has_opencv() -> bool:
+    return importlib.util.find_spec("cv2") is not None
+
+
+def _opencv_chain(rig: Rig, body: ProbeBody) -> Callable[[Float], Float]:
+    """Return what one would write with OpenCV: spots (2, L, 2) to tip, without covariance."""
+    cv2: Any = importlib.import_module("cv2")
+    cv2.setNumThreads(1)
+    matrices, lenses, projections = [], [], []
+    for camera in rig.cameras[:2]:
+        matrices.append(_camera_matrix(camera))
+        f = camera.focal
+        lenses.append(np.array([camera.k1 * f**2, camera.k2 * f**4, camera.p1 * f, camera.p2 * f]))
+        pose = camera.T_camera_from_world
+        projections.append(np.hstack([pose.rotation, pose.translation[:, None]]))
+
+    def chain(spots: Float) -> Float:
+        ideal = [
+            cv2.undistortPoints(spots[c][:, None], matrices[c], lenses[c])[:, 0].T for c in (0, 1)
+        ]
+        homogeneous = cv2.triangulatePoints(projections[0], projections[1], *ideal)
+        points = (homogeneous[:3] / homogeneous[3]).T
+        rotation, translation = rigid_fit(body.leds_probe, points)
+        tip: Float = rotation @ body.tip_probe + translation
+        return tip
+
+    return chain
+
+
+def _camera_matrix(camera: CameraModel) -> Float:
+    fx, fy = camera.focal * camera.sx, camera.focal * camera.sy
+    return np.array([[fx, 0.0, camera.u0], [0.0, fy, camera.v0], [0.0, 0.0, 1.0]])

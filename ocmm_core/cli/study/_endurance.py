@@ -1,0 +1,89 @@
+"""The memory of a long run: the whole chain, with the virtual rig at full speed."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.documents import resource
+
+_SAMPLES = 10
+_POLL_S = 0.05
+_MIB = 1024.0 * 1024.0
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryRun:
+    """Memory over a run.
+
+    Attributes
+    ----------
+    frames
+        Frames that were tracked.
+    wall_s
+        How long that took.
+    memory_mib
+        Resident memory at ten equal steps of bus time, MiB; the first is after one tenth, when
+        everything has been loaded and the script has been measured.
+    """
+
+    frames: int
+    wall_s: float
+    memory_mib: tuple[float, ...]
+
+    @property
+    def growth_mib(self) -> float:
+        """Return how much the memory grew from the first to the last sample, MiB."""
+        return self.memory_mib[-1] - self.memory_mib[0]
+
+
+def run_for(bus_time_s: float, console: Console) -> MemoryRun:
+    """Run the station on the virtual rig for so much bus time, at 8 kHz.
+
+    The operator measures a short plan; then the probe stays in view and is tracked.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        request = StationRequest(
+            plan=resource("plans", "quick.toml"), out=Path(folder), stay=True, speed=0.0
+        )
+        station = build_station(request).station
+        memory: list[float] = []
+        start = time.monotonic()
+        with Progress(console=console, transient=True) as progress:
+            task = progress.add_task(f"{bus_time_s:.0f} s of bus time", total=_SAMPLES)
+            try:
+                station.start()
+                while len(memory) < _SAMPLES:
+                    if station.wait_finished(_POLL_S):
+                        break
+                    if station.live().time_s >= bus_time_s * (len(memory) + 1) / _SAMPLES:
+                        memory.append(_resident_mib())
+                        progress.advance(task)
+                frames = station.acquisition_status().frames
+            finally:
+                station.close()
+    return MemoryRun(frames, time.monotonic() - start, tuple(memory))
+
+
+def print_run(run: MemoryRun, bus_time_s: float, console: Console) -> None:
+    """Print memory and speed of a run."""
+    samples = "  ".join(f"{value:.0f}" for value in run.memory_mib)
+    console.print(f"{bus_time_s:.0f} s of bus time, {run.frames} frames at 8 kHz", highlight=False)
+    console.print(f"Memory at ten steps, MiB: {samples}", highlight=False)
+    console.print(f"Growth from first to last: {run.growth_mib:+.1f} MiB", highlight=False)
+    console.print(
+        f"Real-time factor of the whole chain, virtual rig included: {bus_time_s / run.wall_s:.1f}",
+        highlight=False,
+    )
+
+
+def _resident_mib() -> float:
+    pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / _MIB

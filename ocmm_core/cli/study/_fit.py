@@ -1,0 +1,213 @@
+"""``ocmm fit``: one element through the points of a text file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.cli.study._fit_json import fit_json
+from ocmm_core.cli.study._fit_rows import Row, rows_of
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.errors import FitError, InputError
+from ocmm_core.features.measured import fit_shape, outliers
+from ocmm_core.features.search import sizes_in_words
+from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Fit, Shape, read_points_file
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.decisions import U_LABEL
+from ocmm_core.tolerances.uncertainty import FitUncertainty, fit_uncertainty
+
+LISTED = 20
+"""Outliers that are printed one by one."""
+
+AMBIGUOUS = (Shape.CYLINDER, Shape.CONE, Shape.TORUS, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+
+
+class ShapeWord(StrEnum):
+    """Shapes on the command line."""
+
+    POINT = "point"
+    LINE = "line"
+    PLANE = "plane"
+    CIRCLE = "circle"
+    SPHERE = "sphere"
+    CYLINDER = "cylinder"
+    ELLIPSE = "ellipse"
+    ROUND_SLOT = "round-slot"
+    SQUARE_SLOT = "square-slot"
+    RECTANGLE = "rectangle"
+    CONE = "cone"
+    TORUS = "torus"
+
+
+class CriterionWord(StrEnum):
+    """Criteria on the command line."""
+
+    LEAST_SQUARES = "least-squares"
+    MINIMUM_ZONE = "minimum-zone"
+    INSCRIBED = "inscribed"
+    CIRCUMSCRIBED = "circumscribed"
+
+
+def fit_command(
+    file: Annotated[
+        Path, typer.Argument(help="Text file, a row x y z in mm for every point.", metavar="FILE")
+    ],
+    shape: Annotated[ShapeWord, typer.Option("--shape", help="What to fit.")],
+    criterion: Annotated[
+        CriterionWord, typer.Option("--criterion", help="How it is associated with the points.")
+    ] = CriterionWord.LEAST_SQUARES,
+    free: Annotated[
+        bool,
+        typer.Option("--free", help="Circle: fit in space as one problem, not plane first."),
+    ] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object instead of the table.")
+    ] = False,
+) -> None:
+    """Fit one element to points and print it with its form, uncertainty and outliers.
+
+    The points are taken as they are: no ball is taken off. The uncertainty is what the scatter of
+    the residuals says, as if it were random and equal everywhere; it knows nothing of the measuring
+    system. U holds the true value in 95 of 100 cases, however few points there are; where the
+    points determine a number too weakly for that, it is shown without U.
+    """
+    wanted = Shape[shape.name]
+    if free and wanted is not Shape.CIRCLE:
+        raise InputError(
+            "fit.free", f"--free is for circles, not for a {shape.value}.", "Leave it out."
+        )
+    if free and criterion in (CriterionWord.INSCRIBED, CriterionWord.CIRCUMSCRIBED):
+        raise InputError(
+            "fit.free", "--free goes with least-squares and minimum-zone only.", "Leave one out."
+        )
+    held = read_points_file(file)
+    points = held.points
+    try:
+        fit = fit_shape(wanted, points, criterion=Criterion[criterion.name], free=free)
+    except FitError as error:
+        raise FitError(error.code, f"{file}: {error.what}", error.remedy) from error
+    found = fit_uncertainty(fit, points)
+    if json:
+        typer.echo(fit_json(file, held.unit, fit, points, criterion.value, found))
+        return
+    console = make_console()
+    if held.unit != "mm":
+        console.print(
+            f"[yellow]The file names the unit {held.unit}: all numbers are in mm, "
+            f"{held.factor:g} times those of the file.[/]",
+            highlight=False,
+        )
+    _print_fit(console, fit, found, len(points), criterion, free=free)
+    if fit.criterion is Criterion.LEAST_SQUARES:
+        _print_outliers(console, fit, points)
+    _print_rival(console, fit)
+    if fit.rival is None and wanted in AMBIGUOUS and len(points) <= MINIMUM_POINTS[wanted]:
+        console.print(
+            f"[yellow]{len(points)} points are as few as a {shape.value} needs: others may pass "
+            "through them as well. Take more points.[/]",
+            highlight=False,
+        )
+
+
+def _print_fit(
+    console: Console,
+    fit: Fit,
+    found: FitUncertainty | None,
+    n: int,
+    criterion: CriterionWord,
+    *,
+    free: bool,
+) -> None:
+    how = f"{criterion.value} ({fit.criterion.value})" + (", one problem in space" if free else "")
+    table = Table(
+        title=f"{fit.shape.value} through {n} points, {how}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column("")
+    table.add_column("Value", justify="right", no_wrap=True)
+    table.add_column(U_LABEL, justify="right", no_wrap=True)
+    rows = rows_of(fit, found)
+    for row in rows:
+        digits = 12 if row.unit == "" else 9
+        text = "  ".join(f"{value:.{digits}f}" for value in row.values)
+        own = row.expanded
+        table.add_row(row.words, text, "–" if own is None else f"{own:.2g} {row.stated_unit}")
+    console.print(table)
+    if fit.contacts:
+        held = ", ".join(str(row + 1) for row in fit.contacts)
+        console.print(f"Held by points {held} (rows of the file, counted from 1).")
+    _print_uncertainty(console, rows)
+
+
+def _print_uncertainty(console: Console, rows: Sequence[Row]) -> None:
+    """Print what U stands for, and why a number has none."""
+    stated = [row for row in rows if row.stated is not None]
+    if not stated:
+        console.print(
+            "No uncertainty: it follows from the residuals of least squares with more points than "
+            "determine the element.",
+            style="dim",
+        )
+        return
+    known = [row.stated for row in stated if row.stated is not None and row.stated.k is not None]
+    if known:
+        degrees = _range([one.degrees for one in known], 1)
+        factors = _range([one.k for one in known if one.k is not None], 2)
+        console.print(
+            f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
+            "It knows nothing of the measuring system.",
+            style="dim",
+            highlight=False,
+        )
+    weak = [row.words for row in stated if row.stated is not None and not row.stated.valid]
+    if weak:
+        console.print(
+            f"[yellow]No U for {', '.join(weak)}: the points determine the element too weakly. "
+            "Take more points, spread over more of it.[/]",
+            highlight=False,
+        )
+
+
+def _range(values: Sequence[float], digits: int) -> str:
+    """Return the one value, or the least and the greatest."""
+    low, high = (f"{round(value, digits):g}" for value in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
+def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
+    found = outliers(fit, points)
+    for row in found[:LISTED]:
+        console.print(
+            f"[yellow]Outlier: point {row + 1} lies {fit.residuals[row]:+.6f} mm off; it is in the "
+            "fit all the same.[/]",
+            highlight=False,
+        )
+    if len(found) > LISTED:
+        console.print(f"[yellow]{len(found) - LISTED} more outliers.[/]", highlight=False)
+    if not found:
+        console.print("No outliers.", style="dim")
+
+
+def _print_rival(console: Console, fit: Fit) -> None:
+    """Print that the points fit another element as well, and which one."""
+    if fit.rival is None:
+        return
+    console.print(
+        "[bold red]AMBIGUOUS:[/] the points fit two elements, and their noise cannot decide which "
+        "one it is. Use neither; take more points, spread over more of the feature.",
+        highlight=False,
+    )
+    for word, one in (("The one above:", fit), ("The other one:", fit.rival)):
+        centre = ", ".join(f"{value:.6f}" for value in one.point)
+        console.print(
+            f"{word} {sizes_in_words(one)}, at {centre}; rms of the residuals {one.rms:.9f} mm.",
+            highlight=False,
+        )

@@ -1,0 +1,186 @@
+"""``ocmm probe``: what a probe is good for, before it is built."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
+from ocmm_core.camera import load_rig
+from ocmm_core.cli.terminal import ProbeOption, RigOption, bending, make_console, tip_map
+from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError
+from ocmm_core.measuring import (
+    BudgetTerm,
+    Examination,
+    ProbeReport,
+    examine,
+    label_verdict,
+    label_words,
+    map_range,
+    mechanics_words,
+)
+from ocmm_core.tracking import load_probe
+
+probe_app = typer.Typer(
+    no_args_is_help=True, help="Examine a probe: how certain its tip is, and why not more."
+)
+
+
+@probe_app.callback()
+def _probe() -> None:
+    pass
+
+
+@probe_app.command()
+def design(
+    *,
+    probe: ProbeOption = STANDARD_PROBE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe_design: Annotated[
+        Path | None,
+        typer.Option(
+            "--design",
+            help="Design document: materials and sections. Without it that of the resources folder "
+            "with the probe's name, if there is one.",
+        ),
+    ] = None,
+    tilt: Annotated[
+        tuple[float, float, float],
+        typer.Option("--tilt", help="Tilts about X, Y and Z: uniform between - and + these, °."),
+    ] = (45.0, 45.0, 10.0),
+    spot_sigma: Annotated[
+        float, typer.Option("--spot-sigma", min=1e-6, help="Noise of an averaged spot, px.")
+    ] = 0.0105,
+    poses: Annotated[int, typer.Option("--poses", min=100, help="Poses of the number.")] = 4000,
+    all_seen: Annotated[
+        bool,
+        typer.Option("--all-seen", help="Take LEDs that face away from a camera to be seen."),
+    ] = False,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the poses.")] = 1,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the figures.")] = Path("ocmm-out"),
+) -> None:
+    """Say how certain the tip of a probe is with a rig, and whether its LEDs can be confused.
+
+    Prints the uncertainty of the tip as a number, the LEDs' nearest wrong order, growth by warmth
+    and bending where the design is known, and what each source adds to one point. Writes maps over
+    tilt and volume and the bending line as SVG.
+    """
+    if min(tilt) < 0.0 or max(tilt) > 180.0:
+        raise InputError(
+            "design.tilt", f"The tilts {tilt} are none.", "Give three angles from 0 to 180 degrees."
+        )
+    cameras, body = load_rig(rig), load_probe(probe)
+    path = probe_design if probe_design is not None else shipped_design(body)
+    built = None if path is None else load_design(path, body)
+    asked = Examination(
+        Postures(tilt, cameras.volume_world),
+        sigma_px=spot_sigma,
+        poses=poses,
+        everything_seen=all_seen,
+        seed=seed,
+    )
+    console = make_console()
+    with console.status("Computing") as status:
+        report = examine(cameras, body, built, asked, lambda what, _: status.update(what))
+    written = write_figures(report, out)
+    print_report(console, report)
+    console.print(f"Written: {', '.join(str(item) for item in written)}", highlight=False)
+
+
+def print_report(console: Console, report: ProbeReport) -> None:
+    """Print everything that was found, in sentences and tables."""
+    asked, number = report.examination, report.number
+    low, high = asked.postures.volume_world
+    console.print(
+        f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'.",
+        highlight=False,
+    )
+    console.print(
+        f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
+        f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
+        f"{asked.sigma_px:g} px.",
+        highlight=False,
+    )
+    console.print()
+    if not np.isfinite(number.space_um):
+        console.print("[bold red]No pose gives a tip: the cameras do not see enough LEDs.[/]")
+    else:
+        x, y, z = number.axes_um
+        console.print(
+            f"[bold]Uncertainty of the tip by the spots: {number.space_um:.1f} µm[/] "
+            f"(standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f}).",
+            highlight=False,
+        )
+        console.print(
+            f"Below {number.nineteen_of_twenty_um:.1f} µm in 95 of 100 poses. "
+            f"{100.0 * number.share:.1f} % of all poses give a number.",
+            highlight=False,
+        )
+    console.print()
+    for item in report.labels:
+        console.print(label_words(item), highlight=False)
+    console.print(label_verdict(report.labels, coded=report.coded), highlight=False)
+    console.print()
+    if report.mechanics is None:
+        console.print(
+            "Growth and bending: not known. Give a design document with --design.", highlight=False
+        )
+    else:
+        for line in mechanics_words(report.mechanics):
+            console.print(line, highlight=False)
+    console.print()
+    console.print(_budget_table(report.budget))
+    if report.budget:
+        console.print(
+            "Standard uncertainties in space, RMS over the poses. Camera and probe errors are "
+            "common to many points: they cancel in short distances.",
+            style="dim",
+            highlight=False,
+        )
+
+
+def write_figures(report: ProbeReport, out: Path) -> list[Path]:
+    """Write maps and bending line and return their names; raise InputError where that fails."""
+    limits = map_range(report.maps)
+    subtitle = (
+        f"Probe '{report.probe}', rig '{report.rig}', spots of {report.examination.sigma_px:g} px; "
+        f"standard, in space; mean {report.number.space_um:.1f} µm"
+    )
+    names = ("probe_tilt.svg", "probe_volume_top.svg", "probe_volume_front.svg")
+    files = {
+        name: tip_map(found, limits, subtitle)
+        for name, found in zip(names, report.maps, strict=True)
+    }
+    if report.mechanics is not None:
+        files["probe_bending.svg"] = bending(
+            report.mechanics, f"Bending of the probe '{report.probe}'"
+        )
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            write_atomic(out / name, text.encode("utf-8"))
+    except OSError as error:
+        raise InputError(
+            "design.unwritable",
+            f"{out}: the figures cannot be written ({error.strerror}).",
+            "Give a folder that you may write with --out.",
+        ) from error
+    return [out / name for name in files]
+
+
+def _budget_table(budget: tuple[BudgetTerm, ...]) -> Table:
+    table = Table(title="What one point is uncertain by", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Source", no_wrap=True)
+    table.add_column("µm", justify="right", no_wrap=True)
+    table.add_column("Rests on")
+    for term in budget:
+        table.add_row(term.name, f"{term.sigma_um:.2f}", term.rests_on)
+    return table

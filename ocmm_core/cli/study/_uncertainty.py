@@ -1,0 +1,166 @@
+"""``ocmm uncertainty``: where the uncertainties of a job come from, and Monte Carlo beside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from ocmm_core.cli.measure import print_states
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import JobUncertainty, job_uncertainty
+from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, rule_words
+from ocmm_core.tolerances.monte_carlo import (
+    MonteCarloOptions,
+    MonteCarloReport,
+    Task,
+    simulate_elsewhere,
+)
+from ocmm_core.tolerances.uncertainty import Budget
+
+_BAR = 20
+
+
+def uncertainty_command(
+    job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
+    only: Annotated[
+        str, typer.Option("--only", help="Name of one characteristic; else all of them.")
+    ] = "",
+    monte_carlo: Annotated[
+        bool, typer.Option("--monte-carlo", help="Simulate too, and compare.")
+    ] = False,
+    trials: Annotated[
+        int, typer.Option("--trials", min=10_000, max=10_000_000, help="At most so many trials.")
+    ] = 1_000_000,
+    digits: Annotated[
+        int, typer.Option("--digits", min=1, max=2, help="Significant digits of u wanted.")
+    ] = 2,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the simulation.")] = 1,
+) -> None:
+    """Show the uncertainty budget of every result of a job.
+
+    The job is opened read-only and computed anew from its points. Ctrl+C gives a simulation up.
+    """
+    console = make_console()
+    opened = reopen_job(job)
+    print_states(console, opened.view)
+    found = job_uncertainty(
+        opened.plan, opened.points, opened.sensitivities, opened.rig, opened.body, opened.options
+    )
+    names = [item.name for item in opened.plan.characteristics]
+    if only and only not in names:
+        raise InputError(
+            "uncertainty.name",
+            f"{job} has no characteristic called {only!r}.",
+            f"Give one of: {', '.join(names)}.",
+        )
+    asked = [only] if only else names
+    results = {item.name: item for item in opened.view.characteristics}
+    for name in asked:
+        _print_budget(console, name, found, results.get(name))
+    if monte_carlo:
+        options = MonteCarloOptions(max_trials=trials, digits=digits, seed=seed)
+        for task in found.tasks:
+            wanted = _only(task, asked)
+            if wanted.characteristics:
+                _print_simulation(console, _simulated(console, wanted, options))
+
+
+def _print_budget(
+    console: Console, name: str, found: JobUncertainty, result: CharacteristicResult | None
+) -> None:
+    budget = found.budgets.get(name)
+    if budget is None:
+        console.print(f"{name}: no budget. {found.missing.get(name, '')}", highlight=False)
+        return
+    console.print(_table(budget))
+    degrees = "" if budget.degrees > 1e6 else f", {budget.degrees:.0f} degrees of freedom"
+    wider = (
+        " (more than 2 u: noise makes such a value greater than it is)"
+        if budget.expanded > 2.0001 * budget.standard
+        else ""
+    )
+    console.print(
+        f"u = {budget.standard:.5f} {budget.unit}{degrees}; "
+        f"{U_LABEL} = {budget.expanded:.5f} {budget.unit}{wider}",
+        highlight=False,
+    )
+    if result is not None and result.rule:
+        said = f"{result.verdict.value} by {rule_words(result.rule)}"
+        if result.tur is not None:
+            said += f"; TUR {result.tur:.1f}"
+        if result.leaning:
+            said += f"; leaning {result.leaning}"
+        console.print(f"{said}. {result.caution}".strip(), highlight=False)
+
+
+def _table(budget: Budget) -> Table:
+    table = Table(
+        title=f"{budget.characteristic} = {budget.value:.5f} {budget.unit}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column("Source", no_wrap=True)
+    table.add_column(f"u, {budget.unit}", justify="right", no_wrap=True)
+    table.add_column("Share", justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column("Type", no_wrap=True)
+    table.add_column("From")
+    for row in budget.rows:
+        table.add_row(
+            row.name,
+            f"{row.standard:.5f}",
+            f"{100.0 * row.share:.1f} %",
+            "█" * round(_BAR * row.share),
+            f"{row.kind}, {row.distribution}",
+            row.origin,
+        )
+    return table
+
+
+def _only(task: Task, names: list[str]) -> Task:
+    kept = tuple(item for item in task.characteristics if item.name in names)
+    return task.only(kept)
+
+
+def _simulated(console: Console, task: Task, options: MonteCarloOptions) -> MonteCarloReport:
+    with Progress(console=console, transient=True) as progress:
+        bar = progress.add_task("Monte Carlo", total=1.0)
+        return simulate_elsewhere(
+            task, options, lambda what, share: progress.update(bar, completed=share)
+        )
+
+
+def _print_simulation(console: Console, report: MonteCarloReport) -> None:
+    table = Table(title="Monte Carlo (JCGM 101)", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Characteristic", no_wrap=True)
+    for name in ("Trials", "Mean", "u", "Interval", "Shortest", "d low", "d high", "Tolerance"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("Linear propagation")
+    for item in report.values:
+        verdict = "valid" if item.validated else "differs"
+        table.add_row(
+            item.name,
+            f"{item.trials}",
+            f"{item.mean:.5f}",
+            f"{item.sigma:.5f}",
+            f"{item.symmetric[0]:.5f} to {item.symmetric[1]:.5f}",
+            f"{item.shortest[0]:.5f} to {item.shortest[1]:.5f}",
+            f"{item.off_low:.5f}",
+            f"{item.off_high:.5f}",
+            f"{item.tolerance:.5f}",
+            verdict if item.settled else f"{verdict}, more trials needed",
+        )
+    console.print(table)
+    console.print(
+        f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "
+        f"{report.failed} trials without a fit.",
+        style="dim",
+    )

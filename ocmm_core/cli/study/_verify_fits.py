@@ -1,0 +1,111 @@
+"""``ocmm verify-fits``: the fits of this installation against certified reference pairs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.table import Table
+
+from ocmm_core.cli.study._fit import CriterionWord
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.features.measured import (
+    APEX_LIMIT,
+    DIRECTION_LIMIT,
+    POSITION_LIMIT,
+    SIZE_LIMIT,
+    Convention,
+    PairResult,
+    SetReport,
+    verify_folder,
+)
+from ocmm_core.features.shapes import Criterion
+
+_FIELDS = (
+    ("position", f"Position mm\n(limit {POSITION_LIMIT:.0e})"),
+    ("size", f"Size mm\n(limit {SIZE_LIMIT:.0e})"),
+    ("direction", f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})"),
+    ("apex", f"Apex deg\n(limit {APEX_LIMIT:.0e})"),
+    ("form", f"Form mm\n(limit {SIZE_LIMIT:.0e})"),
+)
+
+
+def verify_fits_command(
+    folder: Annotated[
+        Path, typer.Argument(help="Folder with pairs NAME.ds and NAME.fit.", metavar="DIR")
+    ],
+    convention: Annotated[
+        Convention,
+        typer.Option(
+            "--convention",
+            help="What the certified numbers mean: nist has diameters and circles in the plane of "
+            "their points; ptb has radii, circles as one problem, and cones' axes towards the "
+            "smaller radius; any takes whichever agrees and says so.",
+        ),
+    ] = Convention.ANY,
+    criterion: Annotated[
+        CriterionWord, typer.Option("--criterion", help="How the certified ones are associated.")
+    ] = CriterionWord.LEAST_SQUARES,
+) -> None:
+    """Fit reference points and print the worst difference from the certified results.
+
+    Every fit starts cold. Behind the certified numbers of a pair its form may stand.
+    Exit code 1 where one is beyond a limit or there is no fit.
+    """
+    reports = verify_folder(folder, convention, Criterion[criterion.name])
+    shown = [
+        item for item in _FIELDS
+        if item[0] != "form" or any(report.worst("form") is not None for report in reports)
+    ]  # fmt: skip
+    console = make_console()
+    table = Table(title="Worst error of each set", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("Set", no_wrap=True)
+    table.add_column("Pairs", justify="right")
+    for _, title in shown:
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("Result", no_wrap=True)
+    for report in reports:
+        table.add_row(
+            report.name,
+            str(len(report.results)),
+            *(_number(report.worst(field)) for field, _ in shown),
+            "[green]PASS[/]" if report.passed else "[bold red]FAIL[/]",
+        )
+    console.print(table)
+    for report in reports:
+        for line in _lines(report):
+            console.print(line, highlight=False)
+    failed = sum(not result.passed for report in reports for result in report.results)
+    total = sum(len(report.results) for report in reports)
+    console.print(f"{total - failed} of {total} pairs within the limits.", highlight=False)
+    raise typer.Exit(int(failed > 0))
+
+
+def _lines(report: SetReport) -> list[str]:
+    """Return a sentence for every pair that failed or is compared by its residuals alone."""
+    lines = []
+    for result in report.results:
+        if result.failure:
+            lines.append(f"{report.name}/{result.name}: no fit. {result.failure}")
+        elif not result.passed:
+            lines.append(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)}).")
+        elif result.residual is not None:
+            lines.append(
+                f"{report.name}/{result.name}: several cones pass through its {result.points} "
+                f"points; only residuals are compared, rms {result.residual:.1e} mm."
+            )
+        elif result.reading:
+            lines.append(f"{report.name}/{result.name}: agrees where read as {result.reading}.")
+    return lines
+
+
+def _beyond(result: PairResult) -> str:
+    """Return every difference of a pair that did not pass."""
+    known = [(field, getattr(result, field)) for field, _ in _FIELDS]
+    return ", ".join(f"{field} {value:.1e}" for field, value in known if value is not None)
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.1e}"

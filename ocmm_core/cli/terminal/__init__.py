@@ -1,0 +1,93 @@
+"""What the commands share: the console, options, and pictures as files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.terminal._console import _WIDE, make_console
+    from ocmm_core.cli.terminal._options import (
+        CalibrationsOption,
+        CheckAfterOption,
+        CompensatePartOption,
+        CompensateProbeOption,
+        ForceOption,
+        IncompleteOption,
+        OutOption,
+        PartExpansionOption,
+        PartOption,
+        PartTemperatureOption,
+        PlanOption,
+        ProbeDesignOption,
+        ProbeOption,
+        ProbesOption,
+        ProbeTemperatureOption,
+        ReferenceOption,
+        RigOption,
+        SeedOption,
+        SourceOption,
+        SpeedOption,
+        StreamHostOption,
+        StreamOption,
+        StreamTokenOption,
+        TemperatureSigmaOption,
+        TipOption,
+        UncalibratedOption,
+    )
+    from ocmm_core.cli.terminal._pictures import encoder_for
+    from ocmm_core.cli.terminal._svg import histogram, points_in_space
+    from ocmm_core.cli.terminal._svg_maps import bending, tip_map
+else:
+    __getattr__ = door(
+        __name__,
+        _console="_WIDE make_console",
+        _options=(
+            "CalibrationsOption CheckAfterOption CompensatePartOption CompensateProbeOption "
+            "ForceOption IncompleteOption OutOption PartExpansionOption PartOption "
+            "PartTemperatureOption PlanOption ProbeDesignOption ProbeOption "
+            "ProbeTemperatureOption ProbesOption ReferenceOption RigOption SeedOption "
+            "SourceOption SpeedOption StreamHostOption StreamOption StreamTokenOption "
+            "TemperatureSigmaOption TipOption UncalibratedOption"
+        ),
+        _pictures="encoder_for",
+        _svg="histogram points_in_space",
+        _svg_maps="bending tip_map",
+    )
+
+__all__ = [
+    "_WIDE",
+    "CalibrationsOption",
+    "CheckAfterOption",
+    "CompensatePartOption",
+    "CompensateProbeOption",
+    "ForceOption",
+    "IncompleteOption",
+    "OutOption",
+    "PartExpansionOption",
+    "PartOption",
+    "PartTemperatureOption",
+    "PlanOption",
+    "ProbeDesignOption",
+    "ProbeOption",
+    "ProbeTemperatureOption",
+    "ProbesOption",
+    "ReferenceOption",
+    "RigOption",
+    "SeedOption",
+    "SourceOption",
+    "SpeedOption",
+    "StreamHostOption",
+    "StreamOption",
+    "StreamTokenOption",
+    "TemperatureSigmaOption",
+    "TipOption",
+    "UncalibratedOption",
+    "bending",
+    "encoder_for",
+    "histogram",
+    "make_console",
+    "points_in_space",
+    "tip_map",
+]

@@ -1,0 +1,87 @@
+"""The composition root: from names and numbers to sources, calibrations and a station."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.composition._calibrate_scenes import (
+        VirtualSite,
+        scenes_of_known_points,
+        scenes_of_relocation,
+        scenes_of_verification,
+    )
+    from ocmm_core.composition._calibration_choice import (
+        checked_for_replay,
+        choose_calibration,
+        choose_probe,
+    )
+    from ocmm_core.composition._climate import ClimateRequest, climate_in_use
+    from ocmm_core.composition._compose import BuiltStation, build_station, calibration_of
+    from ocmm_core.composition._defaults import (
+        DEFAULT_SEED,
+        DEMO_PART,
+        DEMO_PLAN,
+        RECOMMENDED_RIG,
+        STANDARD_PROBE,
+    )
+    from ocmm_core.composition._feeds import (
+        Feed,
+        StationRequest,
+        identities,
+        make_feed,
+        script_of,
+        segment_of,
+    )
+    from ocmm_core.composition._source_names import VIRTUAL_BUSES
+    from ocmm_core.composition._stream_options import stream_options
+    from ocmm_core.composition._tip_scenes import scene_of_tip
+    from ocmm_core.composition._truth import true_values
+else:
+    __getattr__ = door(
+        __name__,
+        _calibrate_scenes=(
+            "VirtualSite scenes_of_known_points scenes_of_relocation scenes_of_verification"
+        ),
+        _calibration_choice="checked_for_replay choose_calibration choose_probe",
+        _climate="ClimateRequest climate_in_use",
+        _compose="BuiltStation build_station calibration_of",
+        _defaults="DEFAULT_SEED DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
+        _feeds="Feed StationRequest identities make_feed script_of segment_of",
+        _source_names="VIRTUAL_BUSES",
+        _stream_options="stream_options",
+        _tip_scenes="scene_of_tip",
+        _truth="true_values",
+    )
+
+__all__ = [
+    "DEFAULT_SEED",
+    "DEMO_PART",
+    "DEMO_PLAN",
+    "RECOMMENDED_RIG",
+    "STANDARD_PROBE",
+    "VIRTUAL_BUSES",
+    "BuiltStation",
+    "ClimateRequest",
+    "Feed",
+    "StationRequest",
+    "VirtualSite",
+    "build_station",
+    "calibration_of",
+    "checked_for_replay",
+    "choose_calibration",
+    "choose_probe",
+    "climate_in_use",
+    "identities",
+    "make_feed",
+    "scene_of_tip",
+    "scenes_of_known_points",
+    "scenes_of_relocation",
+    "scenes_of_verification",
+    "script_of",
+    "segment_of",
+    "stream_options",
+    "true_values",
+]

@@ -1,0 +1,219 @@
+"""What the virtual rig shows to a calibration procedure: whatever the session still lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.cameras import ReferencePoints
+from ocmm_core.calibration.guided import KnownPointsView, RelocationView, VerificationView
+from ocmm_core.calibration.records import LengthBar, Sphere
+from ocmm_core.calibration.tip import QUALIFICATION_RINGS
+from ocmm_core.camera import CameraModel, Rig, Vector3, project
+from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit
+from ocmm_core.simulation.calibration_scenes import (
+    SEATS,
+    CalibratingScript,
+    FrameMove,
+    Scene,
+    ShowBar,
+    ShowTarget,
+    TouchSeats,
+    TouchSphere,
+    Wave,
+    stand_of,
+)
+from ocmm_core.tracking import triangulate
+
+_LIST_ERROR, _BAR_ERROR, _PLACES = range(40, 43)
+_SECONDS_OF_WAVING = 60
+_SET_POINTS = ((-150.0, -50.0, -120.0), (150.0, -50.0, -120.0), (-150.0, 50.0, -120.0))
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualSite:
+    """The virtual rig that a procedure is run with.
+
+    Attributes
+    ----------
+    rig, probe
+        Documents.
+    seed
+        Of the world.
+    move
+        Seed of what happened to the frame since; None: nothing.
+    """
+
+    rig: Path
+    probe: Path
+    seed: int
+    move: int | None
+
+    def script(self, scenes: tuple[Scene, ...]) -> CalibratingScript:
+        """Return the rig with scenes, in words."""
+        return CalibratingScript(
+            calibrating=scenes,
+            rig=str(self.rig.resolve()),
+            probe=str(self.probe.resolve()),
+            seed=self.seed,
+            moved=None if self.move is None else FrameMove(seed=self.move),
+        )
+
+
+def scenes_of_known_points(
+    site: VirtualSite, view: KnownPointsView, points: ReferencePoints
+) -> tuple[Scene, ...]:
+    """Return the positions that were not taken yet, off by what the list says of itself."""
+    error = np.random.default_rng([site.seed, _LIST_ERROR]).standard_normal((len(points.names), 3))
+    true = points.positions_world + points.sigma * error
+    left = [i for i, point in enumerate(view.points) if point.views is None]
+    return (ShowTarget(positions=_vectors(true[left])),) if left else ()
+
+
+def scenes_of_relocation(
+    site: VirtualSite,
+    rig: Rig,
+    view: RelocationView,
+    bar: LengthBar,
+    control: ReferencePoints | None,
+) -> tuple[Scene, ...]:
+    """Return the seats, waving, placements of the bar and control points that are still wanted."""
+    scenes: list[Scene] = []
+    # A session that goes on sees other poses than those it has.
+    rng = np.random.default_rng([site.seed, _PLACES, view.poses])
+    missing = {step.name for step in view.base.steps if not step.gate.open}
+    low, high = rig.volume_world
+    seats = low + SEATS * (high - low)
+    if "seats" in missing:
+        left = seats[len(view.seats_world) :]
+        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 30))
+    if "wave" in missing:
+        scenes.append(Wave(ways=_SECONDS_OF_WAVING, seed=site.seed + 1000 * view.poses))
+    count = view.bars_wanted - view.bar_placements
+    if count > 0:
+        places = bar.leds or (bar.nests[0], bar.nests[-1])
+        length = (places[1] - places[0]) * _true_scale(site, bar)
+        ends = _placements(rig.volume_world, length, count, rng)
+        if bar.leds:
+            scenes.append(ShowBar(ends=tuple((_vector(a), _vector(b)) for a, b in ends)))
+        else:
+            scenes.append(TouchSeats(tips=_vectors(ends.reshape(-1, 3)), seed=site.seed))
+    names = [name for name in view.world_wanted if name not in view.world_points]
+    if names:
+        known = dict(zip(view.world_wanted, map(np.array, _SET_POINTS), strict=False))
+        if control is not None:
+            known = dict(zip(control.names, control.positions_world, strict=True))
+        tips = np.array([known[name] for name in names])
+        scenes.append(TouchSeats(tips=_vectors(tips), seed=site.seed + 1))
+    if "again" in missing:
+        left = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
+        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 31))
+    return tuple(scenes)
+
+
+def scenes_of_verification(
+    site: VirtualSite,
+    rig: Rig,
+    view: VerificationView,
+    bar: LengthBar,
+    spheres: Sequence[Sphere],
+) -> tuple[Scene, ...]:
+    """Return the seats, nests and points on spheres that are still wanted.
+
+    Parameters
+    ----------
+    rig
+        The calibration that is verified; its world need not be that of the virtual rig.
+    """
+    true = site.script(()).build().world.cameras
+    T_true_from_rig = _motion(rig, true)
+    scale, tips = _true_scale(site, bar), []
+    for line in view.lines:
+        begin, end = T_true_from_rig.apply(line.ends_world)
+        along = (end - begin) / np.linalg.norm(end - begin)
+        tips += [begin + along * scale * (nest - bar.nests[0]) for nest in bar.nests[line.taken :]]
+    scenes: list[Scene] = []
+    low, high = rig.volume_world
+    seats = T_true_from_rig.apply(low + SEATS * (high - low))
+    if len(view.seats_world) < len(seats):
+        left = seats[len(view.seats_world) :]
+        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 30))
+    if tips:
+        scenes.append(TouchSeats(tips=_vectors(np.array(tips)), seed=site.seed + 2))
+    for number, (sphere, taken) in enumerate(zip(spheres, view.spheres, strict=True)):
+        normals = _normals()[taken:]
+        if len(normals):
+            scenes.append(
+                TouchSphere(
+                    centre=_vector(
+                        T_true_from_rig.apply(stand_of(rig, view.places[number], number))
+                    ),
+                    diameter=sphere.diameter,
+                    normals=_vectors(normals),
+                    seed=site.seed + 3 + number,
+                )
+            )
+    if not view.base.steps[-2].gate.open:
+        again = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
+        scenes.append(TouchSeats(tips=_vectors(again), seed=site.seed + 31))
+    return tuple(scenes)
+
+
+def _true_scale(site: VirtualSite, bar: LengthBar) -> float:
+    """Return how long the bar truly is over what its certificate says."""
+    length = bar.nests[-1] - bar.nests[0]
+    sigma = 0.5 * (bar.artefact.expanded / length + bar.artefact.expanded_per_length)
+    return 1.0 + sigma * float(np.random.default_rng([site.seed, _BAR_ERROR]).standard_normal())
+
+
+def _placements(volume_world: Float, length: float, count: int, rng: np.random.Generator) -> Float:
+    """Return the ends (count, 2, 3), mm, of a bar somewhere in a volume, in any direction."""
+    low, high = volume_world
+    found: list[Float] = []
+    while len(found) < count:
+        direction = rng.standard_normal(3)
+        arm = 0.5 * length * direction / np.linalg.norm(direction)
+        room = high - low - 2.0 * np.abs(arm)
+        if (room >= 0.0).all():
+            centre = low + np.abs(arm) + rng.random(3) * room
+            found.append(np.stack([centre - arm, centre + arm]))
+    return np.array(found)
+
+
+def _motion(rig: Rig, true: tuple[CameraModel, ...]) -> RigidTransform:
+    """Return the motion from the world of a calibration to that of the true cameras."""
+    low, high = rig.volume_world
+    corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)]
+                        for bits in np.ndindex(2, 2, 2)])  # fmt: skip
+    spots = np.stack([project(camera, corners) for camera in rig.cameras])
+    located = triangulate(_with(rig, true), spots)
+    return RigidTransform(*rigid_fit(corners, located))
+
+
+def _with(rig: Rig, cameras: tuple[CameraModel, ...]) -> Rig:
+    return Rig(
+        rig.name, cameras, rig.aliases, rig.frame_rate_hz, rig.noise, rig.volume_world,
+        rig.parameter_covariance, rig.identity,
+    )  # fmt: skip
+
+
+def _normals() -> Points3:
+    normals = []
+    for polar, count, turn in QUALIFICATION_RINGS:
+        around = np.radians(turn + 360.0 * np.arange(count) / count)
+        sine, cosine = np.sin(np.radians(polar)), np.cos(np.radians(polar))
+        for angle in around:
+            normals.append([sine * np.cos(angle), sine * np.sin(angle), cosine])
+    return np.array(normals)
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _vectors(values: Float) -> tuple[Vector3, ...]:
+    return tuple(_vector(value) for value in values)

@@ -1,0 +1,128 @@
+"""Which calibration and which records of a probe belong to a source of frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from ocmm_core.calibration.records import (
+    CalibrationInUse,
+    Obstacle,
+    ProbeInUse,
+    Word,
+    default_folder,
+    default_probe_folder,
+    open_calibration,
+    open_design,
+    open_probe,
+    open_probe_design,
+)
+from ocmm_core.composition._source_names import VIRTUAL_BUSES, VIRTUAL_NAMES
+from ocmm_core.errors import InputError
+
+
+def choose_calibration(
+    source: str, rig: Path, folder: Path | None, *, uncalibrated: bool
+) -> CalibrationInUse:
+    """Return what a source is measured with: the rig document, or a record of its store.
+
+    Parameters
+    ----------
+    source
+        As the commands take it.
+    rig
+        The rig document.
+    folder
+        Of calibrations; None is that of this user for real cameras, and the rig document itself
+        for virtual ones.
+    uncalibrated
+        Points are taken whatever is the matter with the calibration.
+
+    Raises
+    ------
+    InputError
+        The rig document cannot be used.
+    """
+    if folder is None and is_real(source):
+        folder = default_folder()
+    if folder is None:
+        return open_design(rig, uncalibrated=uncalibrated)
+    return open_calibration(rig, folder, uncalibrated=uncalibrated)
+
+
+def choose_probe(
+    source: str, probe: Path, folder: Path | None, tip: str | None, *, uncalibrated: bool
+) -> ProbeInUse:
+    """Return the probe that a source is measured with: its document, or records of its tip.
+
+    Parameters
+    ----------
+    source
+        As the commands take it.
+    probe
+        The probe document.
+    folder
+        Of records of probes; None is that of this user for real cameras, and the document itself
+        for virtual ones.
+    tip
+        Name of the tip that is on the probe; None for the one that its records say.
+    uncalibrated
+        Points are taken whatever is the matter with the tip.
+
+    Raises
+    ------
+    InputError
+        The probe document cannot be used, or a tip is named without records.
+    """
+    if folder is None and is_real(source):
+        folder = default_probe_folder()
+    if folder is not None:
+        return open_probe(probe, folder, tip, uncalibrated=uncalibrated)
+    if tip is not None:
+        raise InputError(
+            "probe.tip",
+            f"Tip {tip!r} is asked for, but a virtual probe is measured with its document.",
+            "Give the folder of records of probes, --probes, or leave --tip out.",
+        )
+    return open_probe_design(probe, uncalibrated=uncalibrated)
+
+
+def is_real(source: str) -> bool:
+    """Return whether frames come from real cameras."""
+    return source.startswith("ethercat:") and source not in VIRTUAL_BUSES
+
+
+def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> CalibrationInUse:
+    """Return the calibration, at fault where a rig document stands for recorded real cameras.
+
+    Parameters
+    ----------
+    calibration
+        What the replay would be measured with.
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
+    """
+    is_design = calibration.record is None and calibration.fault is None
+    if not is_design or not _is_recorded_real(recorded):
+        return calibration
+    why = Obstacle(
+        f"The recording is of real cameras ({recorded}), and a rig document is no calibration.",
+        "Give the folder of their calibrations: --calibrations.",
+    )
+    return replace(calibration, fault=(Word.NONE, why))
+
+
+def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
+    """Return the probe, at fault where a document stands for a real probe that was recorded."""
+    is_design = probe.records is None and probe.fault is None
+    if not is_design or not _is_recorded_real(recorded):
+        return probe
+    why = Obstacle(
+        f"The recording is of a real probe ({recorded}), and a probe document is no calibration.",
+        "Give the folder of its records: --probes.",
+    )
+    return replace(probe, fault=(Word.NONE, why))
+
+
+def _is_recorded_real(recorded: str) -> bool:
+    return bool(recorded) and not recorded.startswith(VIRTUAL_NAMES)

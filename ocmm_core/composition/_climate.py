@@ -1,0 +1,141 @@
+"""Temperatures of a job from names and numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.calibration.probe_design import (
+    ContactForce,
+    Expansion,
+    Temperature,
+    Warmth,
+    body_in_use,
+    check_temperature,
+    contact_force,
+    load_design,
+)
+from ocmm_core.calibration.records import ProbeRecord
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.plan import MAX_EXPANSION_PPM, Plan, material_expansion
+from ocmm_core.measuring import Climate, PartWarmth, check_part
+from ocmm_core.tracking import ProbeBody
+
+_PPM = 1e-6
+_SIGMA_K = 0.5
+"""Of a temperature with a shop thermometer, beside the thing and not in it."""
+_SIGMA_PPM = 1.0
+"""Of an expansion from a handbook (ISO/TR 16015)."""
+_GIVEN = "given by the operator"
+
+
+@dataclass(frozen=True, slots=True)
+class ClimateRequest:
+    """What is asked for about temperatures; None where nobody knows.
+
+    Attributes
+    ----------
+    probe_design
+        Design document of the probe.
+    probe_c, part_c
+        Temperatures, °C.
+    sigma_k
+        Standard uncertainty of each.
+    part_expansion_ppm
+        1e-6/K; None takes the material of the plan.
+    compensate_probe, compensate_part
+        The two switches.
+    """
+
+    probe_design: Path | None = None
+    probe_c: float | None = None
+    part_c: float | None = None
+    sigma_k: float = _SIGMA_K
+    part_expansion_ppm: float | None = None
+    compensate_probe: bool = False
+    compensate_part: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ClimateInUse:
+    """What a job is measured with.
+
+    Attributes
+    ----------
+    climate
+        For the job file, the reports and the window.
+    body
+        The probe, with its geometry as it is to be used.
+    contact
+        What the hand's force does; None where the design is not known.
+    """
+
+    climate: Climate
+    body: ProbeBody
+    contact: ContactForce | None
+
+
+def climate_in_use(
+    request: ClimateRequest, plan: Plan, body: ProbeBody, calibration: ProbeRecord | None
+) -> ClimateInUse:
+    """Return what the job is measured with.
+
+    Parameters
+    ----------
+    body
+        The probe by its records or its document.
+    calibration
+        Its record, which says how warm it was then; None where the document is used.
+
+    Raises
+    ------
+    InputError
+        A document or a number cannot be used, or something is to be compensated of which not
+        everything is known.
+    """
+    part = PartWarmth(
+        _temperature(request.part_c, request.sigma_k),
+        _expansion(request.part_expansion_ppm, plan),
+        request.compensate_part,
+    )
+    check_part(part)
+    now = _temperature(request.probe_c, request.sigma_k)
+    if now is not None:
+        check_temperature("probe", now)
+    if request.probe_design is None:
+        if request.compensate_probe:
+            raise InputError(
+                "temperature.design_unknown",
+                "The probe is to be compensated for its temperature, but it is not known what it "
+                "is built of.",
+                "Give its design with --probe-design, or measure without --compensate-probe.",
+            )
+        return ClimateInUse(Climate(Warmth(now), part), body, None)
+    design = load_design(request.probe_design, body)
+    made = None
+    if calibration is not None and calibration.temperature_c is not None:
+        made = Temperature(calibration.temperature_c, request.sigma_k, "record of the calibration")
+    elif calibration is None and design.reference_temperature_c is not None:
+        made = Temperature(design.reference_temperature_c, request.sigma_k, "design of the probe")
+    warmth = Warmth(now, made, request.compensate_probe)
+    return ClimateInUse(
+        Climate(warmth, part, design.text),
+        body_in_use(body, design, warmth),
+        contact_force(design, body),
+    )
+
+
+def _temperature(celsius: float | None, sigma_k: float) -> Temperature | None:
+    return None if celsius is None else Temperature(celsius, sigma_k, _GIVEN)
+
+
+def _expansion(given_ppm: float | None, plan: Plan) -> Expansion | None:
+    if given_ppm is not None:
+        if not abs(given_ppm) <= MAX_EXPANSION_PPM:
+            raise InputError(
+                "temperature.expansion",
+                f"The expansion of the part is given as {given_ppm:g} millionths for a kelvin.",
+                "Give --part-expansion in 1e-6/K, e.g. 11.5 for steel or 23.1 for aluminium.",
+            )
+        return Expansion(_GIVEN, _PPM * given_ppm, _PPM * _SIGMA_PPM)
+    return material_expansion(plan)

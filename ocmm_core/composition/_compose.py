@@ -1,0 +1,260 @@
+"""The composition root: from names and numbers to a station that is ready to start."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import SourceDescription
+from ocmm_core.acquisition.recording import FrameRecorder
+from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
+from ocmm_core.composition._calibration_choice import (
+    checked_for_replay,
+    checked_probe_for_replay,
+    choose_calibration,
+    choose_probe,
+)
+from ocmm_core.composition._climate import climate_in_use
+from ocmm_core.composition._feeds import Feed as Feed
+from ocmm_core.composition._feeds import StationRequest as StationRequest
+from ocmm_core.composition._feeds import identities as identities
+from ocmm_core.composition._feeds import make_feed as make_feed
+from ocmm_core.composition._feeds import script_of as script_of
+from ocmm_core.composition._feeds import segment_of as segment_of
+from ocmm_core.composition._source_names import VIRTUAL_BUSES as VIRTUAL_BUSES
+from ocmm_core.documents import digest
+from ocmm_core.errors import StorageError
+from ocmm_core.inspection.archive import place_of_part_before, require_new_serial
+from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
+from ocmm_core.inspection.plan import Plan, load_plan, stored_plan
+from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
+from ocmm_core.simulation.scene import Missing, VirtualRig
+from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
+from ocmm_core.storage import JobFile, make_head
+from ocmm_core.tracking import (
+    ProbeBody,
+    ReferenceBody,
+    TrackingOptions,
+    check_together,
+    load_reference,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltStation:
+    """A station and what a composition root wants to know beside it.
+
+    Attributes
+    ----------
+    station
+        Not started yet; `MeasuringStation.close` gives everything back.
+    job_path
+        The job file.
+    description
+        What the source says about itself.
+    virtual
+        The virtual rig whose script is played, None for anything else.
+    live
+        Frames come by themselves; such a source does not end.
+    """
+
+    station: MeasuringStation
+    job_path: Path
+    description: SourceDescription
+    virtual: VirtualRig | None
+    live: bool
+
+
+def build_station(request: StationRequest) -> BuiltStation:
+    """Load and check everything, make the job file, and return the station.
+
+    Raises
+    ------
+    OcmmError
+        A document, the source or the folder cannot be used; nothing is left running.
+    """
+    if request.resume is None:
+        return _built(request, load_plan(request.plan), None)
+    job = JobFile.open(request.resume)
+    try:
+        return _built(request, stored_plan(job.head), job)
+    except BaseException:
+        job.close()
+        raise
+
+
+def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltStation:
+    probe = probe_of(request)
+    reference = reference_of(request, probe.body)
+    made = probe.records.calibration if probe.records is not None else None
+    climate = climate_in_use(request.climate, plan, probe.body, made)
+    calibration = calibration_of(request)
+    feed = make_feed(request, plan if begun is None else open_plan(plan, begun), calibration.rig)
+    calibration = checked_for_replay(calibration, feed.recorded)
+    probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
+    recorder = None
+    job = None
+    try:
+        near = None
+        if reference is None and begun is None and request.batch:
+            near = place_of_part_before(
+                request.out, request.batch, digest(request.plan), calibration.rig.identity
+            )
+        job = begun or _new_job(request, plan, calibration, probe)
+        if request.record is not None:
+            recorder = FrameRecorder(request.record, feed.description, calibration.rig)
+        station = MeasuringStation(
+            plan,
+            calibration,
+            probe,
+            job,
+            feed.acquisition,
+            feed.ring,
+            StationOptions(
+                session=SessionOptions(
+                    climate=climate.climate,
+                    contact=climate.contact,
+                    reference=reference,
+                    near=near,
+                ),
+                tracking=TrackingOptions(method=request.method),
+                live_source=feed.live,
+                intent=_intent(feed.virtual) if feed.virtual is not None else None,
+                pause=timedelta(hours=request.check_after_h),
+                stream=request.stream,
+                plan_file=request.plan if begun is None else None,
+                simulated=feed.description.simulated,
+            ),
+            recorder,
+        )
+    except BaseException:
+        feed.ring.close()
+        if recorder is not None:
+            recorder.close()
+        if job is not None:
+            give_back(job, made=begun is None)
+        raise
+    try:
+        if begun is not None:
+            station.change(lambda session: session.go_on(request.operator))
+        if request.probing != station.job().probing:
+            station.change(lambda session: session.set_order(request.probing))
+    except BaseException:
+        station.close()
+        raise
+    if feed.simulated is not None and feed.virtual is not None:
+        # What the plan of a later job has besides, nobody can touch on this part.
+        there = {entry.name for entry in feed.virtual.part.artefacts}
+        feed.simulated.ask = lambda: _missing(station, there)
+    return BuiltStation(station, job.path, feed.description, feed.virtual, feed.live)
+
+
+def _new_job(
+    request: StationRequest, plan: Plan, calibration: CalibrationInUse, probe: ProbeInUse
+) -> JobFile:
+    """Return a new job file with its header.
+
+    Raises
+    ------
+    OcmmError
+        A name is not one that every export takes, the part was measured in this batch already, or
+        the file cannot be written.
+    """
+    header = JobHeader(request.operator, plan.part, request.serial, request.order, request.batch)
+    check_header(header)
+    job_path = _job_path(request.out, plan)
+    require_new_serial(request.out, request.batch, request.serial)
+    head = make_head(
+        plan=request.plan,
+        rig=request.rig,
+        probe=request.probe,
+        operator=request.operator,
+        part=plan.part,
+        serial=request.serial,
+    )
+    head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
+    job = JobFile.create(job_path, head)
+    if request.order or request.batch:
+        job.append_event(HEADER_EVENT, header_text(header))
+    return job
+
+
+def calibration_of(request: StationRequest) -> CalibrationInUse:
+    """Return what the request is measured with; raise InputError as `choose_calibration`."""
+    return choose_calibration(
+        request.source, request.rig, request.calibrations, uncalibrated=request.uncalibrated
+    )
+
+
+def probe_of(request: StationRequest) -> ProbeInUse:
+    """Return the probe that the request is measured with; InputError as `choose_probe`."""
+    return choose_probe(
+        request.source,
+        request.probe,
+        request.probes,
+        request.tip,
+        uncalibrated=request.uncalibrated,
+    )
+
+
+def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | None:
+    """Return the reference body of the request, or None.
+
+    Raises
+    ------
+    InputError
+        Its document cannot be used, or it cannot be told from the probe.
+    """
+    if request.reference is None:
+        return None
+    reference = load_reference(request.reference)
+    check_together(probe, reference)
+    return reference
+
+
+def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
+    """Return which feature the scripted operator means to touch at an exposure."""
+    margin = round(0.25e9 / virtual.frame_period_ns)
+
+    def feature_at(frame: int) -> str | None:
+        for touch in reversed(virtual.truth.touches):
+            if touch.first_frame - margin <= frame <= touch.last_frame:
+                return touch.feature
+        return None
+
+    return feature_at
+
+
+def _missing(station: MeasuringStation, there: set[str]) -> Missing:
+    """Return what is still to be touched of the surfaces that are there."""
+    touches = [item for item in station.missing() if item[0] in there]
+    job = station.job()
+    taken = {
+        name: np.array([p.tip_world for p in job.feature(name).points]).reshape(-1, 3)
+        for name, _ in touches
+    }
+    return Missing(touches, taken)
+
+
+def _job_path(folder: Path, plan: Plan) -> Path:
+    """Return a job file name that is not taken in ``folder``, which is made where it is missing."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(
+            "out.folder",
+            f"{folder}: the output folder cannot be made ({error.strerror}).",
+            "Give --out a folder that you may write to.",
+        ) from error
+    if not os.access(folder, os.W_OK):
+        raise StorageError(
+            "out.folder",
+            f"{folder}: the output folder cannot be written to.",
+            "Give --out a folder that you may write to.",
+        )
+    return free_path(folder, plan)

@@ -1,0 +1,159 @@
+"""All formats of a report, and the one way to write them: read back and compared, then kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export._completeness import require_complete
+from ocmm_core.export._files import write_together
+from ocmm_core.export.qif import QIF
+from ocmm_core.export.report import (
+    AQDEF,
+    JSON,
+    POLYWORKS,
+    XLSX,
+    Cell,
+    Exporter,
+    Number,
+    Profile,
+    ReportData,
+    Table,
+    polyworks_profile,
+)
+
+EXPORTERS: dict[str, Exporter] = {item.name: item for item in (POLYWORKS, QIF, AQDEF, XLSX, JSON)}
+"""By the name on the command line."""
+
+_MOST_TOLD = 3
+
+
+def write_report(
+    data: ReportData | Sequence[ReportData],
+    formats: Sequence[str],
+    folder: Path | str,
+    profile: Profile | None = None,
+    *,
+    incomplete: bool = False,
+    beside: Mapping[str, bytes] | None = None,
+) -> tuple[Path, ...]:
+    """Write reports, all files of them or none, and return their paths.
+
+    Every file is read back and compared with the job before any older one is replaced.
+
+    Parameters
+    ----------
+    data
+        One job, or several: formats for statistics take them as several values of one file.
+    formats
+        Names of `EXPORTERS`.
+    folder
+        Made where it is missing. Files of the same name are replaced.
+    profile
+        Of the text files; None is the one for PolyWorks.
+    incomplete
+        Somebody asked for the report although a job may not be complete.
+    beside
+        Files by name that were made and checked elsewhere, such as the PDF: written together with
+        the others.
+
+    Raises
+    ------
+    InputError
+        There is no such format, or nothing to report.
+    MeasuringError
+        A job is not complete, and ``incomplete`` was not given.
+    StorageError
+        A name or a number cannot go into the files, two jobs have the same name, the folder cannot
+        be written, or what was read back is not what was measured. Nothing is written then.
+    """
+    folder, profile = Path(folder), profile or polyworks_profile()
+    contents: dict[Path, bytes] = {}
+    taken: set[str] = set()
+    if not incomplete:
+        require_complete([data] if isinstance(data, ReportData) else data)
+    for exporter, jobs in () if beside and not formats else _parts(data, formats):
+        for name, content in exporter.contents(jobs, profile).items():
+            # Not every system tells large from small letters in names of files.
+            if name.lower() in taken:
+                raise StorageError(
+                    "export.twice",
+                    f"Two jobs would be written to {folder / name}.",
+                    "Report jobs of the same name into folders of their own.",
+                )
+            taken.add(name.lower())
+            contents[folder / name] = content
+    contents |= {folder / name: content for name, content in (beside or {}).items()}
+
+    def check(read: Mapping[Path, bytes]) -> None:
+        files = {path.name: content for path, content in read.items()}
+        for exporter, jobs in _parts(data, formats) if formats else ():
+            _require_same(exporter, exporter.differences(jobs, profile, files))
+
+    write_together(contents, check)
+    return tuple(contents)
+
+
+def preview(
+    data: ReportData | Sequence[ReportData], name: str, profile: Profile | None = None
+) -> tuple[Table, ...]:
+    """Return what the files of a format will hold, as tables; errors as `write_report`."""
+    profile = profile or polyworks_profile()
+    return tuple(
+        table
+        for exporter, jobs in _parts(data, (name,))
+        for table in exporter.preview(jobs, profile)
+    )
+
+
+def preview_text(tables: Sequence[Table]) -> str:
+    """Return tables as text with columns of equal width."""
+    parts = []
+    for table in tables:
+        rows = [list(table.columns), *([_shown(cell) for cell in row] for row in table.rows)]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(table.columns))]
+        lines = [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in rows
+        ]
+        parts.append("\n".join([table.title, *lines]))
+    return "\n\n".join(parts) + "\n"
+
+
+def _shown(cell: Cell) -> str:
+    if cell is None:
+        return ""
+    return cell.text() if isinstance(cell, Number) else str(cell)
+
+
+def _parts(
+    data: ReportData | Sequence[ReportData], formats: Sequence[str]
+) -> Iterator[tuple[Exporter, Sequence[ReportData]]]:
+    """Yield every format with the jobs that it takes at a time."""
+    jobs = [data] if isinstance(data, ReportData) else list(data)
+    if not jobs or not formats:
+        raise InputError(
+            "export.nothing", "There is nothing to report.", "Name a job and a format."
+        )
+    for name in dict.fromkeys(formats):
+        if name not in EXPORTERS:
+            raise InputError(
+                "export.format",
+                f"There is no format {name!r} of a report.",
+                f"Choose among {', '.join(EXPORTERS)}.",
+            )
+        exporter = EXPORTERS[name]
+        for part in [jobs] if exporter.batch else [[job] for job in jobs]:
+            yield exporter, part
+
+
+def _require_same(exporter: Exporter, differences: Sequence[str]) -> None:
+    if differences:
+        told = " ".join(differences[:_MOST_TOLD])
+        raise StorageError(
+            "export.differs",
+            f"The report for {exporter.title} was read back and differs from the job: {told}",
+            "Nothing was written. Report the job into another folder; if it happens again, send "
+            "the job file to who maintains this program.",
+        )

@@ -1,0 +1,83 @@
+"""The data of a report, and its text, JSON, workbook, Q-DAS and PolyWorks files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.export.report._aqdef import AQDEF
+    from ocmm_core.export.report._elements import Element
+    from ocmm_core.export.report._exporter import Exporter
+    from ocmm_core.export.report._head import head_table
+    from ocmm_core.export.report._json_file import JSON
+    from ocmm_core.export.report._json_schema import read_report
+    from ocmm_core.export.report._names import check_name, clean_text
+    from ocmm_core.export.report._polyworks import POLYWORKS
+    from ocmm_core.export.report._profile import Profile, load_profile, polyworks_profile
+    from ocmm_core.export.report._report_data import (
+        Instrument,
+        ReportData,
+        ReportedFeature,
+        ReportedResult,
+        report_data,
+        report_of_job,
+    )
+    from ocmm_core.export.report._tables import (
+        Cell,
+        Number,
+        Table,
+        Units,
+        features_table,
+        points_table,
+        report_table,
+    )
+    from ocmm_core.export.report._xlsx import XLSX
+else:
+    __getattr__ = door(
+        __name__,
+        _aqdef="AQDEF",
+        _elements="Element",
+        _exporter="Exporter",
+        _head="head_table",
+        _json_file="JSON",
+        _json_schema="read_report",
+        _names="check_name clean_text",
+        _polyworks="POLYWORKS",
+        _profile="Profile load_profile polyworks_profile",
+        _report_data=(
+            "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
+        ),
+        _tables="Cell Number Table Units features_table points_table report_table",
+        _xlsx="XLSX",
+    )
+
+__all__ = [
+    "AQDEF",
+    "JSON",
+    "POLYWORKS",
+    "XLSX",
+    "Cell",
+    "Element",
+    "Exporter",
+    "Instrument",
+    "Number",
+    "Profile",
+    "ReportData",
+    "ReportedFeature",
+    "ReportedResult",
+    "Table",
+    "Units",
+    "check_name",
+    "clean_text",
+    "features_table",
+    "head_table",
+    "load_profile",
+    "points_table",
+    "polyworks_profile",
+    "read_report",
+    "report_data",
+    "report_of_job",
+    "report_table",
+]

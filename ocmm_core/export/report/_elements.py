@@ -1,0 +1,78 @@
+"""Nominal and actual elements as reports give them: whole sizes, unit vectors, degrees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.shapes import Fit, NominalFeature, Shape
+from ocmm_core.geometry import Float, RigidTransform, unit
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """A nominal or actual element as reports give it; None for what its shape has not.
+
+    Attributes
+    ----------
+    point
+        (3,), mm: centre or point on the element.
+    direction, across
+        (3,), unit: normal or axis, and the direction of the length.
+    diameter
+        mm: of circle, sphere, cylinder; of a cone square to its axis at ``point``; of the centre
+        line of a torus.
+    length, width
+        mm: of slot, rectangle and ellipse, over all; the width of a torus is that of its tube.
+        Of other shapes the nominal length along the axis, where the plan knows it.
+    angle_deg
+        Full apex angle of a cone.
+    """
+
+    point: Float
+    direction: Float | None
+    across: Float | None = None
+    diameter: float | None = None
+    length: float | None = None
+    width: float | None = None
+    angle_deg: float | None = None
+
+
+def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Element:
+    """Return what the plan says in another frame than that in which it is written.
+
+    What the shape has not is left out, whatever the defaults of the plan say.
+    """
+    shape = nominal.shape
+    across = unit(np.array(nominal.across)) if shape in _LONG else None
+    return Element(
+        point=frame.apply(np.array(nominal.point, dtype=np.float64)),
+        # A sphere has no direction, whatever the plan's default says.
+        direction=(
+            None if shape is Shape.SPHERE else frame.rotation @ unit(np.array(nominal.direction))
+        ),
+        across=None if across is None else frame.rotation @ across,
+        diameter=nominal.diameter or None,
+        length=nominal.length or None,
+        width=nominal.width or None,
+        angle_deg=nominal.angle_deg or None,
+    )
+
+
+def element_of_fit(fit: Fit, frame: RigidTransform) -> Element:
+    """Return a fit (world frame) in another frame, with whole sizes instead of half ones."""
+    long = fit.shape in _LONG
+    return Element(
+        point=frame.apply(fit.point),
+        direction=frame.rotation @ fit.direction if fit.direction.any() else None,
+        across=frame.rotation @ fit.across if fit.across.any() else None,
+        diameter=2.0 * fit.radius if fit.radius and not long else None,
+        length=2.0 * fit.radius if long else None,
+        width=2.0 * fit.second if fit.second else None,
+        angle_deg=float(np.degrees(2.0 * fit.half_angle)) if fit.half_angle else None,
+    )
+
+
+_LONG = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+"""Shapes with a length and a width in a plane."""

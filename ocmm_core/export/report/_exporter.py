@@ -1,0 +1,40 @@
+"""What every format of a report can do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from ocmm_core.export.report._profile import Profile
+from ocmm_core.export.report._report_data import ReportData
+from ocmm_core.export.report._tables import Table
+
+
+@dataclass(frozen=True, slots=True)
+class Exporter:
+    """One format.
+
+    Attributes
+    ----------
+    name
+        As on the command line.
+    title
+        For people.
+    contents
+        The files of jobs, bytes by file name.
+    differences
+        One sentence for everything in which files, as they were read back, differ from the jobs.
+        It reads them with a reader of its own, never with what wrote them.
+    preview
+        What will be in the files, as tables.
+    batch
+        Several jobs go into one file as several values; otherwise each has files of its own, and
+        the functions get one job at a time.
+    """
+
+    name: str
+    title: str
+    contents: Callable[[Sequence[ReportData], Profile], dict[str, bytes]]
+    differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
+    preview: Callable[[Sequence[ReportData], Profile], tuple[Table, ...]]
+    batch: bool = False

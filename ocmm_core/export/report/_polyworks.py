@@ -1,0 +1,169 @@
+"""Points, cloud, features, report and a macro for PolyWorks|Inspector, by a profile.
+
+With the profile that is meant for it: pure ASCII, CR LF, decimal point in every locale,
+millimetres with four decimals, unit vectors with six. Names are checked, never quoted or escaped: a
+name that would need it is refused. The files are our own proposal; no public description of
+PolyWorks' text import was found (docs/exports.md).
+
+Points are compensated surface points; their vector leaves the material, so that the ball centre is
+``xyz + radius * ijk``. Ball centres are written only where the profile asks for them, into files
+whose names say so.
+
+The verdict on the part stands first in ``_job.csv``. What the job must not be taken for (simulated,
+incomplete) stands in the names of all files, and in a column of every table with a header, whatever
+the profile is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ocmm_core.export.report._delimited import compare_delimited, delimited, same_number
+from ocmm_core.export.report._exporter import Exporter
+from ocmm_core.export.report._head import head_table
+from ocmm_core.export.report._profile import Profile, TableProfile
+from ocmm_core.export.report._report_data import ReportData
+from ocmm_core.export.report._tables import (
+    JOB_STATE,
+    Number,
+    Table,
+    features_table,
+    points_table,
+    report_table,
+)
+
+_PLACE = ("X", "Y", "Z", "I", "J", "K")
+_HEAD = TableProfile(header=True, columns=["Item", "Value"])
+_NEWLINE = "\r\n"
+_VERSION = 'version "5.0"'
+_CREATE = re.compile(
+    r'FEATURE PRIMITIVE POINT CREATE \( (\S+), (\S+), (\S+), "Nominal", "([^"$]{1,70})", \)'
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """A delimited file that is to be written: its table and how."""
+
+    table: Table
+    shape: TableProfile
+
+
+def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+    (data,) = jobs
+    files = {
+        name: delimited(text.table, profile, text.shape)
+        for name, text in _texts(data, profile).items()
+    }
+    for name, table in _clouds(data, profile).items():
+        files[name] = _cloud(table)
+    files[f"{data.stem}_import.pwmacro"] = _macro(_points(data, profile))
+    return files
+
+
+def _differences(
+    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+) -> list[str]:
+    (data,) = jobs
+    found = []
+    for name, text in _texts(data, profile).items():
+        found += compare_delimited(name, files[name], text.table, profile, text.shape)
+    for name, table in _clouds(data, profile).items():
+        lines = [line.split(" ") for line in files[name].decode("ascii", "replace").splitlines()]
+        found += _compare_lines(name, lines, table)
+    name = f"{data.stem}_import.pwmacro"
+    return found + _compare_macro(name, files[name], _points(data, profile))
+
+
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+    (data,) = jobs
+    return tuple(text.table for text in _texts(data, profile).values())
+
+
+def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
+    """Return the delimited files by their names."""
+    stem, units = data.stem, profile.units
+    tables = {
+        f"{stem}_job.csv": (head_table(data), _HEAD),
+        f"{stem}_points.csv": (points_table(data, units), profile.points),
+        f"{stem}_features.csv": (features_table(data, units), profile.features),
+        f"{stem}_report.csv": (report_table(data, units), profile.report),
+    }
+    if profile.centres:
+        centres = points_table(data, units, centres=True)
+        tables[f"{stem}_points_centres.csv"] = (centres, profile.points)
+    return {name: _Text(_chosen(table, shape), shape) for name, (table, shape) in tables.items()}
+
+
+def _chosen(table: Table, shape: TableProfile) -> Table:
+    """Return a table with the columns of the profile, and that of the states where it has room."""
+    needed = shape.when_needed
+    told = (*shape.columns, *needed)
+    if shape.header and JOB_STATE in table.columns and JOB_STATE not in told:
+        needed = [*needed, JOB_STATE]
+    return table.chosen(shape.columns, needed)
+
+
+def _clouds(data: ReportData, profile: Profile) -> dict[str, Table]:
+    """Return the clouds by their names; they have no delimiter and no decimal sign to choose."""
+    clouds = {f"{data.stem}_cloud.asc": points_table(data, profile.units)}
+    if profile.centres:
+        centres = points_table(data, profile.units, centres=True)
+        clouds[f"{data.stem}_cloud_centres.asc"] = centres
+    return {name: table.chosen(_PLACE) for name, table in clouds.items()}
+
+
+def _points(data: ReportData, profile: Profile) -> Table:
+    return points_table(data, profile.units).chosen(("X", "Y", "Z", "Name"))
+
+
+def _cloud(table: Table) -> bytes:
+    return "".join(" ".join(_numbers(row)) + _NEWLINE for row in table.rows).encode("ascii")
+
+
+def _macro(points: Table) -> bytes:
+    """Return a macro that makes every point, with nothing in it that could be a command.
+
+    ``$`` expands variables in this language and ``"`` ends a text; names can hold neither.
+    """
+    lines = [_VERSION]
+    for *place, name in points.rows:
+        x, y, z = _numbers(place)
+        lines.append(f'FEATURE PRIMITIVE POINT CREATE ( {x}, {y}, {z}, "Nominal", "{name}", )')
+    return "".join(line + _NEWLINE for line in lines).encode("utf-16-le").join((b"\xff\xfe", b""))
+
+
+def _compare_macro(name: str, content: bytes, points: Table) -> list[str]:
+    if not content.startswith(b"\xff\xfe"):
+        return [f"{name}: it does not begin with the mark of UTF-16."]
+    lines = content[2:].decode("utf-16-le", "replace").split(_NEWLINE)
+    if lines[0] != _VERSION or lines[-1] != "":
+        return [f"{name}: its first or its last line is missing."]
+    commands = [_CREATE.fullmatch(line) for line in lines[1:-1]]
+    if any(command is None for command in commands):
+        return [f"{name}: it holds something else than points."]
+    found = [list(command.groups()) for command in commands if command is not None]
+    return _compare_lines(name, found, points)
+
+
+def _compare_lines(name: str, found: Sequence[Sequence[str]], table: Table) -> list[str]:
+    if len(found) != len(table.rows):
+        return [f"{name}: there are {len(found)} points instead of {len(table.rows)}."]
+    return [
+        f"{name}: point {index} is not the one that was measured."
+        for index, (cells, row) in enumerate(zip(found, table.rows, strict=True), start=1)
+        if len(cells) != len(row)
+        or any(
+            not (same_number(cell, text) if isinstance(cell, Number) else cell == text)
+            for cell, text in zip(row, cells, strict=True)
+        )
+    ]
+
+
+def _numbers(cells: Sequence[object]) -> list[str]:
+    return [cell.text() for cell in cells if isinstance(cell, Number)]
+
+
+POLYWORKS = Exporter("polyworks", "PolyWorks|Inspector", _contents, _differences, _preview)

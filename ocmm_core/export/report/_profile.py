@@ -1,0 +1,138 @@
+"""The profile: how the text files of a report are written for the program that reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from ocmm_core.documents import Document, load_document, resource
+from ocmm_core.errors import InputError
+from ocmm_core.export.report._tables import FEATURE_COLUMNS, POINT_COLUMNS, REPORT_COLUMNS, Units
+
+SCHEMA = "ocmm.profile/1"
+
+_DELIMITERS = {",": ",", ";": ";", "tab": "\t"}
+_LINE_ENDS = {"CRLF": "\r\n", "LF": "\n"}
+_MOST_DECIMALS = 9
+
+
+class TableProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One table.
+
+    Attributes
+    ----------
+    header
+        The first line holds the names of the columns.
+    columns
+        In their order.
+    when_needed
+        Further columns that are written where the job has something for them.
+    """
+
+    header: bool
+    columns: list[str]
+    when_needed: list[str] = msgspec.field(default_factory=list)
+
+
+class Profile(Document, frozen=True, kw_only=True):
+    """A profile as it is written down.
+
+    Attributes
+    ----------
+    name
+        What people call it.
+    delimiter
+        ``","``, ``";"`` or ``"tab"``.
+    decimal
+        ``"."`` or ``","``.
+    lengths
+        Unit of all lengths in the files.
+    length_decimals, angle_decimals, vector_decimals
+        Digits after the decimal sign.
+    encoding
+        Of the tables; whatever it is, only characters of ASCII are written, except with UTF-8.
+    line_end
+        ``"CRLF"`` or ``"LF"``.
+    centres
+        Also write the ball centres, into files of their own.
+    points, features, report
+        The three tables.
+    """
+
+    name: str
+    delimiter: Literal[",", ";", "tab"]
+    decimal: Literal[".", ","]
+    lengths: Literal["mm", "inch"]
+    length_decimals: int
+    angle_decimals: int
+    vector_decimals: int
+    encoding: Literal["ascii", "utf-8", "utf-8-sig"]
+    line_end: Literal["CRLF", "LF"]
+    points: TableProfile
+    features: TableProfile
+    report: TableProfile
+    centres: bool = False
+
+    @property
+    def separator(self) -> str:
+        """Return the sign between two cells."""
+        return _DELIMITERS[self.delimiter]
+
+    @property
+    def newline(self) -> str:
+        """Return the end of a line."""
+        return _LINE_ENDS[self.line_end]
+
+    @property
+    def units(self) -> Units:
+        """Return unit and digits of all numbers."""
+        return Units(self.lengths, self.length_decimals, self.angle_decimals, self.vector_decimals)
+
+
+def load_profile(path: Path | str) -> Profile:
+    """Return the profile of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, or files that are written by it could not be read.
+    """
+    path = Path(path)
+    profile = load_document(path, Profile, SCHEMA)
+    if profile.separator == profile.decimal:
+        raise _error(path, "delimiter", f"is {profile.delimiter!r}, and so is the decimal sign")
+    for field in ("length_decimals", "angle_decimals", "vector_decimals"):
+        count = getattr(profile, field)
+        if not 0 <= count <= _MOST_DECIMALS:
+            raise _error(path, field, f"is {count}; give 0 to {_MOST_DECIMALS}")
+    for field, known in (
+        ("points", POINT_COLUMNS),
+        ("features", FEATURE_COLUMNS),
+        ("report", REPORT_COLUMNS),
+    ):
+        _check_columns(path, field, getattr(profile, field), known)
+    return profile
+
+
+def polyworks_profile() -> Profile:
+    """Return the profile that is used where none is given."""
+    return load_profile(resource("profiles", "polyworks.toml"))
+
+
+def _check_columns(path: Path, field: str, table: TableProfile, known: tuple[str, ...]) -> None:
+    names = [*table.columns, *table.when_needed]
+    if not table.columns:
+        raise _error(path, f"{field}.columns", "is empty")
+    for name in names:
+        if name not in known:
+            raise _error(path, f"{field}.columns", f"names {name!r}; there are {', '.join(known)}")
+        if names.count(name) > 1:
+            raise _error(path, f"{field}.columns", f"names {name!r} twice")
+
+
+def _error(path: Path, field: str, fault: str) -> InputError:
+    return InputError(
+        "profile.field", f"{path}: field '{field}' {fault}.", "Correct that field of the profile."
+    )

@@ -1,0 +1,353 @@
+"""Everything that a report can say about a job, frozen: what every exporter gets."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from ocmm_core import __version__
+from ocmm_core.alignment import nominal_frame
+from ocmm_core.errors import OcmmError
+from ocmm_core.export.report._elements import Element as Element
+from ocmm_core.export.report._elements import element_of_fit, element_of_nominal
+from ocmm_core.export.report._names import check_file_stem
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import RigidTransform
+from ocmm_core.inspection.archive import ReopenedJob
+from ocmm_core.inspection.causes import Explanation, explanations
+from ocmm_core.inspection.evaluation import FeatureView, JobView, job_states
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import Climate, MeasuredPoint
+from ocmm_core.storage import JobHead
+from ocmm_core.tolerances.decisions import CharacteristicResult, PartVerdict, rule_id, rule_words
+from ocmm_core.tolerances.zones import Characteristic
+from ocmm_core.tracking import ReferenceBody
+
+_SHORT = 12
+"""Digits of a hash in tables; the whole of it stands in the note."""
+
+_HASH = re.compile(r"[0-9a-f]{64}")
+
+
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """What is said about cameras, probe or reference body.
+
+    Attributes
+    ----------
+    label
+        State, name and shortened hash: pure ASCII without commas, for tables.
+    note
+        The same with complete hashes, as the job file keeps it; may be empty.
+    """
+
+    label: str
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedFeature:
+    """One feature of the job.
+
+    Attributes
+    ----------
+    seen
+        As it stands: shape, points as reported, fit in the world frame, verdict, note.
+    nominal
+        What the plan says; None for what was constructed without a nominal.
+    nominal_element
+        The same, part frame; None together with ``nominal``, and where the nominals of the datums
+        do not tell how the part frame lies to them.
+    actual_element
+        As measured, in the frame of the report; None without a fit.
+    """
+
+    seen: FeatureView
+    nominal: NominalFeature | None
+    nominal_element: Element | None
+    actual_element: Element | None
+
+    @property
+    def name(self) -> str:
+        """Return its name."""
+        return self.seen.name
+
+    @property
+    def shape(self) -> Shape:
+        """Return its shape."""
+        return self.seen.shape
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedResult:
+    """One result beside what the plan asked for.
+
+    Attributes
+    ----------
+    result
+        Value, uncertainty and verdict.
+    asked
+        The characteristic of the plan; None where it is not known.
+    """
+
+    result: CharacteristicResult
+    asked: Characteristic | None
+
+    @property
+    def unit(self) -> Literal["mm", "deg"]:
+        """Return the unit of nominal, limits, value and uncertainty."""
+        return self.result.unit if self.asked is None else self.asked.unit
+
+    @property
+    def one_sided(self) -> bool:
+        """Return whether only the upper limit counts."""
+        return self.asked is not None and self.asked.one_sided
+
+    @property
+    def datums(self) -> tuple[str, ...]:
+        """Return the names of the datums in their order."""
+        return () if self.asked is None else tuple(self.asked.datums)
+
+    @property
+    def association(self) -> str:
+        """Return how the elements were associated with their points."""
+        asked = "" if self.asked is None else self.asked.association
+        return self.result.association or asked
+
+
+@dataclass(frozen=True, slots=True)
+class ReportData:
+    """One job, ready to be reported; lengths in mm, angles in degrees.
+
+    Attributes
+    ----------
+    view
+        The job as it stands: features, results, what is held back and what is not proven.
+    head
+        What the job says about itself: operator, part, serial number, documents.
+    plan
+        What was to be measured, with the decision rule.
+    T_part_from_world
+        The alignment; None where there is none, and everything measured stays in the world frame.
+    features
+        In the order of the plan, then what was constructed.
+    observations
+        The points as they are stored, before anything is compensated; empty where nobody has them.
+    annulled
+        Numbers of the points that were taken back.
+    taken_utc
+        ISO 8601 text by number of the point.
+    calibration, probe, reference
+        States and hashes. The label of ``reference`` is empty without a reference body.
+    climate
+        Temperatures, and what was compensated.
+    taken_back
+        Those points as they are stored, and why each was; empty where nobody has them.
+    notes
+        What else the reader must know, in sentences: doubts about the file.
+    explanations
+        Why results are NOT CONFORM or NOT PROVEN, and what to do, in the order of the plan.
+    written_by
+        Version of the program that reports; that of the program that measured is in ``head``.
+    """
+
+    view: JobView
+    head: JobHead
+    plan: Plan
+    T_part_from_world: RigidTransform | None
+    features: tuple[ReportedFeature, ...]
+    observations: tuple[MeasuredPoint, ...]
+    annulled: tuple[int, ...]
+    taken_utc: dict[int, str]
+    calibration: Instrument
+    probe: Instrument
+    reference: Instrument
+    climate: Climate
+    notes: tuple[str, ...] = ()
+    taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
+    explanations: tuple[Explanation, ...] = ()
+    written_by: str = __version__
+
+    @property
+    def job(self) -> str:
+        """Return the name of the job."""
+        return self.view.job
+
+    @property
+    def results(self) -> tuple[CharacteristicResult, ...]:
+        """Return the characteristics in the order of the plan."""
+        return self.view.characteristics
+
+    @property
+    def reported(self) -> tuple[ReportedResult, ...]:
+        """Return the results beside the characteristics of the plan."""
+        asked = {item.name: item for item in self.plan.characteristics}
+        return tuple(ReportedResult(result, asked.get(result.name)) for result in self.results)
+
+    def explanation(self, characteristic: str) -> Explanation | None:
+        """Return why a result is not CONFORM; None where there is nothing to explain."""
+        named = (item for item in self.explanations if item.characteristic == characteristic)
+        return next(named, None)
+
+    @property
+    def frame(self) -> RigidTransform:
+        """Return the motion from the world to the frame in which the report gives everything."""
+        return self.T_part_from_world or RigidTransform.identity()
+
+    @property
+    def system(self) -> Literal["Part", "World"]:
+        """Return the name of that frame."""
+        return "World" if self.T_part_from_world is None else "Part"
+
+    @property
+    def part(self) -> PartVerdict:
+        """Return the verdict on the part."""
+        return self.view.part_verdict
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Return what stands on every page, sheet and file; empty where nothing has to.
+
+        SIMULATED and INCOMPLETE (`job_states`), and why nothing is proven: IN DOUBT where something
+        speaks against the file, else UNCALIBRATED.
+        """
+        if self.notes:
+            return (*job_states(self.view), "IN DOUBT")
+        return (*job_states(self.view), *(("UNCALIBRATED",) if self.view.unproven else ()))
+
+    @property
+    def state_words(self) -> str:
+        """Return the states in one line; empty where there is none."""
+        return ", ".join(self.states)
+
+    @property
+    def stem(self) -> str:
+        """Return how the names of the files begin: with the name of the job and its states.
+
+        Raises
+        ------
+        StorageError
+            Files cannot be called after the job.
+        """
+        name = check_file_stem(self.job)
+        return "_".join((name, *(state.replace(" ", "_") for state in self.states)))
+
+    @property
+    def rule_words(self) -> str:
+        """Return the decision rule in words."""
+        return rule_words(rule_id(self.plan.rule))
+
+
+def report_data(
+    view: JobView,
+    head: JobHead,
+    plan: Plan,
+    *,
+    T_part_from_world: RigidTransform | None,
+    calibration: Instrument,
+    probe: Instrument,
+    reference: Instrument,
+    climate: Climate,
+    observations: tuple[MeasuredPoint, ...] = (),
+    annulled: tuple[int, ...] = (),
+    taken_utc: dict[int, str] | None = None,
+    notes: tuple[str, ...] = (),
+    taken_back: tuple[tuple[MeasuredPoint, str], ...] = (),
+    explained: tuple[Explanation, ...] = (),
+) -> ReportData:
+    """Return what is reported about a job as it stands; parameters as in `ReportData`."""
+    frame = T_part_from_world or RigidTransform.identity()
+    T_part_from_nominal = _part_from_nominal(plan)
+    nominals = {nominal.name: nominal for nominal in plan.features}
+    features = []
+    for seen in (*view.features, *view.constructed):
+        nominal = nominals.get(seen.name)
+        features.append(
+            ReportedFeature(
+                seen=seen,
+                nominal=nominal,
+                nominal_element=(
+                    None
+                    if nominal is None or T_part_from_nominal is None
+                    else element_of_nominal(nominal, T_part_from_nominal)
+                ),
+                actual_element=None if seen.fit is None else element_of_fit(seen.fit, frame),
+            )
+        )
+    return ReportData(
+        view=view,
+        head=head,
+        plan=plan,
+        T_part_from_world=T_part_from_world,
+        features=tuple(features),
+        observations=observations,
+        annulled=annulled,
+        taken_utc=taken_utc or {},
+        calibration=calibration,
+        probe=probe,
+        reference=reference,
+        climate=climate,
+        notes=notes,
+        taken_back=taken_back,
+        explanations=explained,
+    )
+
+
+def _part_from_nominal(plan: Plan) -> RigidTransform | None:
+    """Return the motion from the frame in which nominals are written; None if nothing gives it.
+
+    A plan may be written in the frame of a drawing or a model, and its datums make another one, in
+    which everything measured is given. Nominals beside it must be in the same.
+    """
+    bound = plan.bound_alignment
+    if bound is None:
+        return RigidTransform.identity()
+    try:
+        return nominal_frame(bound)
+    except OcmmError:
+        return None
+
+
+def report_of_job(job: ReopenedJob) -> ReportData:
+    """Return what is reported about a job that was opened from its file."""
+    last = {event.kind: event.text for event in job.events}
+    calibration = last.get("calibration", "NONE")
+    probe = last.get("probe", f"NONE {job.body.name}:")
+    body = job.options.reference
+    reference = Instrument("") if body is None else Instrument(body.label, _note_of(body))
+    return report_data(
+        job.view,
+        job.head,
+        job.plan,
+        T_part_from_world=job.T_part_from_world,
+        calibration=_instrument(calibration, uncalibrated="uncalibrated" in last),
+        probe=_instrument(probe, uncalibrated="uncalibrated" in last),
+        reference=reference,
+        climate=job.climate,
+        observations=job.points,
+        annulled=job.annulled,
+        taken_utc=job.taken_utc,
+        notes=job.doubts,
+        taken_back=job.taken_back,
+        explained=explanations(
+            job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
+        ),
+    )
+
+
+def _note_of(reference: ReferenceBody) -> str:
+    return f"{reference.name} {reference.identity}"
+
+
+def _instrument(note: str, *, uncalibrated: bool) -> Instrument:
+    """Return cameras or probe from the text that the job file keeps of them."""
+    short = _HASH.sub(lambda found: found.group()[:_SHORT], note, count=1)
+    # Further hashes are those of the records behind the first one: the note has them.
+    short = re.sub(r" (calibration|qualification) [0-9a-f]{64}", "", short)
+    short = re.sub(r"due (\d{4}-\d\d-\d\d)T\S*", r"due \1", short)
+    word, _, rest = short.partition(" ")
+    word = "UNCALIBRATED" if uncalibrated else word
+    rest = rest.replace(", tip ", "/").replace(":", "", 1).replace(",", " ")
+    plain = "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in rest)
+    return Instrument(f"{word} {plain}".strip(), note)

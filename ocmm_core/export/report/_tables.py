@@ -1,0 +1,275 @@
+"""The tables of a report: points, features, characteristics and head, cell by cell.
+
+All formats that people read (text files, workbook, preview) take their cells from here, so that
+they cannot say different things. Points are compensated surface points; their vector leaves the
+material, so that the ball centre is ``xyz + radius * ijk``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from ocmm_core.errors import StorageError
+from ocmm_core.export.report._elements import Element
+from ocmm_core.export.report._names import check_name, clean_text
+from ocmm_core.export.report._report_data import ReportData, ReportedFeature, ReportedResult
+from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import FeatureView
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.decisions import Verdict
+
+MM_PER_INCH = 25.4
+
+JOB_STATE = "JobState"
+"""Column that says SIMULATED and INCOMPLETE in every row of every table, whatever its file is."""
+
+POINT_COLUMNS = (
+    "Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag", JOB_STATE,
+)  # fmt: skip
+FEATURE_COLUMNS = (
+    "Name", "Type", "Component", "X", "Y", "Z", "I", "J", "K", "Diameter", "Length", "Angle",
+    "Form", "RMS", "NbPoints", "CoordinateSystem", "Unit", "Width", "U", "V", "W", "Criterion",
+    "Note", "Verdict", "Deciding", JOB_STATE,
+)  # fmt: skip
+REPORT_COLUMNS = (
+    "Name", "Control", "Nominal", "Measured", "Deviation", "TolLower", "TolUpper", "Test",
+    "OutTol", "Uncertainty", "Unit", "Calibration", "Temperature", "Probe", "Reference",
+    "Verdict", "Features", "Datums", "Association", "Frame", "Bonus", "Floor", "Rule", "Note",
+    "PartVerdict", JOB_STATE,
+)  # fmt: skip
+
+
+TESTS = {
+    Verdict.CONFORM: "Pass",
+    Verdict.NOT_CONFORM: "Fail",
+    Verdict.NOT_PROVEN: "Not proven",
+    Verdict.NOT_MEASURED: "Not measured",
+    Verdict.PROVISIONAL: "Not measured",
+}
+"""Column ``Test``: what is not decided neither passes nor fails, whatever the profile."""
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number and how many of its digits are told."""
+
+    value: float
+    decimals: int
+
+    def text(self, decimal: str = ".") -> str:
+        """Return it as text, the same in every locale and never as minus zero."""
+        # Python's format knows no locale; adding zero to what is rounded drops the sign of -0.0.
+        written = f"{round(self.value, self.decimals) + 0.0:.{self.decimals}f}"
+        return written.replace(".", decimal)
+
+
+Cell = str | int | Number | None
+"""None is an empty cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with named columns.
+
+    Attributes
+    ----------
+    title
+        For people.
+    columns
+        In their order.
+    rows
+        As many cells as columns each.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+    def chosen(self, columns: Sequence[str], when_needed: Sequence[str] = ()) -> Table:
+        """Return the table with these columns; those in ``when_needed`` unless they are empty."""
+        filled = [
+            name
+            for name in when_needed
+            if any(row[self.columns.index(name)] not in (None, "") for row in self.rows)
+        ]
+        places = [self.columns.index(name) for name in (*columns, *filled)]
+        rows = tuple(tuple(row[place] for place in places) for row in self.rows)
+        return Table(self.title, tuple(self.columns[place] for place in places), rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Unit of all lengths, and digits after the decimal sign."""
+
+    lengths: Literal["mm", "inch"] = "mm"
+    length_decimals: int = 4
+    angle_decimals: int = 4
+    vector_decimals: int = 6
+
+    def scaled(self, mm: float) -> float:
+        """Return a length in the unit of the file."""
+        return mm / MM_PER_INCH if self.lengths == "inch" else mm
+
+    def length(self, name: str, mm: float | None) -> Number | None:
+        """Return a length of what is called ``name``."""
+        return None if mm is None else self.finite(name, self.scaled(mm), self.length_decimals)
+
+    def angle(self, name: str, degrees: float | None) -> Number | None:
+        """Return an angle of what is called ``name``."""
+        return None if degrees is None else self.finite(name, degrees, self.angle_decimals)
+
+    def place(self, name: str, mm: Float) -> list[Cell]:
+        """Return three coordinates."""
+        return [self.length(name, float(value)) for value in mm]
+
+    def vector(self, name: str, direction: Float | None) -> list[Cell]:
+        """Return three components of a unit vector; empty cells for None."""
+        if direction is None:
+            return [None, None, None]
+        return [self.finite(name, float(value), self.vector_decimals) for value in direction]
+
+    @staticmethod
+    def finite(name: str, value: float, decimals: int) -> Number:
+        """Return a number; StorageError where it is none that can be reported."""
+        if not math.isfinite(value):
+            raise StorageError(
+                "export.not_finite",
+                f"A value of {name!r} is {value}, which is not a number that can be reported.",
+                "Measure that feature again.",
+            )
+        return Number(float(value), decimals)
+
+
+def points_table(data: ReportData, units: Units, *, centres: bool = False) -> Table:
+    """Return the points in the order of the plan: compensated surface points, or ball centres."""
+    rows = [
+        _point_row(data, units, feature, index, point, centres=centres)
+        for feature in data.features
+        for index, point in enumerate(feature.seen.points, start=1)
+    ]
+    return Table("Ball centres" if centres else "Points", POINT_COLUMNS, tuple(rows))
+
+
+def features_table(data: ReportData, units: Units) -> Table:
+    """Return nominal and measured features."""
+    rows: list[tuple[Cell, ...]] = []
+    for feature in data.features:
+        check_name("feature", feature.name)
+        told = _verdict_cells(data, feature)
+        if feature.nominal_element is not None:
+            # The verdict stands beside what it is about; without a measured row, here.
+            beside = told if feature.actual_element is None else ("", "", *told[2:])
+            row = _row_of(feature, feature.nominal_element, "Nominal", "Part", units)
+            rows.append((*row, *beside))
+        if feature.actual_element is not None:
+            row = _row_of(feature, feature.actual_element, "Measured", data.system, units)
+            rows.append((*row, *told))
+    return Table("Features", FEATURE_COLUMNS, tuple(rows))
+
+
+def _verdict_cells(data: ReportData, feature: ReportedFeature) -> tuple[Cell, ...]:
+    summary = data.view.verdict_of(feature.name)
+    verdict = "" if summary.verdict is None else summary.verdict.value
+    return (verdict, summary.deciding, data.state_words)
+
+
+def report_table(data: ReportData, units: Units) -> Table:
+    """Return the characteristics with their verdicts."""
+    rows = [_result_row(data, reported, units) for reported in data.reported]
+    return Table("Characteristics", REPORT_COLUMNS, tuple(rows))
+
+
+def _point_row(
+    data: ReportData,
+    units: Units,
+    feature: ReportedFeature,
+    index: int,
+    point: MeasuredPoint,
+    *,
+    centres: bool,
+) -> tuple[Cell, ...]:
+    name = f"{check_name('feature', feature.name)}.{index:03d}"
+    place = point.tip_world if centres else point.surface_world
+    return (
+        name,
+        *units.place(feature.name, data.frame.apply(place)),
+        *units.vector(feature.name, data.frame.rotation @ point.direction),
+        feature.name,
+        point.number,
+        data.taken_utc.get(point.number, ""),
+        _flag(data, feature, point),
+        data.state_words,
+    )
+
+
+def _flag(data: ReportData, feature: ReportedFeature, point: MeasuredPoint) -> str:
+    """Return what is to be known about a point; empty where it is like the others."""
+    flags = []
+    if point.number in data.view.held:
+        flags.append("held back")
+    if point.number in feature.seen.outliers:
+        flags.append("outlier")
+    return " + ".join(flags)
+
+
+def _row_of(
+    feature: ReportedFeature, element: Element, component: str, system: str, units: Units
+) -> tuple[Cell, ...]:
+    name, fit, count = feature.name, feature.seen.fit, len(feature.seen.points)
+    measured = component == "Measured" and fit is not None
+    # As few points as the shape needs lie on it whatever they are: that is no measure of form.
+    has_form = measured and count > MINIMUM_POINTS[feature.shape]
+    return (
+        name, feature.shape.value, component,
+        *units.place(name, element.point),
+        *units.vector(name, element.direction),
+        units.length(name, element.diameter),
+        units.length(name, element.length),
+        units.angle(name, element.angle_deg),
+        units.length(name, fit.form) if has_form and fit is not None else None,
+        units.length(name, fit.rms) if has_form and fit is not None else None,
+        count if measured else None, system, units.lengths,
+        units.length(name, element.width),
+        *units.vector(name, element.across),
+        fit.criterion.name.lower().replace("_", " ") if measured and fit is not None else "",
+        note_of(feature.seen) if component == "Measured" else "",
+    )  # fmt: skip
+
+
+def note_of(seen: FeatureView) -> str:
+    """Return what is to be known about a measured feature; empty where there is nothing."""
+    notes = [clean_text(seen.note)] if seen.note else []
+    if seen.provisional and seen.taken < seen.needed:
+        notes.insert(0, f"Provisional: {seen.taken} of {seen.needed} points.")
+    return " ".join(notes)
+
+
+def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Cell, ...]:
+    result = reported.result
+    name = check_name("characteristic", result.name)
+    tell = units.angle if reported.unit == "deg" else units.length
+    cells: list[Cell] = [None, None, TESTS[Verdict.NOT_MEASURED], None, None]
+    if result.stated is not None:
+        measured, deviation, uncertainty = result.stated
+        beyond = max(deviation - result.upper, result.lower - deviation, 0.0)
+        cells = [
+            tell(name, measured),
+            tell(name, deviation),
+            TESTS[result.verdict],
+            tell(name, beyond),
+            tell(name, uncertainty),
+        ]
+    return (
+        name, result.kind.capitalize(), tell(name, result.nominal), *cells[:2],
+        tell(name, result.lower), tell(name, result.upper), *cells[2:],
+        "deg" if reported.unit == "deg" else units.lengths,
+        data.calibration.label, data.climate.label, data.probe.label, data.reference.label,
+        result.verdict.value, " + ".join(result.features), " | ".join(reported.datums),
+        reported.association, result.frame, tell(name, result.bonus or None),
+        tell(name, result.floor), result.rule or data.plan.rule, clean_text(result.note),
+        data.part.word.value, data.state_words,
+    )  # fmt: skip

@@ -1,0 +1,70 @@
+"""Least squares by orthogonal distance, one module a shape."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.features.elements._ball import LARGEST_RADIUS
+    from ocmm_core.features.elements._circle import (
+        fit_circle,
+        fit_circle_free,
+        fit_circle_projected,
+    )
+    from ocmm_core.features.elements._cone import fit_cone
+    from ocmm_core.features.elements._cylinder import fit_cylinder
+    from ocmm_core.features.elements._distances import distance_derivatives, surface_normals
+    from ocmm_core.features.elements._ellipse import fit_ellipse, fit_ellipse_projected
+    from ocmm_core.features.elements._line import fit_line
+    from ocmm_core.features.elements._oriented import (
+        fit_oriented,
+        fixed_direction,
+        turned_direction,
+    )
+    from ocmm_core.features.elements._plane import fit_plane
+    from ocmm_core.features.elements._point import fit_point
+    from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
+    from ocmm_core.features.elements._sphere import fit_sphere
+    from ocmm_core.features.elements._torus import fit_torus
+else:
+    __getattr__ = door(
+        __name__,
+        _ball="LARGEST_RADIUS",
+        _circle="fit_circle fit_circle_free fit_circle_projected",
+        _cone="fit_cone",
+        _cylinder="fit_cylinder",
+        _distances="distance_derivatives surface_normals",
+        _ellipse="fit_ellipse fit_ellipse_projected",
+        _line="fit_line",
+        _oriented="fit_oriented fixed_direction turned_direction",
+        _plane="fit_plane",
+        _point="fit_point",
+        _slot="fit_slot fit_slot_projected",
+        _sphere="fit_sphere",
+        _torus="fit_torus",
+    )
+
+__all__ = [
+    "LARGEST_RADIUS",
+    "distance_derivatives",
+    "fit_circle",
+    "fit_circle_free",
+    "fit_circle_projected",
+    "fit_cone",
+    "fit_cylinder",
+    "fit_ellipse",
+    "fit_ellipse_projected",
+    "fit_line",
+    "fit_oriented",
+    "fit_plane",
+    "fit_point",
+    "fit_slot",
+    "fit_slot_projected",
+    "fit_sphere",
+    "fit_torus",
+    "fixed_direction",
+    "surface_normals",
+    "turned_direction",
+]

@@ -1,0 +1,203 @@
+"""The fit that circle and sphere share: a ball in d dimensions, by orthogonal distance.
+
+Start: the algebraic fit of Taubin (IEEE PAMI 13, 1991) in the centred form of N. Chernov,
+Circular and Linear Regression, 2010, section 5.9, which is unbiased enough for short arcs. Points
+that scatter about a ball as widely as they are spread along it have other minima, and the one that
+Taubin leads to need not be the best; there centres all around the points are tried as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.search import (
+    BALL,
+    DISC,
+    Solution,
+    candidates,
+    degenerate,
+    derivatives,
+    few_axes,
+    gains,
+    minimise,
+    taubin,
+    undecided,
+)
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.geometry import Float
+
+LARGEST_RADIUS = 1e4
+"""Radius against the size of the points beyond which they lie on a line or a plane."""
+
+WORST_CONDITION = 1e9
+"""Condition number beyond which the points determine nothing."""
+
+NEAREST_OTHER = 0.2
+"""Least root mean squared residual of a second minimum against the size of the points. The
+nearest of 1,000 sets lay at 0.31 (`benchmarks/hard_balls.py`); a first one that no such second one
+can rival is believed."""
+DISTANCES = np.array([0.15, 0.4, 1.0, 2.5, 8.0, 40.0])
+"""Of further trial centres from the middle of the points, against their size."""
+TURNS = 24
+"""Directions of these in a plane."""
+SAMPLE = 60
+"""Points on which these descend."""
+SAME = 1e-5
+"""Relative difference of centres below which two minima are one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """A circle (d = 2) or sphere (d = 3).
+
+    Attributes
+    ----------
+    centre
+        (d,).
+    radius
+        Greater than zero.
+    normals
+        (n, d): unit vectors from the centre to the points.
+    residuals
+        (n,): positive outside.
+    gain, shifts
+        (d + 1, k) and (n, k): the first times the second transposed is d(centre, radius) /
+        d(shift of a point along its normal).
+    """
+
+    centre: Float
+    radius: float
+    normals: Float
+    residuals: Float
+    gain: Float
+    shifts: Float
+
+
+def taubin_moments(centred_points: Float) -> tuple[Float, Float]:
+    """Return the moments whose smallest eigenvector is Taubin's ball, and the mean square.
+
+    Parameters
+    ----------
+    centred_points
+        (..., n, d), mean zero over n.
+
+    Returns
+    -------
+    moments
+        (..., d + 1, d + 1); its smallest eigenvalue approximates the mean squared distance.
+    mean_square
+        (...,).
+    """
+    squares = np.sum(centred_points**2, axis=-1)
+    mean_square = squares.mean(axis=-1)
+    first = (squares - mean_square[..., None]) / (2.0 * np.sqrt(mean_square))[..., None]
+    columns = np.concatenate([first[..., None], centred_points], axis=-1)
+    moments = np.swapaxes(columns, -1, -2) @ columns / columns.shape[-2]
+    return moments, mean_square
+
+
+def taubin_centre(eigenvector: Float, mean_square: Float) -> tuple[Float, Float]:
+    """Return centre (..., d) and radius (...,) of the eigenvector (..., d + 1)."""
+    curvature = eigenvector[..., 0] / (2.0 * np.sqrt(mean_square))
+    # A straight solution has no curvature; a far centre lets the callers recognise it.
+    curvature = np.where(np.abs(curvature) < 1e-12, 1e-12, curvature)
+    centre: Float = -eigenvector[..., 1:] / (2.0 * curvature[..., None])
+    radius: Float = np.sqrt(np.sum(centre**2, axis=-1) + mean_square)
+    return centre, radius
+
+
+def fit_balls(shape: Shape, points: Float) -> list[Ball]:
+    """Return the ball that fits centred and scaled ``points`` (n, d) best, and its rivals.
+
+    Raises
+    ------
+    FitError
+        The points do not determine it, or the iteration does not converge.
+    """
+    n, d = points.shape
+    flat = degenerate(
+        shape,
+        "they lie on a straight line or too short an arc"
+        if shape is Shape.CIRCLE
+        else "they lie in a plane or on too small a patch",
+        "Spread the points over more of the feature.",
+    )
+    moments = np.empty((d + 1, d + 1))
+    mean_square = float(taubin(points, moments))
+    centre, radius = taubin_centre(np.linalg.eigh(moments)[1][:, 0], np.array(mean_square))
+    start = np.zeros(8)
+    start[:d], start[d] = centre, radius
+    solutions = [minimise(DISC if d == 2 else BALL, points, start)]
+    least_other = n * mean_square * NEAREST_OTHER**2
+    if n > MINIMUM_POINTS[shape] and undecided(
+        solutions[0].cost, least_other, n, MINIMUM_POINTS[shape]
+    ):
+        solutions = _minima(points, solutions[0])
+    if not 0.0 < float(solutions[0].parameters[d]) < LARGEST_RADIUS:
+        raise flat
+    if not solutions[0].converged:
+        raise not_converged(shape)
+    return [_ball(points, item, flat) for item in candidates(shape, solutions, n, None)]
+
+
+def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
+    """Return the ball of a solution; raise ``flat`` where the points do not determine it."""
+    d = points.shape[1]
+    residuals, jacobian, _ = derivatives(DISC if d == 2 else BALL, points, solution.parameters)
+    gain, shifts, condition = gains(jacobian)
+    if condition > WORST_CONDITION:
+        raise flat
+    centre, radius = solution.parameters[:d], float(solution.parameters[d])
+    return Ball(centre, radius, -jacobian[:, :d], residuals, -gain, shifts)
+
+
+def _minima(points: Float, first: Solution) -> list[Solution]:
+    """Return ``first`` and the other minima that centres all around ``points`` lead to, best first.
+
+    All but flat ones: of those the first tells.
+    """
+    d = points.shape[1]
+    kind = DISC if d == 2 else BALL
+    sample = points
+    if len(points) > SAMPLE:
+        sample = points[np.arange(SAMPLE) * (len(points) - 1) // (SAMPLE - 1)]
+    turns = np.arange(TURNS) * 2.0 * np.pi / TURNS
+    ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    if d == 3:
+        axes = few_axes(points)
+        ways = np.concatenate([axes, -axes])
+    size = np.sqrt(np.mean(np.sum(points**2, axis=1)))
+    centres = (size * DISTANCES[:, None, None] * ways).reshape(-1, d)
+    ends: list[Solution] = []
+    for centre in (np.zeros(d), *centres):
+        start = np.zeros(8)
+        start[:d], start[d] = centre, np.linalg.norm(sample - centre, axis=1).mean()
+        end = minimise(kind, sample, start)
+        if end.converged and not _known(end, ends, d):
+            ends.append(end)
+    found = [first]
+    for end in ends:
+        solution = minimise(kind, points, end.parameters) if len(sample) < len(points) else end
+        usable = solution.converged and 0.0 < solution.parameters[d] < LARGEST_RADIUS
+        if usable and not _known(solution, found, d):
+            found.append(solution)
+    return sorted(found, key=lambda solution: solution.cost)
+
+
+def _known(solution: Solution, others: list[Solution], d: int) -> bool:
+    """Return whether one of the others has the same centre."""
+    centre = solution.parameters[:d]
+    reach = SAME * (1.0 + float(np.abs(centre).max()))
+    return any(bool(np.all(np.abs(item.parameters[:d] - centre) < reach)) for item in others)
+
+
+def not_converged(shape: Shape) -> FitError:
+    """Return the error for an iteration that found no minimum."""
+    return FitError(
+        "fit.not_converged",
+        f"No {shape.value.lower()} fits the points: the iteration did not come to rest.",
+        "Check that the points belong to one feature and spread them over more of it.",
+    )

@@ -1,0 +1,216 @@
+"""A cone by orthogonal distance, cold: nothing is known of its axis."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements._ball import (
+    LARGEST_RADIUS,
+    WORST_CONDITION,
+    not_converged,
+    taubin_centre,
+    taubin_moments,
+)
+from ocmm_core.features.search import (
+    CONE,
+    Family,
+    across_axes,
+    candidates,
+    centred_solid,
+    checked_points,
+    curved_patch,
+    decided,
+    degenerate,
+    derivatives,
+    many_axes,
+    minima,
+    planned,
+    quadric_axes,
+    sampled,
+    sensitivity,
+    trial_axes,
+)
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_fit
+from ocmm_core.geometry import Float, Points3
+
+RANKING_POINTS = 60
+RIDGE = 1e-12
+"""Against the diagonal of the normal equations of a start, so that none is singular."""
+ANGLES = np.arange(-87.5, 90.0, 5.0)
+"""deg between the surface and trial axes."""
+FARTHEST = 100.0
+"""Radius of a bend against the size of the points beyond which it does not show."""
+FLATTEST = np.deg2rad(89.9)
+"""Half angle beyond which a cone is a plane."""
+NEAR_HINT = np.deg2rad(2.0)
+"""Difference from the expected half angle that a cone through few points may show."""
+
+
+def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
+    """Return the cone of ``points`` (n, 3), mm; residuals are positive outside.
+
+    Its direction points to where the radius grows.
+
+    Parameters
+    ----------
+    points
+        (n, 3), mm.
+    half_angle_hint
+        rad: may decide between rivals, as there are many through six points.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine one cone.
+    """
+    points = checked_points(Shape.CONE, points)
+    flat = degenerate(
+        Shape.CONE,
+        "they lie in a plane, on one circle or on too small a patch",
+        "Take points around the cone at two heights or more.",
+    )
+    centroid, about, size = centred_solid(Shape.CONE, points, flat)
+    expected, asked = None, _families(about)
+    if half_angle_hint is not None:
+        expected = partial(_from_plan, expected=half_angle_hint)
+        asked = (*asked, planned(asked, slice(6, 7), np.array([half_angle_hint])))
+    solutions = minima(CONE, about, asked, _possible)
+    if not solutions:
+        raise not_converged(Shape.CONE)
+    one_sided = [solution for solution in solutions if solution.parameters[7] > 0.0]
+    if not one_sided:
+        raise degenerate(
+            Shape.CONE,
+            "they lie on both sides of its apex",
+            "Take the points on one side of the apex.",
+        )
+    build = partial(_fit, centroid=centroid, about=about, size=size, flat=flat)
+    return decided(candidates(Shape.CONE, one_sided, len(points), expected), build)
+
+
+def _fit(best: Float, *, centroid: Float, about: Float, size: float, flat: FitError) -> Fit:
+    """Return the fit of parameters (8,); raise ``flat`` where the points do not determine it."""
+    if best[6] < 0.0:
+        best[3:7] *= -1.0
+    residuals, jacobian, _ = derivatives(CONE, about, best)
+    inverse, condition = sensitivity(jacobian)
+    if condition > WORST_CONDITION:
+        raise flat
+    half_angle = float(best[6])
+    radius = float(best[7] / np.cos(half_angle))
+    geometry = element(centroid + size * best[0:3], best[3:6], size * radius, half_angle=half_angle)
+    by_points = _by_points(best, about, -inverse)
+    by_points[3:6] /= size
+    by_points[8] /= size
+    return make_fit(Shape.CONE, geometry, by_points, size * residuals)
+
+
+def _from_plan(parameters: Float, expected: float) -> float:
+    return float(abs(abs(parameters[6]) - expected) / NEAR_HINT)
+
+
+def _possible(parameters: Float) -> bool:
+    return abs(float(parameters[6])) < FLATTEST and abs(float(parameters[7])) < LARGEST_RADIUS
+
+
+def _families(points: Float) -> tuple[Family, ...]:
+    return (
+        lambda: _starts(points, trial_axes(points)),
+        lambda: _by_curvature(points),
+        lambda: _starts(points, many_axes(points)),
+    )
+
+
+def _by_curvature(points: Float) -> Float:
+    """Return start parameters (m, 8): cones of the curvatures of the patch, and quadrics' axes.
+
+    A cone bends in one direction only. Its axis lies in the plane of the other one and the normal,
+    the half angle off the surface, and passes through the centre of the bend.
+    """
+    patch = curved_patch(points)
+    bend = int(np.argmax(np.abs(patch.curvatures)))
+    curvature = float(patch.curvatures[bend])
+    curvature = np.copysign(max(abs(curvature), 1.0 / FARTHEST), curvature)
+    along = patch.directions[1 - bend]
+    angles = np.deg2rad(ANGLES)
+    axes = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * patch.normal
+    first = _starts(points, np.concatenate([axes, quadric_axes(points)]))
+    centre = patch.foot + patch.normal / curvature
+    # The axis passes at the centre of the bend; seen from there the points open to one side.
+    starts = np.zeros((len(angles), 8))
+    feet = centre - (axes @ centre)[:, None] * axes
+    starts[:, 0:3], starts[:, 3:6] = feet, axes
+    sample = sampled(points, RANKING_POINTS)
+    for start in starts:
+        arms = sample - start[0:3]
+        t = arms @ start[3:6]
+        rho = np.linalg.norm(arms - np.outer(t, start[3:6]), axis=1)
+        slope = np.polyfit(t, rho, 1)[0] if np.ptp(t) > 0.0 else 0.0
+        start[6] = np.arctan(slope)
+        start[7] = np.mean(rho * np.cos(start[6]) - t * np.sin(start[6]))
+    return np.concatenate([first, starts])
+
+
+def _starts(points: Float, axes: Float) -> Float:
+    """Return start parameters (m, 8): for every trial axis two cones.
+
+    On a cone x^2 + y^2 - 2 a x - 2 b y is a polynomial of second order in the height: the centre
+    (a, b) follows from linear equations. The other centre is that of Taubin's circle, which serves
+    narrow cones and short arcs.
+    """
+    sample = sampled(points, RANKING_POINTS)
+    frames = np.stack(across_axes(axes), axis=1)
+    flat = sample @ frames.reshape(-1, 3).T
+    x = np.ascontiguousarray(flat.reshape(len(sample), len(axes), 2).swapaxes(0, 1))
+    t = axes @ sample.T
+    columns = np.stack([2.0 * x[..., 0], 2.0 * x[..., 1], np.ones_like(t), t, t * t], axis=-1)
+    transposed = np.swapaxes(columns, 1, 2)
+    normal = transposed @ columns
+    normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(5)
+    target = np.sum(x**2, axis=-1)
+    by_height = np.linalg.solve(normal, transposed @ target[..., None])
+    middle = x.mean(axis=1)
+    moments, mean_square = taubin_moments(x - middle[:, None, :])
+    by_circle, _ = taubin_centre(np.linalg.eigh(moments)[1][..., 0], mean_square)
+    found = []
+    for centres in (by_height[:, 0:2, 0], by_circle + middle):
+        rho = np.linalg.norm(x - centres[:, None, :], axis=-1)
+        t_mean, rho_mean = t.mean(axis=1), rho.mean(axis=1)
+        about = t - t_mean[:, None]
+        spread = np.maximum(np.sum(about**2, axis=1), 1e-12)
+        angle = np.arctan(np.sum(about * rho, axis=1) / spread)
+        radius = rho_mean - np.tan(angle) * t_mean
+        feet = np.einsum("mk,mkx->mx", centres, frames)
+        found.append(np.column_stack([feet, axes, angle, radius * np.cos(angle)]))
+    return np.concatenate(found)
+
+
+def _by_points(p: Float, points: Float, inverse: Float) -> Float:
+    """Return d(geometry) / d(points), (12, 3 n), of the centred and scaled cone.
+
+    ``inverse`` (6, n) is d(step) / d(shift of a point along its normal).
+    """
+    n = len(points)
+    axis, cosine, sine = p[3:6], np.cos(p[6]), np.sin(p[6])
+    basis = np.stack(across_axes(axis))
+    by_shift = np.zeros((GEOMETRY_SIZE, n))
+    by_shift[0:3] = basis.T @ inverse[0:2]
+    by_shift[3:6] = basis.T @ inverse[2:4]
+    # A turn of the axis moves the foot of a centroid that is not on it, to another radius.
+    along = -p[0:3] @ by_shift[3:6]
+    by_shift[0:3] += np.outer(axis, along)
+    by_shift[8] = inverse[4]
+    by_distance = inverse[5] + sine * along
+    by_shift[6] = by_distance / cosine + p[7] * sine / cosine**2 * inverse[4]
+    arms = points - p[0:3]
+    outward = arms - np.outer(arms @ axis, axis)
+    outward /= np.maximum(np.linalg.norm(outward, axis=1), 1e-12)[:, None]
+    normals = cosine * outward - sine * axis
+    by_points = by_shift[:, :, None] * normals
+    by_points[0:3] += np.outer(axis, axis)[:, None, :] / n
+    by_points[6] += sine / cosine * axis / n
+    flat: Float = by_points.reshape(GEOMETRY_SIZE, 3 * n)
+    return flat

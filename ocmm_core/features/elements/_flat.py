@@ -1,0 +1,233 @@
+"""What circle, ellipse, slots and rectangle share: a plane first, then the outline in it.
+
+These are the two steps of NIST and of ISO. The outline is found in coordinates of the plane,
+centred and scaled; here it is taken back to space, with its derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from ocmm_core.features.elements._plane import OwnPlane, own_plane
+from ocmm_core.features.search import (
+    centred,
+    checked_points,
+    covered,
+    oriented,
+    places,
+    spread,
+    spread_alike,
+)
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    GEOMETRY_SIZE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
+from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A closed outline in the plane.
+
+    Attributes
+    ----------
+    centre
+        (2,).
+    radius, second
+        As in the geometry vector; ``second`` is zero for a circle.
+    turn
+        rad: direction of the length; None for a circle.
+    normals
+        (n, 2): unit vectors, outwards, at the points.
+    residuals
+        (n,): positive outside.
+    gain, shifts
+        (5, k) and (n, k): the first times the second transposed is d(centre, turn, radius, second)
+        / d(shift of a point along its normal).
+    """
+
+    centre: Float
+    radius: float
+    second: float
+    turn: float | None
+    normals: Float
+    residuals: Float
+    gain: Float
+    shifts: Float
+
+
+_NOTHING = np.zeros((GEOMETRY_SIZE, 3))
+
+OutlineFit: TypeAlias = Callable[[Float, float], Sequence[Outline]]
+"""Finds the outline of centred points (n, 2), given also their size in mm, and its rivals."""
+
+
+def fit_in_own_plane(
+    shape: Shape, points: Points3, direction_hint: Float | None, outline_fit: OutlineFit
+) -> Fit:
+    """Return the outline in the orthogonal-distance plane of ``points`` (n, 3), mm.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine the shape.
+    """
+    points = checked_points(shape, points)
+    plane = own_plane(shape, points, direction_hint)
+    normal = plane.axes[2]
+    basis = np.stack([plane.axes[0], _cross(normal, plane.axes[0])])
+    found = _in_plane(plane.centroid, plane.about, plane.size, normal, basis, outline_fit)
+    return _with_rival([_in_own_plane(shape, plane, placed) for placed in found])
+
+
+def _in_own_plane(shape: Shape, plane: OwnPlane, placed: _Placed) -> Fit:
+    normal = plane.axes[2]
+    # A tilt of the plane moves a centre that is not the centroid out of it, and takes the direction
+    # of the length along; how it shears the points within the plane is of the order of the
+    # residuals and left out (`shapes.Fit`).
+    tilt = np.zeros((GEOMETRY_SIZE, 2))
+    tilt[DIRECTION] = plane.tilt
+    tilt[POINT] = -normal[:, None] * (placed.lever @ plane.tilt)
+    tilt[ACROSS] = -normal[:, None] * (placed.geometry[ACROSS] @ plane.tilt)
+    constant = np.zeros((GEOMETRY_SIZE, 3))
+    n = len(plane.about)
+    constant[POINT] = normal[:, None] * (normal / n)
+    jacobian = np.empty((GEOMETRY_SIZE, 3 * n))
+    spread_alike(tilt[:, :, None] * normal, plane.shifts, constant, jacobian)
+    placed.spread(jacobian)
+    return make_fit(shape, placed.geometry, jacobian, plane.size * placed.outline.residuals)
+
+
+def fit_in_given_plane(
+    shape: Shape, points: Points3, plane_normal: Float, outline_fit: OutlineFit
+) -> tuple[Fit, Float]:
+    """Return the outline of ``points`` projected along ``plane_normal``.
+
+    It lies in the plane through the centroid of the points, square to the normal.
+
+    Parameters
+    ----------
+    shape
+        Which of those with an outline.
+    points
+        (n, 3), mm.
+    plane_normal
+        (3,), any length; the direction of the result.
+    outline_fit
+        Finds the outline.
+
+    Returns
+    -------
+    fit
+        Its jacobian takes the normal as given.
+    by_normal
+        (12, 3): d(geometry) / d(unit normal), for changes square to the normal.
+
+    Raises
+    ------
+    FitError
+        Too few points, or they do not determine the shape.
+    """
+    points = checked_points(shape, points)
+    normal = unit(np.asarray(plane_normal, dtype=np.float64))
+    centroid, about, size = centred(shape, points)
+    basis = np.stack(perpendicular_pair(normal))
+    found = _in_plane(centroid, about, size, normal, basis, outline_fit)
+    fits = []
+    for item in found:
+        jacobian = np.zeros((GEOMETRY_SIZE, 3 * len(points)))
+        constant = normal[:, None] * (normal / len(points))
+        jacobian[POINT] = np.tile(constant, len(points))
+        item.spread(jacobian)
+        fits.append(make_fit(shape, item.geometry, jacobian, size * item.outline.residuals))
+    placed, fit = found[0], _with_rival(fits)
+
+    # A turn of the normal shifts every projection by its height, and the plane about the centroid.
+    height = size * (about @ normal)
+    by_normal = -placed.gain @ (placed.outline.shifts.T @ (height[:, None] * placed.outward))
+    by_normal[POINT] -= np.outer(normal, placed.lever)
+    by_normal[ACROSS] -= np.outer(normal, fit.across)
+    by_normal[DIRECTION] = np.eye(3) - np.outer(normal, normal)
+    return fit, by_normal
+
+
+@dataclass(frozen=True, slots=True)
+class _Placed:
+    """An outline in space.
+
+    Attributes
+    ----------
+    outline
+        In the plane.
+    geometry
+        (12,).
+    gain
+        (12, k): d(geometry) / d(shifts of the points in the plane), by the outline's shifts.
+    outward
+        (n, 3): unit normals of the outline at the points.
+    lever
+        (3,), mm: from the centroid of the points to the centre.
+    """
+
+    outline: Outline
+    geometry: Float
+    gain: Float
+    outward: Float
+    lever: Float
+
+    def spread(self, jacobian: Float) -> None:
+        """Add d(geometry) / d(points), the plane being given, to ``jacobian`` (12, 3 n)."""
+        spread(self.gain, self.outline.shifts, self.outward, _NOTHING, jacobian)
+
+
+def _with_rival(fits: Sequence[Fit]) -> Fit:
+    """Return the first fit, with the first of the others that its uncertainty does not cover."""
+    first, *others = fits
+    return replace(first, rival=next((fit for fit in others if not covered(first, fit)), None))
+
+
+def _in_plane(
+    centroid: Float,
+    about: Float,
+    size: float,
+    normal: Float,
+    basis: Float,
+    outline_fit: OutlineFit,
+) -> list[_Placed]:
+    flat = np.empty((len(about), 2))
+    places(about, basis, flat)
+    return [_place(centroid, size, normal, basis, item) for item in outline_fit(flat, size)]
+
+
+def _place(centroid: Float, size: float, normal: Float, basis: Float, outline: Outline) -> _Placed:
+    lever = (size * outline.centre) @ basis
+    geometry = element(centroid + lever, normal, size * outline.radius)
+    geometry[SECOND] = size * outline.second
+    gain = np.zeros((GEOMETRY_SIZE, outline.gain.shape[1]))
+    gain[POINT] = basis.T @ outline.gain[0:2]
+    gain[RADIUS] = outline.gain[3]
+    if outline.turn is not None:
+        gain[SECOND] = outline.gain[4]
+        across = oriented(np.cos(outline.turn) * basis[0] + np.sin(outline.turn) * basis[1], None)
+        geometry[ACROSS] = across
+        gain[ACROSS] = _cross(normal, across)[:, None] * (outline.gain[2] / size)
+    return _Placed(outline, geometry, gain, outline.normals @ basis, lever)
+
+
+def _cross(a: Float, b: Float) -> Float:
+    """Return the cross product (3,); numpy's spends twenty times as long on axes."""
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )

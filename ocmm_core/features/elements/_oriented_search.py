@@ -1,0 +1,273 @@
+"""The search for an element whose direction is given, or may only turn about an axis."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import linprog
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements._ball import WORST_CONDITION
+from ocmm_core.features.elements._distances import distance_derivatives
+from ocmm_core.features.search import centred, degenerate
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    GEOMETRY_SIZE,
+    HALF_ANGLE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Criterion,
+    Fit,
+    Shape,
+    make_fit,
+)
+from ocmm_core.geometry import Float, Int, Points3, perpendicular_pair, rotation_from_vector, skew
+
+STEPS = 60
+"""Most steps of any search."""
+_SETTLED = 1e-12
+"""Step, in units of the size of the points, after which the element is found..."""
+_PROGRAM_SETTLED = 1e-6
+"""... and after which the same points hold it, so that their equations..."""
+_POLISHED = 3
+"""... are solved this many times."""
+_TRUST = 0.1
+"""Greatest step of the first linear program, in the same units: beyond it distances bend."""
+_NARROWED = 0.25
+"""What is left of it after a step that led nowhere."""
+_SHARE = 1e-9
+"""Multiplier of a point below which it does not hold the element."""
+
+
+class OrientedSearch:
+    """Sizes, places and, where it may turn, direction of an element, about the points' centroid."""
+
+    def __init__(self, start: Fit, points: Points3, direction: Float, about: Float | None) -> None:
+        self._start, self._about = start, about
+        self._centroid, middle, self._size = centred(start.shape, points)
+        self._points = middle * self._size
+        geometry = start.geometry.copy()
+        geometry[POINT] -= self._centroid
+        geometry[DIRECTION] = direction
+        self._geometry = self._at_foot(geometry)
+
+    def found(self) -> tuple[Fit, Float]:
+        """Return the element and how it turns with the constraint."""
+        if self._start.criterion is Criterion.LEAST_SQUARES:
+            self._descend()
+            return self._finished(())
+        contacts = self._held_by()
+        for _ in range(_POLISHED):
+            # A program knows its solution to some 1e-7 only; its contacts know it fully.
+            residuals, slopes, _ = self._distances()
+            basis = self._basis()
+            rows, design = self._held(contacts, slopes @ basis)
+            step = _solved(design, residuals[rows])
+            self._move(basis, step[: basis.shape[1]])
+        return self._finished(contacts)
+
+    def _descend(self) -> None:
+        """Find the element of least squares."""
+        for _ in range(STEPS):
+            residuals, slopes, _ = self._distances()
+            basis = self._basis()
+            step = _solved(slopes @ basis, residuals)
+            self._move(basis, step)
+            if float(np.abs(step).max()) < _SETTLED * self._size:
+                return
+        raise unsettled(self._start.shape)
+
+    def _held_by(self) -> tuple[int, ...]:
+        """Find the element of another criterion by linear programs; return its contacts."""
+        trust = _TRUST * self._size
+        for _ in range(STEPS):
+            self._reach()
+            residuals, slopes, _ = self._distances()
+            basis, before = self._basis(), self._geometry
+            step, _ = self._program(residuals, slopes @ basis, trust)
+            self._move(basis, step)
+            if float(np.abs(step).max()) < _PROGRAM_SETTLED * self._size:
+                # A short reach may have ended the step; what holds the element shows without it.
+                return self._program(residuals, slopes @ basis, _TRUST * self._size)[1]
+            if self._cost(self._distances()[0]) > self._cost(residuals):
+                # Distances bend within such a step.
+                self._geometry, trust = before, _NARROWED * min(trust, float(np.abs(step).max()))
+            else:
+                trust = min(trust / _NARROWED, _TRUST * self._size)
+        raise unsettled(self._start.shape)
+
+    def _reach(self) -> None:
+        """Give an inscribed or circumscribed element the radius that its place allows."""
+        if self._start.criterion is Criterion.MINIMUM_ZONE:
+            return
+        residuals = self._distances()[0]
+        inscribed = self._start.criterion is Criterion.INSCRIBED
+        self._geometry = self._geometry.copy()
+        self._geometry[RADIUS] += residuals.min() if inscribed else residuals.max()
+
+    def _cost(self, residuals: Float) -> float:
+        """Return what the criterion makes smallest, whatever the radius is now."""
+        match self._start.criterion:
+            case Criterion.INSCRIBED:
+                return -float(residuals.min() + self._geometry[RADIUS])
+            case Criterion.CIRCUMSCRIBED:
+                return float(residuals.max() + self._geometry[RADIUS])
+        return float(np.abs(residuals).max())
+
+    def _held(self, contacts: tuple[int, ...], slopes: Float) -> tuple[Int, Float]:
+        """Return the rows of the points that count, and how their equations answer."""
+        n = len(slopes)
+        if not contacts:
+            return np.arange(n), slopes
+        rows = np.array(contacts) % n
+        design: Float = slopes[rows]
+        if self._start.criterion is Criterion.MINIMUM_ZONE:
+            design = np.column_stack([design, np.where(np.array(contacts) < n, -1.0, 1.0)])
+        return rows, design
+
+    def _distances(self) -> tuple[Float, Float, Float]:
+        """Return signed distances (n,), d(distance) / d(geometry) (n, 12), and normals (n, 3)."""
+        here = replace(self._start, geometry=self._geometry)
+        slopes, normals = distance_derivatives(here, self._points)
+        arms = self._points - self._geometry[POINT]
+        values = np.einsum("ij,ij->i", arms, normals)
+        sizes = [RADIUS, SECOND]
+        return values + slopes[:, sizes] @ self._geometry[sizes], slopes, normals
+
+    def _basis(self) -> Float:
+        """Return what of the geometry is free, (12, k)."""
+        direction = self._geometry[DIRECTION]
+        moves: list[tuple[slice | int, Float | float]] = []
+        shape = self._start.shape
+        if shape is Shape.PLANE:
+            moves.append((POINT, direction))
+        else:
+            moves += [(POINT, across) for across in perpendicular_pair(direction)]
+            moves.append((RADIUS, 1.0))
+        if shape is Shape.TORUS:
+            moves += [(POINT, direction), (SECOND, 1.0)]
+        if shape is Shape.CONE:
+            moves.append((HALF_ANGLE, 1.0 / self._size))
+        if self._about is not None:
+            moves.append((DIRECTION, np.cross(self._about, direction) / self._size))
+        basis = np.zeros((GEOMETRY_SIZE, len(moves)))
+        for column, (place, value) in enumerate(moves):
+            basis[place, column] = value
+        return basis
+
+    def _move(self, basis: Float, step: Float) -> None:
+        geometry = self._geometry + basis @ step
+        direction = self._geometry[DIRECTION]
+        if self._about is not None:
+            angle = float(step[-1]) / self._size
+            direction = rotation_from_vector(angle * self._about) @ direction
+        geometry[DIRECTION] = direction
+        self._geometry = self._at_foot(geometry)
+
+    def _at_foot(self, geometry: Float) -> Float:
+        """Return the geometry with its point where the centroid is dropped on the element."""
+        point, direction = geometry[POINT], geometry[DIRECTION]
+        along = float(point @ direction)
+        match self._start.shape:
+            case Shape.TORUS:
+                return geometry
+            case Shape.PLANE:
+                geometry[POINT] = along * direction
+            case _:
+                geometry[POINT] = point - along * direction
+                geometry[RADIUS] -= along * np.tan(geometry[HALF_ANGLE])
+        return geometry
+
+    def _program(
+        self, residuals: Float, slopes: Float, trust: float
+    ) -> tuple[Float, tuple[int, ...]]:
+        """Return the step of a linear program, and the points that hold its solution."""
+        n, k = slopes.shape
+        criterion = self._start.criterion
+        bounds: list[tuple[float | None, float | None]] = [(-trust, trust)] * k
+        cost = np.zeros(k)
+        if criterion is Criterion.MINIMUM_ZONE:
+            rows = np.vstack([slopes, -slopes])
+            rows = np.hstack([rows, -np.ones((2 * n, 1))])
+            limits = np.concatenate([-residuals, residuals])
+            cost, bounds = np.append(cost, 1.0), [*bounds, (0.0, None)]
+        else:
+            # Column 2 is the radius: every distance falls with it.
+            sign = -1.0 if criterion is Criterion.INSCRIBED else 1.0
+            rows, limits = sign * slopes, -sign * residuals
+            cost[2] = sign
+            bounds[2] = (None, None)
+        answer = linprog(cost, A_ub=rows, b_ub=limits, bounds=bounds, method="highs")
+        if answer.status != 0 or answer.x is None:
+            raise unsettled(self._start.shape)
+        held = np.flatnonzero(-answer.ineqlin.marginals > _SHARE)
+        return np.asarray(answer.x[:k]), tuple(int(row) for row in held)
+
+    def _finished(self, contacts: tuple[int, ...]) -> tuple[Fit, Float]:
+        residuals, slopes, normals = self._distances()
+        basis = self._basis()
+        n, k = len(residuals), basis.shape[1]
+        rows, design = self._held(contacts, slopes @ basis)
+        if np.linalg.cond(design / np.linalg.norm(design, axis=0)) > WORST_CONDITION:
+            raise degenerate(
+                self._start.shape,
+                "they do not determine it with the direction that the datums give it",
+                "Spread the points over more of the feature.",
+            )
+        gain = np.zeros((k, n))
+        gain[:, rows] = -np.linalg.pinv(design)[:k]
+        turning = np.zeros((GEOMETRY_SIZE, 3))
+        turning[DIRECTION] = small_turning(self._geometry[DIRECTION])
+
+        by_points = (basis @ gain)[:, :, None] * normals
+        by_turn = turning + basis @ (gain @ (slopes @ turning))
+        jacobian = self._followed(by_points.reshape(GEOMETRY_SIZE, 3 * n), n)
+        geometry = self._geometry.copy()
+        geometry[POINT] = self._geometry[POINT] + self._centroid
+        fit = make_fit(
+            self._start.shape, geometry, jacobian, residuals, criterion=self._start.criterion,
+            contacts=tuple(sorted(set(rows.tolist()))) if contacts else (),
+        )  # fmt: skip
+        return fit, self._followed(by_turn, 0)
+
+    def _followed(self, slopes: Float, n: int) -> Float:
+        """Return derivatives (12, m) with the point kept at the foot of the points' centroid.
+
+        With ``n`` the columns are those of the points, which move the centroid.
+        """
+        shape, direction = self._start.shape, self._geometry[DIRECTION]
+        if shape is Shape.TORUS:
+            return slopes
+        point, result = self._geometry[POINT], slopes.copy()
+        middle = np.tile(np.eye(3) / n, n) if n else np.zeros((3, slopes.shape[1]))
+        if shape is Shape.PLANE:
+            offset = float(point @ direction)
+            own = direction @ slopes[POINT] + point @ slopes[DIRECTION]
+            result[POINT] = np.outer(direction, own) + offset * slopes[DIRECTION]
+            result[POINT] += middle - np.outer(direction, direction @ middle)
+            return result
+        along = direction @ middle - point @ slopes[DIRECTION] - direction @ slopes[POINT]
+        result[POINT] += np.outer(direction, along)
+        result[RADIUS] += np.tan(self._geometry[HALF_ANGLE]) * along
+        return result
+
+
+def _solved(design: Float, residuals: Float) -> Float:
+    """Return the step that takes residuals away, or makes them smallest."""
+    return np.asarray(-np.linalg.lstsq(design, residuals)[0], dtype=np.float64)
+
+
+def small_turning(direction: Float) -> Float:
+    """Return d(direction) / d(small turn, rad), (3, 3)."""
+    return -skew(direction)
+
+
+def unsettled(shape: Shape) -> FitError:
+    """Return the error where no element was found."""
+    return FitError(
+        "fit.oriented_unsettled",
+        f"No {shape.value.lower()} with the direction that the datums give it was found.",
+        "Check the points of that feature; they may belong to different surfaces.",
+    )

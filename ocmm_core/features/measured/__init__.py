@@ -1,0 +1,97 @@
+"""Features from points: fits by name, the ball taken off, constructions, and certified checks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.features.measured._actual import ActualFeature, Touches, actual_features
+    from ocmm_core.features.measured._construct import (
+        Construction,
+        FitThrough,
+        Intersection,
+        Midpoint,
+        Offset,
+        PartOf,
+        probed_features,
+    )
+    from ocmm_core.features.measured._construct_checks import (
+        AXIAL,
+        CENTRED,
+        LONG,
+        construction_fault,
+        shapes_with,
+    )
+    from ocmm_core.features.measured._construct_geometry import gauge_point
+    from ocmm_core.features.measured._constructed import constructed_features, nominal_geometries
+    from ocmm_core.features.measured._fit import Certificate, certificate, fit_shape
+    from ocmm_core.features.measured._oriented import Orientation, can_be_oriented, oriented_feature
+    from ocmm_core.features.measured._outliers import outliers
+    from ocmm_core.features.measured._second_order import beyond_first_order, solver_start
+    from ocmm_core.features.measured._verify import (
+        APEX_LIMIT,
+        DIRECTION_LIMIT,
+        POSITION_LIMIT,
+        SIZE_LIMIT,
+        Convention,
+        PairResult,
+        SetReport,
+        verify_folder,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _actual="ActualFeature Touches actual_features",
+        _construct="Construction FitThrough Intersection Midpoint Offset PartOf probed_features",
+        _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
+        _construct_geometry="gauge_point",
+        _constructed="constructed_features nominal_geometries",
+        _fit="Certificate certificate fit_shape",
+        _oriented="Orientation can_be_oriented oriented_feature",
+        _outliers="outliers",
+        _second_order="beyond_first_order solver_start",
+        _verify=(
+            "APEX_LIMIT Convention DIRECTION_LIMIT POSITION_LIMIT PairResult SIZE_LIMIT SetReport "
+            "verify_folder"
+        ),
+    )
+
+__all__ = [
+    "APEX_LIMIT",
+    "AXIAL",
+    "CENTRED",
+    "DIRECTION_LIMIT",
+    "LONG",
+    "POSITION_LIMIT",
+    "SIZE_LIMIT",
+    "ActualFeature",
+    "Certificate",
+    "Construction",
+    "Convention",
+    "FitThrough",
+    "Intersection",
+    "Midpoint",
+    "Offset",
+    "Orientation",
+    "PairResult",
+    "PartOf",
+    "SetReport",
+    "Touches",
+    "actual_features",
+    "beyond_first_order",
+    "can_be_oriented",
+    "certificate",
+    "constructed_features",
+    "construction_fault",
+    "fit_shape",
+    "gauge_point",
+    "nominal_geometries",
+    "oriented_feature",
+    "outliers",
+    "probed_features",
+    "shapes_with",
+    "solver_start",
+    "verify_folder",
+]

@@ -1,0 +1,140 @@
+"""Taking the ball off an element of ball centres, and from which side it was touched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.shapes import (
+    GEOMETRY_SIZE,
+    HALF_ANGLE,
+    RADIUS,
+    SECOND,
+    Fit,
+    NominalFeature,
+    Shape,
+)
+from ocmm_core.geometry import Float
+
+if TYPE_CHECKING:
+    from ocmm_core.features.measured._actual import Touches
+
+_SLOTS = (Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+_OUTLINES = (Shape.ELLIPSE, *_SLOTS)
+_SIZES = {
+    **dict.fromkeys((Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE), (RADIUS,)),
+    **dict.fromkeys((*_OUTLINES, Shape.TORUS), (RADIUS, SECOND)),
+}
+"""Places in the geometry vector that must be greater than zero."""
+
+ALONG = 0.1
+"""Part of the approach square to a line below which it does not say where the material is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Compensation:
+    """Compensated geometry (12,) and its derivatives by the raw one (12, 12) and the ball (12,)."""
+
+    geometry: Float
+    by_raw: Float
+    by_radius: Float
+
+
+def compensation(
+    nominal: NominalFeature, raw: Fit, touches: Touches, normals: Float, sign: float
+) -> Compensation:
+    """Return what a fit of ball centres says about the surface.
+
+    Parameters
+    ----------
+    normals
+        (n, 3): of the element at the ball centres, towards greater distances.
+    sign
+        1.0 where the probe stands outside the curve of the material, -1.0 inside.
+
+    Raises
+    ------
+    FitError
+        A point was approached from the wrong side, or the feature is smaller than the ball.
+    """
+    geometry = raw.geometry.copy()
+    by_raw = np.eye(GEOMETRY_SIZE)
+    by_radius = np.zeros(GEOMETRY_SIZE)
+    radius = touches.tip_radius
+    match nominal.shape:
+        case Shape.POINT:
+            by_radius[0:3] = -touches.directions.mean(axis=0)
+        case Shape.PLANE:
+            _check_sides(nominal, touches, touches.directions @ raw.direction)
+            by_radius[0:3] = -raw.direction
+            by_raw[0:3, 3:6] = -radius * np.eye(3)
+        case Shape.LINE:
+            towards, by_direction = _beside_line(nominal, raw, touches)
+            _check_sides(nominal, touches, touches.directions @ towards)
+            by_radius[0:3] = -towards
+            by_raw[0:3, 3:6] = -radius * by_direction
+        case _:
+            approach = np.sum(touches.directions * normals, axis=1)
+            _check_sides(nominal, touches, sign * approach)
+            if nominal.shape is Shape.CONE:
+                # The cone of the ball centres is shifted square to its surface, not to its axis.
+                by_radius[RADIUS] = -sign / np.cos(raw.half_angle)
+                by_raw[RADIUS, HALF_ANGLE] = radius * by_radius[RADIUS] * np.tan(raw.half_angle)
+            elif nominal.shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, *_SLOTS):
+                by_radius[RADIUS] = -sign
+            if nominal.shape in (Shape.TORUS, *_SLOTS):
+                by_radius[SECOND] = -sign
+    geometry += radius * by_radius
+    sizes = [2.0 * geometry[place] for place in _SIZES.get(nominal.shape, ())]
+    if sizes and min(sizes) <= 0.0:
+        word = "diameter" if nominal.shape not in _SLOTS else "width"
+        raise FitError(
+            "feature.smaller_than_ball",
+            f"{nominal.name} would have a {word} of {min(sizes):.3f} mm once the ball is taken "
+            "off.",
+            "Check the side in the plan and the stylus in use.",
+        )
+    return Compensation(geometry, by_raw, by_radius)
+
+
+def _beside_line(nominal: NominalFeature, raw: Fit, touches: Touches) -> tuple[Float, Float]:
+    """Return the unit vector (3,) from the edge's face to the probe, square to the line.
+
+    Also its derivative (3, 3) by the direction of the line.
+    """
+    mean = touches.directions.mean(axis=0)
+    along = float(mean @ raw.direction)
+    beside = mean - along * raw.direction
+    length = float(np.linalg.norm(beside))
+    if length < ALONG:
+        raise FitError(
+            "feature.no_side",
+            f"The points of {nominal.name} were approached along the line, or from all sides.",
+            "Approach a line from one side, square to it.",
+        )
+    towards = beside / length
+    turned = -along * np.eye(3) - np.outer(raw.direction, mean)
+    by_direction: Float = (np.eye(3) - np.outer(towards, towards)) @ turned / length
+    return towards, by_direction
+
+
+def _check_sides(nominal: NominalFeature, touches: Touches, approach: Float) -> None:
+    """Raise FitError if a point was not approached from where the probe must have stood."""
+    wrong = np.flatnonzero(~(approach > 0.0))
+    if not wrong.size:
+        return
+    listed = ", ".join(str(touches.numbers[i]) for i in wrong[:5])
+    listed += " and more" if wrong.size > 5 else ""
+    where = {
+        Shape.PLANE: "the other points were taken on the other face",
+        Shape.LINE: "the other points were taken on the other face",
+    }.get(nominal.shape, f"the plan says {nominal.side!r}")
+    raise FitError(
+        "feature.wrong_side",
+        f"Point{'s' if wrong.size > 1 else ''} {listed} of {nominal.name} "
+        f"{'were' if wrong.size > 1 else 'was'} approached from the wrong side: {where}.",
+        "Flip the arrow of that point or take it again; a wrong side is wrong by the whole ball.",
+    )

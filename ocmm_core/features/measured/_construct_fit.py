@@ -1,0 +1,128 @@
+"""Elements through the centres or through the touched points of several features."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements import distance_derivatives, surface_normals
+from ocmm_core.features.measured._actual import ActualFeature
+from ocmm_core.features.measured._fit import fit_shape
+from ocmm_core.features.search import unambiguous
+from ocmm_core.features.shapes import DIRECTION, POINT, Fit, Shape
+from ocmm_core.geometry import Float, Points3
+
+_SHOWS = 0.05
+"""Part of the largest that the ordered triangle must have to say which side is up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Through:
+    """An element through points that themselves move with the points of the job.
+
+    Attributes
+    ----------
+    fit
+        Of the element.
+    jacobian
+        (12, 3 N + 1): d(geometry) / d(all ball centres, tip radius).
+    residual_jacobian
+        (n, 3 N + 1): d(residuals) / d(the same).
+    """
+
+    fit: Fit
+    jacobian: Float
+    residual_jacobian: Float
+
+    @classmethod
+    def of(cls, fit: Fit, points: Points3, moves: Float) -> Through:
+        """Return a fit to ``points`` (n, 3) that move by ``moves`` (3 n, 3 N + 1)."""
+        jacobian = fit.jacobian @ moves
+        by_geometry, normals = distance_derivatives(fit, points)
+        own = np.einsum("ni,nij->nj", normals, moves.reshape(len(points), 3, -1))
+        return cls(fit, jacobian, by_geometry @ jacobian + own)
+
+
+def fit_through_centres(shape: Shape, centres: Points3) -> Fit:
+    """Return the least-squares element through points (n, 3), mm.
+
+    A line runs from the first point to the last; a plane or circle faces where the points, in
+    their order, run anticlockwise. So their sense is that of the nominals, wherever the part lies.
+    """
+    return unambiguous(fit_shape(shape, centres, direction_hint=_sense(shape, centres)))
+
+
+def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Through:
+    """Return the least-squares element through the touched points of probed features.
+
+    Each ball centre is brought to the surface along the normal of its own feature there. That this
+    normal is uncertain moves the point along the surface only, which changes nothing in first
+    order where the features are parts of the element.
+
+    Raises
+    ------
+    FitError
+        A feature shows no normal, or the points do not determine the element.
+    """
+    surface, moves = [], []
+    for feature in features:
+        touches, raw = feature.touches, feature.raw
+        if touches is None or raw is None or raw.shape in (Shape.POINT, Shape.LINE):
+            raise FitError(
+                "construction.no_normals",
+                f"{feature.nominal.name} does not show the normal of the surface at its points.",
+                "Take the best fit through centres, or through features that are surfaces.",
+            )
+        normals = surface_normals(raw, touches.tips)
+        approach = np.sum(touches.directions * normals, axis=1, keepdims=True)
+        outward = np.where(approach < 0.0, -normals, normals)
+        surface.append(touches.tips - touches.tip_radius * outward)
+        for place, normal in zip(touches.places, outward, strict=True):
+            rows = np.zeros((3, feature.jacobian.shape[1]))
+            rows[:, 3 * place : 3 * place + 3] = np.eye(3)
+            rows[:, -1] = -normal
+            moves.append(rows)
+    points = np.vstack(surface)
+    hint = next((f.fit.direction for f in features if f.fit.shape is shape), None)
+    fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
+    return Through.of(fit, points, np.vstack(moves))
+
+
+def hole_angles(circle: Float, centres: Points3) -> Float:
+    """Return the angles (n,), rad, of holes on a bolt circle, from the first, anticlockwise.
+
+    Parameters
+    ----------
+    circle
+        (12,): anticlockwise is seen against its direction.
+    centres
+        (n, 3), mm.
+    """
+    normal = circle[DIRECTION]
+    arms = centres - circle[POINT]
+    first = arms[0] - (arms[0] @ normal) * normal
+    angles: Float = np.arctan2(np.cross(normal, first) @ arms.T, first @ arms.T)
+    return np.mod(angles, 2.0 * np.pi)
+
+
+def _sense(shape: Shape, centres: Points3) -> Float | None:
+    if shape is Shape.LINE:
+        along: Float = centres[-1] - centres[0]
+        return along if float(np.linalg.norm(along)) > 0.0 else None
+    if shape not in (Shape.PLANE, Shape.CIRCLE):
+        return None
+    # The area in the order of the points; where it cancels, the first triangle that shows.
+    arms = centres - centres[0]
+    areas = np.cross(arms[:, None], arms[None, :])
+    area: Float = areas[np.arange(len(arms) - 1), np.arange(1, len(arms))].sum(axis=0)
+    largest = float(np.linalg.norm(areas, axis=2).max())
+    if float(np.linalg.norm(area)) > _SHOWS * largest > 0.0:
+        return area
+    shows = np.argwhere(np.triu(np.linalg.norm(areas, axis=2)) > 0.5 * largest)
+    if not len(shows):
+        return None
+    triangle: Float = areas[shows[0, 0], shows[0, 1]]
+    return triangle

@@ -1,0 +1,322 @@
+"""Constructed features: geometry, and how it answers to every point of the job.
+
+The geometry of a construction is a function of the geometry of what it is made from. Its
+derivatives by that are chained with theirs by the points, so that points which several features
+share count once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import _construct_geometry as geometry_of
+from ocmm_core.features.measured._actual import ActualFeature
+from ocmm_core.features.measured._construct import (
+    Bisector,
+    BoltCircle,
+    ConeSection,
+    Construction,
+    FitThrough,
+    HiddenPoint,
+    Intersection,
+    Midpoint,
+    Offset,
+    PartOf,
+    Projection,
+    Symmetry,
+    in_order,
+    needed_features,
+)
+from ocmm_core.features.measured._construct_checks import CENTRED, shapes_with
+from ocmm_core.features.measured._construct_fit import (
+    Through,
+    fit_through_centres,
+    fit_through_points,
+)
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    GEOMETRY_SIZE,
+    HALF_ANGLE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Fit,
+    NominalFeature,
+    Shape,
+    element,
+    nominal_geometry,
+)
+from ocmm_core.geometry import Float, unit
+
+_STEPS = np.full(GEOMETRY_SIZE, 1e-5)
+_STEPS[[0, 1, 2, RADIUS, SECOND]] = 1e-3
+"""Steps of the central differences, mm, and for directions and angles rad.
+
+About a common middle no place is larger than some metres: rounding stays below 1e-8, and the third
+derivatives, at most 57 for the angles that are let through, below 1e-7.
+"""
+
+
+def constructed_features(
+    constructions: Sequence[Construction],
+    actual: Mapping[str, ActualFeature | FitError],
+    nominals: Mapping[str, Float],
+) -> dict[str, ActualFeature | FitError]:
+    """Return every constructed feature by its name, or why there is none.
+
+    Parameters
+    ----------
+    constructions
+        Of a plan that was checked, in any order.
+    actual
+        The probed features as measured, or why they are not.
+    nominals
+        Geometry vectors (12,) of probed and constructed features, part frame, by name
+        (`nominal_geometries`).
+    """
+    known = dict(actual)
+    found: dict[str, ActualFeature | FitError] = {}
+    for item in in_order(constructions):
+        try:
+            found[item.name] = _constructed(item, known, nominals.get(item.name))
+        except FitError as error:
+            what = error.what if error.what.startswith(item.name) else f"{item.name}: {error.what}"
+            found[item.name] = FitError(error.code, what, error.remedy)
+        known[item.name] = found[item.name]
+    return {item.name: found[item.name] for item in constructions}
+
+
+def nominal_geometries(
+    features: Sequence[NominalFeature], constructions: Sequence[Construction]
+) -> dict[str, Float]:
+    """Return the nominal geometry vectors (12,), part frame, of all features, by name.
+
+    A construction that has none, because its nominals are parallel or in one place, is missing.
+    """
+    geometries = {item.name: nominal_geometry(item) for item in features}
+    shapes = shapes_with({item.name: item.shape for item in features}, constructions)
+    for item in in_order(constructions):
+        names = needed_features(item)
+        if any(name not in geometries for name in names):
+            continue
+        inputs = [geometries[name] for name in names]
+        try:
+            if isinstance(item, FitThrough) and item.through == "points":
+                # The places that are touched are not nominal; one feature of the shape tells.
+                same = [
+                    g
+                    for name, g in geometries.items()
+                    if name in item.features and shapes[name] is item.shape
+                ]
+                if same:
+                    geometries[item.name] = same[0]
+            elif isinstance(item, (FitThrough, BoltCircle)):
+                centres = np.array([geometry[POINT] for geometry in inputs])
+                geometries[item.name] = fit_through_centres(shapes[item.name], centres).geometry
+            else:
+                geometries[item.name] = construct(item, [shapes[name] for name in names], inputs)
+        except FitError:
+            continue
+    return geometries
+
+
+def construct(
+    construction: Construction, shapes: Sequence[Shape], geometries: Sequence[Float]
+) -> Float:
+    """Return the geometry vector (12,) of a construction in closed form.
+
+    Parameters
+    ----------
+    shapes, geometries
+        Of what it needs, in the order of `needed_features`; vectors (12,), mm, one frame.
+
+    Raises
+    ------
+    FitError
+        What it is made from does not determine it.
+    """
+    first, second = geometries[0], geometries[min(1, len(geometries) - 1)]
+    match construction:
+        case Intersection():
+            return _intersection(shapes, geometries)
+        case Projection():
+            return _projection(shapes, first, second)
+        case Midpoint():
+            return geometry_of.middle(first, second)
+        case Bisector():
+            between = construction.which == "between"
+            plane = shapes[0] is Shape.PLANE
+            halving = geometry_of.halving_plane if plane else geometry_of.halving_line
+            return halving(first, second, between=between)
+        case Symmetry():
+            if shapes[0] is Shape.PLANE:
+                return geometry_of.halving_plane(first, second, between=True)
+            pairs = list(zip(geometries[::2], geometries[1::2], strict=True))
+            return geometry_of.mirror_plane(pairs)
+        case Offset():
+            if len(construction.features) == 2:
+                towards = None
+                if construction.towards:
+                    place = needed_features(construction).index(construction.towards)
+                    towards = geometries[place]
+                return geometry_of.shifted(first, second, construction.distance, towards)
+            if shapes[0] is Shape.PLANE:
+                return geometry_of.shifted(first, first, construction.distance, None)
+            return geometry_of.grown(first, construction.distance)
+        case ConeSection():
+            if len(construction.features) == 1:
+                return geometry_of.gauge_circle(first, construction.diameter)
+            return geometry_of.cone_at(first, second, construction.distance)
+        case HiddenPoint():
+            return geometry_of.beyond(first, second, construction.distance)
+        case PartOf():
+            match construction.part:
+                case "all":
+                    return first.copy()
+                case "axis":
+                    return element(first[POINT], unit(first[DIRECTION]))
+                case "centre":
+                    return element(first[POINT])
+        case FitThrough() | BoltCircle():
+            raise TypeError(construction)
+
+
+def slopes(
+    construction: Construction,
+    shapes: Sequence[Shape],
+    geometries: Sequence[Float],
+    moving: NDArray[np.bool_] | None = None,
+) -> Float:
+    """Return d(`construct`) / d(geometries), (12, 12 k), by central differences.
+
+    ``moving`` (12 k,) says which of the numbers answer to any point; the others are left at zero.
+    """
+    # Places are taken from their middle: rounding grows with them.
+    inputs = np.array(geometries)
+    inputs[:, POINT] -= inputs[:, POINT].mean(axis=0)
+    by_inputs = np.zeros((GEOMETRY_SIZE, inputs.size))
+    columns = np.arange(inputs.size) if moving is None else np.flatnonzero(moving)
+    for column in columns:
+        step = _STEPS[column % GEOMETRY_SIZE]
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = inputs.copy()
+            moved.flat[column] += sign * step
+            ends.append(construct(construction, shapes, list(moved)))
+        by_inputs[:, column] = (ends[0] - ends[1]) / (2.0 * step)
+    return by_inputs
+
+
+def _constructed(
+    item: Construction,
+    known: Mapping[str, ActualFeature | FitError],
+    nominal: Float | None,
+) -> ActualFeature:
+    inputs: list[ActualFeature] = []
+    for name in needed_features(item):
+        feature = known[name]
+        if isinstance(feature, FitError):
+            raise FitError(
+                "construction.not_measured",
+                f"{item.name} needs {name}. {feature.what}",
+                feature.remedy,
+            )
+        inputs.append(feature)
+    numbers = tuple(sorted({number for feature in inputs for number in feature.numbers}))
+    if isinstance(item, (FitThrough, BoltCircle)):
+        through = _through(item, inputs)
+        return ActualFeature(
+            nominal=_nominal(item.name, through.fit.shape, through.fit.geometry, nominal, inputs),
+            fit=through.fit,
+            numbers=numbers,
+            jacobian=through.jacobian,
+            residual_jacobian=through.residual_jacobian,
+        )
+    shapes = [feature.fit.shape for feature in inputs]
+    geometries = [feature.fit.geometry for feature in inputs]
+    names = needed_features(item)
+    shape = shapes_with(dict(zip(names, shapes, strict=True)), [item])[item.name]
+    geometry = construct(item, shapes, geometries)
+    moves = np.vstack([feature.jacobian for feature in inputs])
+    jacobian = slopes(item, shapes, geometries, np.any(moves, axis=1)) @ moves
+    nothing = np.zeros((GEOMETRY_SIZE, 0))
+    fit = Fit(shape, geometry, nothing, np.zeros(0), 0.0, 0.0)
+    return ActualFeature(
+        nominal=_nominal(item.name, shape, geometry, nominal, inputs),
+        fit=fit,
+        numbers=numbers,
+        jacobian=jacobian,
+        residual_jacobian=np.zeros((0, jacobian.shape[1])),
+    )
+
+
+def _through(item: FitThrough | BoltCircle, inputs: Sequence[ActualFeature]) -> Through:
+    if isinstance(item, FitThrough) and item.through == "points":
+        return fit_through_points(item.shape, inputs)
+    shape = item.shape if isinstance(item, FitThrough) else Shape.CIRCLE
+    centres = np.array([feature.fit.point for feature in inputs])
+    moves = np.vstack([feature.jacobian[POINT] for feature in inputs])
+    return Through.of(fit_through_centres(shape, centres), centres, moves)
+
+
+def _intersection(shapes: Sequence[Shape], geometries: Sequence[Float]) -> Float:
+    if len(shapes) == 3:
+        return geometry_of.point_of_planes(*geometries)
+    first, second = geometries
+    match [shape is Shape.PLANE for shape in shapes]:
+        case [True, True]:
+            return geometry_of.line_of_planes(first, second)
+        case [True, False]:
+            return geometry_of.point_on_plane(second, first)
+        case [False, True]:
+            return geometry_of.point_on_plane(first, second)
+        case _:
+            return geometry_of.point_of_lines(first, second)
+
+
+def _projection(shapes: Sequence[Shape], what: Float, onto: Float) -> Float:
+    if shapes[1] is not Shape.PLANE:
+        return geometry_of.dropped_on_axis(what, onto)
+    if shapes[0] is Shape.CIRCLE:
+        return geometry_of.circle_in_plane(what, onto)
+    if shapes[0] in CENTRED:
+        return geometry_of.dropped_on_plane(what, onto)
+    return geometry_of.line_in_plane(what, onto)
+
+
+def _nominal(
+    name: str,
+    shape: Shape,
+    geometry: Float,
+    nominal: Float | None,
+    inputs: Sequence[ActualFeature],
+) -> NominalFeature:
+    """Return what the plan says about it: what follows from the nominals of its features.
+
+    Where nothing follows it is what was measured, in the world frame: it then only says the shape.
+    """
+    said = geometry if nominal is None else nominal
+    long = np.any(said[ACROSS])
+    return NominalFeature(
+        name=name,
+        shape=shape,
+        points=0,
+        point=_vector(said[POINT]),
+        direction=_vector(said[DIRECTION]) if np.any(said[DIRECTION]) else (0.0, 0.0, 1.0),
+        diameter=0.0 if long else 2.0 * float(said[RADIUS]),
+        length=2.0 * float(said[RADIUS]) if long else 0.0,
+        width=2.0 * float(said[SECOND]),
+        angle_deg=float(np.degrees(2.0 * said[HALF_ANGLE])),
+        across=_vector(said[ACROSS]) if long else (1.0, 0.0, 0.0),
+        side=inputs[0].nominal.side,
+    )
+
+
+def _vector(values: Float) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

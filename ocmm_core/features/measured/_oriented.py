@@ -1,0 +1,91 @@
+"""Measured features associated with their points again, with a direction that others give them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.elements import fit_oriented, fixed_direction, turned_direction
+from ocmm_core.features.measured._actual import (
+    ActualFeature,
+    Touches,
+    compensated,
+    fit_projected,
+    spread_over,
+)
+from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.geometry import Float
+
+_OUTLINES = (Shape.CIRCLE, Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+_DIRECTED = (Shape.PLANE, Shape.LINE, Shape.CYLINDER, Shape.CONE, Shape.TORUS, *_OUTLINES)
+
+
+@dataclass(frozen=True, slots=True)
+class Orientation:
+    """Which directions an element may have.
+
+    Attributes
+    ----------
+    direction
+        (3,), unit, world: the one, or one of them.
+    about
+        (3,), unit, world: axis about which it may turn; None where it is fixed.
+    by_coordinates
+        (3, 3 N + 1): how all of it turns, rad, with the points of the job.
+    """
+
+    direction: Float
+    about: Float | None
+    by_coordinates: Float
+
+
+def can_be_oriented(feature: ActualFeature) -> bool:
+    """Return whether a feature has a direction, and points of its own to be associated with."""
+    shape = feature.fit.shape
+    if feature.touches is None or feature.raw is None or shape not in _DIRECTED:
+        return False
+    return shape is not Shape.LINE or feature.raw.criterion is Criterion.LEAST_SQUARES
+
+
+def oriented_feature(feature: ActualFeature, orientation: Orientation) -> ActualFeature:
+    """Return a probed feature with a direction as it may have, nearest to its points.
+
+    Its criterion is kept; so is the way in which its direction runs.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed, or its points do not determine it.
+    """
+    touches, raw = feature.touches, feature.raw
+    if touches is None or raw is None:
+        raise TypeError(feature.nominal.name)
+    if raw.shape in _OUTLINES and raw.criterion is Criterion.LEAST_SQUARES:
+        fit, by_turn = _outline(feature, touches, raw, orientation)
+    else:
+        fit, by_turn = fit_oriented(raw, touches.tips, orientation.direction, orientation.about)
+    coordinates = feature.jacobian.shape[1]
+    by_all = spread_over(fit.jacobian, touches.places, coordinates)
+    by_all += by_turn @ orientation.by_coordinates
+    return compensated(feature.nominal, touches, fit, by_all)
+
+
+def _outline(
+    feature: ActualFeature, touches: Touches, raw: Fit, orientation: Orientation
+) -> tuple[Fit, Float]:
+    """Return the outline in the plane that the orientation leaves nearest to its points."""
+    direction, about = orientation.direction, orientation.about
+    turned = (
+        fixed_direction(direction, len(touches.tips))
+        if about is None
+        else turned_direction(raw.shape, touches.tips, direction, about)
+    )
+    fit, by_normal = fit_projected(feature.nominal, touches, turned.direction)
+    return (
+        Fit(
+            fit.shape, fit.geometry, fit.jacobian + by_normal @ turned.by_points, fit.residuals,
+            fit.rms, fit.form, fit.criterion, fit.contacts,
+        ),
+        np.asarray(by_normal @ turned.by_turn, dtype=np.float64),
+    )  # fmt: skip

@@ -1,0 +1,144 @@
+"""Files of reference pairs: which belong together, what shape they are of, what they certify."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.errors import InputError
+from ocmm_core.features.shapes import COMMENT, FIELDS, NUMBER, Shape, decoded, number_of
+from ocmm_core.geometry import Float
+
+POINTS_ENDING = ".ds"
+RESULT_ENDING = ".fit"
+FURTHER_ENDINGS = (".txt", ".csv", ".dat", ".asc", ".xyz", ".pts")
+"""Of points, where a result of the same name lies beside them."""
+
+_WORDS = (
+    ("cir", Shape.CIRCLE),
+    ("con", Shape.CONE),
+    ("cyl", Shape.CYLINDER),
+    ("lin", Shape.LINE),
+    ("pla", Shape.PLANE),
+    ("pln", Shape.PLANE),
+    ("sph", Shape.SPHERE),
+)
+_NUMBERS = {
+    Shape.LINE: 6,
+    Shape.PLANE: 6,
+    Shape.CIRCLE: 7,
+    Shape.SPHERE: 4,
+    Shape.CYLINDER: 7,
+    Shape.CONE: 8,
+}
+
+
+def pairs_below(root: Path) -> list[Path]:
+    """Return the files of points of all pairs below the folder ``root``, by name and number.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or there are no pairs in it.
+    """
+    if not root.is_dir():
+        raise InputError("verify.no_folder", f"{root}: is not a folder.", "Give an existing one.")
+    files = [file for file in root.rglob("*") if file.is_file()]
+    results = {_stem(file) for file in files if file.suffix.lower() == RESULT_ENDING}
+    found = [file for file in files if file.suffix.lower() == POINTS_ENDING]
+    own = {_stem(file) for file in found}
+    for file in files:
+        further = file.suffix.lower() in FURTHER_ENDINGS and _stem(file) in results
+        if further and _stem(file) not in own:
+            found.append(file)
+    if not found:
+        raise InputError(
+            "verify.no_pairs",
+            f"{root}: holds no reference pairs (NAME.ds with NAME.fit).",
+            "Give a folder with such pairs, itself or in its folders.",
+        )
+    return sorted(found, key=_by_number)
+
+
+def _stem(file: Path) -> Path:
+    return file.parent / file.stem.lower()
+
+
+def _by_number(file: Path) -> tuple[str, list[tuple[int, str]]]:
+    """Return a key that sorts cir9 before cir11."""
+    parts = re.findall(r"\d+|\D+", file.stem)
+    return file.parent.as_posix(), [(int(part) if part.isdigit() else -1, part) for part in parts]
+
+
+def result_beside(file: Path) -> Path:
+    """Return the file with the certified result of ``file``, whichever case its name is in."""
+    for other in sorted(file.parent.iterdir()):
+        if other.suffix.lower() == RESULT_ENDING and _stem(other) == _stem(file):
+            return other
+    return file.with_suffix(RESULT_ENDING)
+
+
+def shape_of(file: Path) -> Shape:
+    """Return the shape that the name of ``file``, or of its folder, begins with.
+
+    Raises
+    ------
+    InputError
+        Neither does.
+    """
+    names: Sequence[str] = (file.stem.lower(), file.parent.name.lower())
+    for name in names:
+        for word, shape in _WORDS:
+            if name.startswith(word):
+                return shape
+    raise InputError(
+        "verify.shape",
+        f"{file}: neither its name nor that of its folder begins with the name of a shape.",
+        "Name it line, plane, circle, sphere, cylinder or cone (or by their first three letters).",
+    )
+
+
+def lengths_of(shape: Shape) -> list[int]:
+    """Return which of the certified numbers of a shape are lengths."""
+    size = [] if shape in (Shape.LINE, Shape.PLANE) else [6 if shape is Shape.CONE else -1]
+    return [0, 1, 2, *size]
+
+
+def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
+    """Return the certified numbers in ``file``, and the form where it stands behind them.
+
+    One number a line or several; comments, and words such as "radius:", are passed over.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or has not as many numbers as the shape needs.
+    """
+    try:
+        lines = decoded(file).splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            "verify.no_result",
+            f"{file}: the certified result cannot be read.",
+            "Put it beside the file with the points.",
+        ) from error
+    words = [word for line in lines for word in FIELDS.split(COMMENT.sub("", line))]
+    words = [word.strip("=:()[]{}<>") for word in words]
+    odd = [word for word in words if word[:1].isdigit() and not NUMBER.fullmatch(word)]
+    if odd or any(word.lower() in ("nan", "inf") for word in words):
+        raise InputError(
+            "verify.number", f"{file}: holds what is not a number.", "Give one number a line."
+        )
+    numbers = np.array([number_of(word) for word in words if NUMBER.fullmatch(word)])
+    needed = _NUMBERS[shape]
+    if len(numbers) not in (needed, needed + 1):
+        raise InputError(
+            "verify.numbers",
+            f"{file}: has {len(numbers)} numbers; a {shape.value.lower()} needs "
+            f"{needed} finite ones.",
+            "Check whether the file is whole.",
+        )
+    return numbers[:needed], float(numbers[needed]) if len(numbers) > needed else None

@@ -1,0 +1,155 @@
+"""What every fit shares: starts, guarded Newton steps, rivals, and the compiled loops."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.features.search import _axis_kernel as axis_kernel
+    from ocmm_core.features.search import _ellipse_kernel as ellipse_kernel
+    from ocmm_core.features.search import _flat_kernel as flat_kernel
+    from ocmm_core.features.search import _newton_kernel as newton_kernel
+    from ocmm_core.features.search._axes import (
+        across_axes,
+        few_axes,
+        many_axes,
+        quadric_axes,
+        trial_axes,
+    )
+    from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, RING, TORUS, across, tubes
+    from ocmm_core.features.search._common import (
+        FLAT,
+        centred,
+        centred_solid,
+        checked_points,
+        degenerate,
+        oriented,
+        principal_axes,
+    )
+    from ocmm_core.features.search._curvature import curved_patch
+    from ocmm_core.features.search._ellipse_kernel import conics, ellipse_feet, of_conic
+    from ocmm_core.features.search._flat_kernel import BALL, DISC, ELLIPSE, ROUND_ENDS, SQUARE_ENDS
+    from ocmm_core.features.search._newton_kernel import STEP_SIZE, move, solve_step, terms
+    from ocmm_core.features.search._point_kernel import (
+        line_distances,
+        places,
+        spread,
+        spread_alike,
+        taubin,
+    )
+    from ocmm_core.features.search._rivals import (
+        COVERAGE,
+        NEAR,
+        candidates,
+        covered,
+        decided,
+        same,
+        sizes_in_words,
+        unambiguous,
+        undecided,
+        with_rival,
+    )
+    from ocmm_core.features.search._search import (
+        Family,
+        best_ends,
+        is_open,
+        minima,
+        nearest_minimum,
+        planned,
+        sampled,
+    )
+    from ocmm_core.features.search._solver import (
+        Solution,
+        derivatives,
+        gains,
+        minimise,
+        sensitivity,
+    )
+    from ocmm_core.features.search._tube_kernel import narrowest_tube
+else:
+    __getattr__ = door(
+        __name__,
+        _axes="across_axes few_axes many_axes quadric_axes trial_axes",
+        _axis_kernel="CONE CYLINDER RING TORUS across axis_kernel tubes",
+        _common="FLAT centred centred_solid checked_points degenerate oriented principal_axes",
+        _curvature="curved_patch",
+        _ellipse_kernel="conics ellipse_feet ellipse_kernel of_conic",
+        _flat_kernel="BALL DISC ELLIPSE ROUND_ENDS SQUARE_ENDS flat_kernel",
+        _newton_kernel="STEP_SIZE move newton_kernel solve_step terms",
+        _point_kernel="line_distances places spread spread_alike taubin",
+        _rivals=(
+            "COVERAGE NEAR candidates covered decided same sizes_in_words unambiguous undecided "
+            "with_rival"
+        ),
+        _search="Family best_ends is_open minima nearest_minimum planned sampled",
+        _solver="Solution derivatives gains minimise sensitivity",
+        _tube_kernel="narrowest_tube",
+    )
+
+__all__ = [
+    "BALL",
+    "CONE",
+    "COVERAGE",
+    "CYLINDER",
+    "DISC",
+    "ELLIPSE",
+    "FLAT",
+    "NEAR",
+    "RING",
+    "ROUND_ENDS",
+    "SQUARE_ENDS",
+    "STEP_SIZE",
+    "TORUS",
+    "Family",
+    "Solution",
+    "across",
+    "across_axes",
+    "axis_kernel",
+    "best_ends",
+    "candidates",
+    "centred",
+    "centred_solid",
+    "checked_points",
+    "conics",
+    "covered",
+    "curved_patch",
+    "decided",
+    "degenerate",
+    "derivatives",
+    "ellipse_feet",
+    "ellipse_kernel",
+    "few_axes",
+    "flat_kernel",
+    "gains",
+    "is_open",
+    "line_distances",
+    "many_axes",
+    "minima",
+    "minimise",
+    "move",
+    "narrowest_tube",
+    "nearest_minimum",
+    "newton_kernel",
+    "of_conic",
+    "oriented",
+    "places",
+    "planned",
+    "principal_axes",
+    "quadric_axes",
+    "same",
+    "sampled",
+    "sensitivity",
+    "sizes_in_words",
+    "solve_step",
+    "spread",
+    "spread_alike",
+    "taubin",
+    "terms",
+    "trial_axes",
+    "tubes",
+    "unambiguous",
+    "undecided",
+    "with_rival",
+]

@@ -1,0 +1,258 @@
+"""The compiled loops of the fits about an axis: cone, torus, and the circle in space.
+
+All of them are made of two numbers of a point: its distance rho from the axis and its height t
+along it. A step shifts the axis along two directions across it (u1, u2) and, where the element has
+a place along it, along itself (ua); it turns the axis towards the two (t1, t2); then come the
+sizes. Parameters are eight numbers: a point of the axis, the axis, and two sizes.
+
+============  ====================================  =============================================
+kind          step                                  distance
+============  ====================================  =============================================
+``CYLINDER``  u1 u2 t1 t2, R                        rho - R
+``CONE``      u1 u2 t1 t2, half angle f, s          rho cos f - t sin f - s
+``TORUS``     u1 u2 ua t1 t2, R, r                  hypot(rho - R, t) - r
+``RING``      u1 u2 ua t1 t2, R                     rho - R and t, both
+============  ====================================  =============================================
+
+s is the distance of the point of the axis from the cone, which stays finite where the half angle
+goes to a right one, and the half angle passes through zero where a cone turns over.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float
+
+CYLINDER, CONE, TORUS, RING = 0, 1, 2, 3
+
+_NEAREST = 1e-12
+"""Distance from the axis below which a point has no side."""
+
+
+@compiled()
+def across(x: float, y: float, z: float, e: Float) -> None:
+    """Put two unit vectors square to the axis into ``e`` (2, 3) (Duff and others, JCGT 6, 2017)."""
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    e[0, 0], e[0, 1], e[0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
+    e[1, 0], e[1, 1], e[1, 2] = b, sign + y * y * a, -y
+
+
+@compiled()
+def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
+    """Put the parameters after a step into ``moved`` (8,)."""
+    e = np.empty((2, 3))
+    across(p[3], p[4], p[5], e)
+    along = 0 if kind <= CONE else 1
+    t1, t2 = step[2 + along], step[3 + along]
+    turn = np.hypot(t1, t2)
+    c = np.cos(turn)
+    s = np.sin(turn) / turn if turn > 1e-30 else 1.0
+    length = 0.0
+    for k in range(3):
+        moved[k] = p[k] + step[0] * e[0, k] + step[1] * e[1, k]
+        if along:
+            moved[k] += step[2] * p[3 + k]
+        moved[3 + k] = c * p[3 + k] + s * (t1 * e[0, k] + t2 * e[1, k])
+        length += moved[3 + k] * moved[3 + k]
+    length = np.sqrt(length)
+    for k in range(3):
+        moved[3 + k] /= length
+    moved[6] = p[6] + step[4 + along]
+    moved[7] = p[7] + step[5 + along] if kind in (CONE, TORUS) else p[7]
+    if not along:
+        # The point of the axis stays the foot of the origin; a cone is wider or narrower there.
+        foot = moved[0] * moved[3] + moved[1] * moved[4] + moved[2] * moved[5]
+        for k in range(3):
+            moved[k] -= foot * moved[3 + k]
+        if kind == CONE:
+            moved[7] -= foot * np.sin(moved[6])
+
+
+@compiled()
+def axis_terms(
+    kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
+) -> float:
+    """Fill the derivatives by a step and return the sum of squared residuals.
+
+    Parameters
+    ----------
+    points
+        (n, 3).
+    p
+        (8,).
+    residuals
+        (n,), for a ring (2 n,): all radial ones, then all heights.
+    jacobian
+        As long as the residuals, (., k).
+    curvature
+        (k, k): sum of every residual times its matrix of second derivatives; (0, 0) where nobody
+        needs it.
+    """
+    n = len(points)
+    e = np.empty((2, 3))
+    across(p[3], p[4], p[5], e)
+    k = jacobian.shape[1]
+    along = 0 if kind <= CONE else 1
+    turn = 2 + along
+    bent = curvature.size > 0
+    curvature[:] = 0.0
+    cf, sf = np.cos(p[6]), np.sin(p[6])
+    cost = 0.0
+    normal = np.empty(2)
+    x = np.empty(2)
+    by_rho = np.zeros(k)
+    by_t = np.zeros(k)
+    for row in range(n):
+        qx, qy, qz = points[row, 0] - p[0], points[row, 1] - p[1], points[row, 2] - p[2]
+        x[0] = qx * e[0, 0] + qy * e[0, 1] + qz * e[0, 2]
+        x[1] = qx * e[1, 0] + qy * e[1, 1] + qz * e[1, 2]
+        t = qx * p[3] + qy * p[4] + qz * p[5]
+        rho = max(np.sqrt(x[0] * x[0] + x[1] * x[1]), _NEAREST)
+        for i in range(2):
+            normal[i] = x[i] / rho
+            by_rho[i] = -normal[i]
+            by_rho[turn + i] = -normal[i] * t
+            by_t[turn + i] = x[i]
+        if along:
+            by_t[2] = -1.0
+        # How much the second derivatives of rho and of t count.
+        weight_rho = weight_t = 0.0
+        if kind == CYLINDER:
+            d = rho - p[6]
+            residuals[row] = d
+            cost += d * d
+            for i in range(4):
+                jacobian[row, i] = by_rho[i]
+            jacobian[row, 4] = -1.0
+            weight_rho = d
+        elif kind == CONE:
+            d = rho * cf - t * sf - p[7]
+            residuals[row] = d
+            cost += d * d
+            for i in range(4):
+                jacobian[row, i] = by_rho[i] * cf - by_t[i] * sf
+                if bent:
+                    curvature[i, 4] -= d * (by_rho[i] * sf + by_t[i] * cf)
+            jacobian[row, 4] = -rho * sf - t * cf
+            jacobian[row, 5] = -1.0
+            if bent:
+                curvature[4, 4] -= d * (rho * cf - t * sf)
+            weight_rho, weight_t = d * cf, -d * sf
+        elif kind == TORUS:
+            u = rho - p[6]
+            tube = max(np.sqrt(u * u + t * t), _NEAREST)
+            d = tube - p[7]
+            residuals[row] = d
+            cost += d * d
+            by_rho[5] = -1.0
+            for i in range(6):
+                jacobian[row, i] = (u * by_rho[i] + t * by_t[i]) / tube
+            jacobian[row, 6] = -1.0
+            share = d / tube
+            for i in range(6 if bent else 0):
+                for j in range(i, 6):
+                    curvature[i, j] += share * (
+                        by_rho[i] * by_rho[j]
+                        + by_t[i] * by_t[j]
+                        - jacobian[row, i] * jacobian[row, j]
+                    )
+            weight_rho, weight_t = share * u, share * t
+        else:
+            u = rho - p[6]
+            residuals[row], residuals[n + row] = u, t
+            cost += u * u + t * t
+            by_rho[5] = -1.0
+            for i in range(6):
+                jacobian[row, i] = by_rho[i]
+                jacobian[n + row, i] = by_t[i]
+            weight_rho, weight_t = u, t
+        for i in range(2 if bent else 0):
+            for j in range(2):
+                same = 1.0 if i == j else 0.0
+                flat = weight_rho * (same - normal[i] * normal[j]) / rho
+                if j >= i:
+                    curvature[i, j] += flat
+                    curvature[turn + i, turn + j] += (
+                        flat * t * t
+                        - weight_rho * rho * normal[i] * normal[j]
+                        - weight_t * same * t
+                    )
+                curvature[i, turn + j] += flat * t - weight_t * same
+            if along:
+                curvature[2, turn + i] += weight_rho * normal[i]
+    for i in range(len(curvature)):
+        for j in range(i):
+            curvature[i, j] = curvature[j, i]
+    return cost
+
+
+@compiled()
+def tubes(points: Float, starts: Float) -> None:
+    """Give tori around the axes of ``starts`` (m, 8) a height and sizes, in place.
+
+    Distances from the axis and heights of the points (n, 3) lie on a circle, the section of the
+    tube, which follows from linear equations (its algebraic fit).
+    """
+    n = len(points)
+    for row in range(len(starts)):
+        p = starts[row]
+        # Sums of u = rho, t, their squares and products, about the first point.
+        u0 = t0 = 0.0
+        su = st = suu = sut = stt = szu = szt = sz = 0.0
+        for i in range(n):
+            qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
+            t = qx * p[3] + qy * p[4] + qz * p[5]
+            u = np.sqrt(max(qx * qx + qy * qy + qz * qz - t * t, 0.0))
+            if i == 0:
+                u0, t0 = u, t
+            u -= u0
+            t -= t0
+            z = u * u + t * t
+            su += u
+            st += t
+            suu += u * u
+            sut += u * t
+            stt += t * t
+            sz += z
+            szu += z * u
+            szt += z * t
+        suu -= su * su / n
+        sut -= su * st / n
+        stt -= st * st / n
+        szu -= sz * su / n
+        szt -= sz * st / n
+        # A straight section has no centre: the ridge puts it far away, and the start is a poor one.
+        determinant = suu * stt - sut * sut + 1e-12 * (suu + stt) ** 2
+        u = 0.5 * (szu * stt - szt * sut) / determinant
+        t = 0.5 * (szt * suu - szu * sut) / determinant
+        square = (sz - 2.0 * (u * su + t * st)) / n + u * u + t * t
+        p[6], p[7] = u + u0, np.sqrt(max(square, 0.0))
+        for k in range(3):
+            p[k] += (t + t0) * p[3 + k]
+
+
+@compiled(reorder=True)
+def axis_costs(kind: int, points: Float, starts: Float, costs: Float) -> None:
+    """Put the sums of squared distances of the points (n, 3) at all starts into ``costs`` (m,)."""
+    for row in range(len(starts)):
+        p = starts[row]
+        first, second = p[6], p[7]
+        cf, sf = np.cos(first), np.sin(first)
+        cost = 0.0
+        for i in range(len(points)):
+            qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
+            t = qx * p[3] + qy * p[4] + qz * p[5]
+            square = max(qx * qx + qy * qy + qz * qz - t * t, 0.0)
+            rho = np.sqrt(square)
+            if kind == CYLINDER:
+                d = rho - first
+            elif kind == CONE:
+                d = rho * cf - t * sf - second
+            else:
+                d = np.sqrt((rho - first) * (rho - first) + t * t) - second
+            cost += d * d
+        costs[row] = cost

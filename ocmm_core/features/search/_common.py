@@ -1,0 +1,109 @@
+"""What every fit shares: checked points, centring, orientation of directions."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.search._point_kernel import centre, principal
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.geometry import Float, Points3
+
+FLAT = 1e-6
+"""Extent against the greatest extent below which points count as flat, in a line or coincident."""
+
+SMALLEST_EXTENT = 1e-6
+"""mm: points closer together than this are one point."""
+
+
+def checked_points(shape: Shape, points: Points3) -> Points3:
+    """Return ``points`` as float64 (n, 3) after the checks that all shapes share.
+
+    Raises
+    ------
+    FitError
+        Wrong form, too few points, or a coordinate that is not a finite number.
+    """
+    array = np.ascontiguousarray(points, dtype=np.float64)
+    word = shape.value.lower()
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise FitError(
+            "fit.not_points",
+            f"The points of a {word} have the form {array.shape}, not (n, 3).",
+            "Give one row with x, y and z for every point.",
+        )
+    flat = array.ravel()
+    # One sum for all; only where it is not finite is it worth asking which point is not.
+    if not isfinite(np.dot(flat, flat)) and not np.isfinite(array).all():
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+        raise FitError(
+            "fit.not_finite",
+            f"Point {bad[0] + 1} of {len(array)} of a {word} has a coordinate that is not a "
+            "finite number.",
+            "Remove that point or take it again.",
+        )
+    if len(array) < MINIMUM_POINTS[shape]:
+        raise FitError(
+            "fit.too_few_points",
+            f"There are {len(array)} of at least {MINIMUM_POINTS[shape]} points that a {word} "
+            "needs.",
+            "Take more points.",
+        )
+    return array
+
+
+def centred(shape: Shape, points: Points3) -> tuple[Float, Float, float]:
+    """Return centroid (3,), points about it divided by their size (n, 3), and that size in mm.
+
+    The size is the root mean squared distance from the centroid: the fits then work on numbers
+    near one, wherever in space and however large the feature is.
+
+    Raises
+    ------
+    FitError
+        The points coincide.
+    """
+    centroid, about = np.empty(points.shape[1]), np.empty_like(points)
+    size = float(centre(points, centroid, about))
+    if size < SMALLEST_EXTENT:
+        raise FitError(
+            "fit.coincident",
+            f"The {len(points)} points of a {shape.value.lower()} are all in one place.",
+            "Take the points apart from each other.",
+        )
+    return centroid, about, size
+
+
+def principal_axes(about: Float) -> tuple[Float, Float]:
+    """Return singular values (3,), greatest first, and axes (3, 3), by rows, of points (n, 3)."""
+    extents, axes = np.empty(3), np.empty((3, 3))
+    principal(about, extents, axes)
+    return extents, axes
+
+
+def centred_solid(shape: Shape, points: Points3, flat: FitError) -> tuple[Float, Float, float]:
+    """Return what `centred` does; raise ``flat`` if the points lie in a plane or on a line."""
+    centroid, about, size = centred(shape, points)
+    extents, _ = principal_axes(about)
+    if extents[2] < FLAT * extents[0]:
+        raise flat
+    return centroid, about, size
+
+
+def oriented(direction: Float, hint: Float | None) -> Float:
+    """Return ``direction`` or its opposite: along ``hint``, else its largest component positive."""
+    if hint is not None:
+        along = float(np.dot(direction, hint))
+        if along != 0.0:
+            return direction if along > 0.0 else -direction
+    largest = int(np.argmax(np.abs(direction)))
+    return direction if direction[largest] > 0.0 else -direction
+
+
+def degenerate(shape: Shape, why: str, remedy: str) -> FitError:
+    """Return the error for points that lie so that they do not determine ``shape``."""
+    return FitError(
+        "fit.degenerate", f"The points do not determine a {shape.value.lower()}: {why}.", remedy
+    )

@@ -1,0 +1,53 @@
+"""The patch of second order nearest to points: starts that owe nothing to trial axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.search._common import principal_axes
+from ocmm_core.geometry import Float
+
+RANK = 1e-10
+"""Singular values against the greatest below which the points leave a term open; it is zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """A bent patch.
+
+    Attributes
+    ----------
+    foot, normal
+        (3,) and (3,), unit: where the middle of the points is on it.
+    curvatures
+        (2,): principal ones, positive where it bends towards the normal.
+    directions
+        (2, 3), unit: of these.
+    """
+
+    foot: Float
+    normal: Float
+    curvatures: Float
+    directions: Float
+
+
+def curved_patch(points: Float) -> Patch:
+    """Return the patch of centred and scaled points (n, 3), as a height above their plane."""
+    _, axes = principal_axes(np.ascontiguousarray(points))
+    x, y, height = (points @ axes.T).T
+    columns = np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)
+    c = np.linalg.lstsq(columns, height, rcond=RANK)[0]
+    # First and second fundamental form of z(x, y) above the middle.
+    steep = np.sqrt(1.0 + c[1] ** 2 + c[2] ** 2)
+    first = np.array([[1.0 + c[1] ** 2, c[1] * c[2]], [c[1] * c[2], 1.0 + c[2] ** 2]])
+    second = np.array([[c[3], c[4]], [c[4], c[5]]]) / steep
+    half = np.linalg.inv(np.linalg.cholesky(first))
+    curvatures, turned = np.linalg.eigh(half @ second @ half.T)
+    flat = (half.T @ turned).T
+    slopes = np.column_stack([flat, flat @ c[1:3]])
+    directions = slopes @ axes
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    normal = np.array([-c[1], -c[2], 1.0]) / steep
+    return Patch(c[0] * axes[2], normal @ axes, curvatures, directions)

@@ -1,0 +1,298 @@
+"""The compiled iterations behind all fits: guarded Newton steps, and the descent of many starts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.features.search import (
+    _axis_kernel as axis_kernel,
+)
+from ocmm_core.features.search import (
+    _ellipse_kernel as ellipse_kernel,
+)
+from ocmm_core.features.search import (
+    _flat_kernel as flat_kernel,
+)
+from ocmm_core.features.search._axis_kernel import CYLINDER, RING, axis_costs, axis_terms, move_axis
+from ocmm_core.features.search._ellipse_kernel import ellipse_terms
+from ocmm_core.features.search._flat_kernel import (
+    BALL,
+    DISC,
+    ELLIPSE,
+    ball_terms,
+    move_flat,
+    slot_terms,
+)
+from ocmm_core.geometry import Float
+
+STEP_SIZE = (5, 6, 7, 6, 3, 4, 5, 5, 5)
+"""Length of a step by the kind of `axis_kernel` and `flat_kernel`."""
+
+MAX_STEPS = 100
+CONVERGED = 1e-13
+"""Length of a step, against that of the parameters, below which the iteration has converged."""
+STAGNATED = 1e-8
+"""The same where rounding keeps the steps from becoming shorter."""
+ENOUGH = 1e-4
+"""Relative gain of a step below which a start has descended."""
+ROUNDING = 1e-15
+"""Of a residual, as the coordinates are scaled to one."""
+QUADRATIC = 1e-10
+"""The same for a step of Newton's without damping: the next one would be as short as its square."""
+NOISE_OF_COST = 1e-12
+"""Relative increase of the cost that counts as rounding."""
+LEFT = 1e-9
+"""Relative gain of the cost that a whole step of Newton's may still promise in a minimum."""
+FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
+"""The first, and the one below which there is none. Along a valley that is a million times as long
+as wide a damping of 1e-9 still takes a ten thousandth of the step."""
+
+UNMOVED = 1e-60
+"""What keeps a number where it is on which no residual depends, as the length of half a slot."""
+
+
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+def move(kind: int, p: Float, step: Float, moved: Float) -> None:
+    """Put the parameters (8,) after a step (k,) into ``moved``."""
+    if kind <= RING:
+        move_axis(kind, p, step, moved)
+    else:
+        move_flat(kind, p, step, moved)
+
+
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+def terms(
+    kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
+) -> float:
+    """Fill the derivatives by a step and return the cost; see `axis_kernel.axis_terms`."""
+    if kind <= RING:
+        return axis_terms(kind, points, p, residuals, jacobian, curvature)
+    if kind in (DISC, BALL):
+        return ball_terms(kind - DISC + 2, points, p, residuals, jacobian, curvature)
+    if kind == ELLIPSE:
+        return ellipse_terms(points, p, residuals, jacobian, curvature)
+    return slot_terms(kind, points, p, residuals, jacobian, curvature)
+
+
+@compiled(reorder=True)
+def _normal(jacobian: Float, residuals: Float, normal: Float, gradient: Float) -> None:
+    """Put the lower half of J'J into ``normal`` (k, k) and J'r into ``gradient`` (k,)."""
+    n, k = jacobian.shape
+    for i in range(k):
+        total = 0.0
+        for row in range(n):
+            total += jacobian[row, i] * residuals[row]
+        gradient[i] = total
+        for j in range(i + 1):
+            total = 0.0
+            for row in range(n):
+                total += jacobian[row, i] * jacobian[row, j]
+            normal[i, j] = total
+
+
+@compiled()
+def solve_step(
+    normal: Float, curvature: Float, gradient: Float, damping: float, share: float, factor: Float,
+    step: Float,
+) -> bool:  # fmt: skip
+    """Put minus the solution of the damped equations into ``step``; False if not convex.
+
+    ``share`` is how much of the curvature is added to the normal matrix. ``factor`` (k, k) is for
+    work and may be ``normal`` itself, which is destroyed then.
+    """
+    k = len(gradient)
+    for i in range(k):
+        for j in range(i + 1):
+            total = normal[i, j] + share * curvature[i, j]
+            if i == j:
+                total += damping * normal[i, i] + UNMOVED
+            for m in range(j):
+                total -= factor[i, m] * factor[j, m]
+            if i == j:
+                if not total > 0.0:
+                    return False
+                factor[i, i] = np.sqrt(total)
+            else:
+                factor[i, j] = total / factor[j, j]
+    for i in range(k):
+        total = -gradient[i]
+        for m in range(i):
+            total -= factor[i, m] * step[m]
+        step[i] = total / factor[i, i]
+    for i in range(k - 1, -1, -1):
+        total = step[i]
+        for m in range(i + 1, k):
+            total -= factor[m, i] * step[m]
+        step[i] = total / factor[i, i]
+    return True
+
+
+@compiled()
+def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
+    """Put the inverse of J'J into ``gain`` (k, k), of ``jacobian`` (n, k).
+
+    Returns the least and the greatest eigenvalue of J'J with columns scaled to length one.
+    """
+    n, k = jacobian.shape
+    normal, scale, unused = np.zeros((k, k)), np.ones(k), np.empty(k)
+    _normal(jacobian, np.zeros(n), normal, unused)
+    for i in range(k):
+        if normal[i, i] > 0.0:
+            scale[i] = 1.0 / np.sqrt(normal[i, i])
+    for i in range(k):
+        for j in range(i + 1):
+            normal[i, j] *= scale[i] * scale[j]
+            normal[j, i] = normal[i, j]
+    values, vectors = np.linalg.eigh(normal)
+    for i in range(k):
+        for j in range(i + 1):
+            total = 0.0
+            for m in range(k):
+                total += vectors[i, m] * vectors[j, m] / values[m]
+            gain[i, j] = total * scale[i] * scale[j]
+            gain[j, i] = gain[i, j]
+    return values[0], values[k - 1]
+
+
+@compiled()
+def at_rest(
+    normal: Float, curvature: Float, gradient: Float, least: float, factor: Float, step: Float
+) -> bool:
+    """Return whether a whole step promises to gain no more than ``least``.
+
+    A damped step is short because it is damped, and so is one where no damping helps: neither
+    proves a minimum. For ``factor`` and ``step`` see `solve_step`; both are for work.
+    """
+    if not solve_step(normal, curvature, gradient, 0.0, 1.0, factor, step) and not solve_step(
+        normal, curvature, gradient, 1e-14, 0.0, factor, step
+    ):
+        return False
+    promised = 0.0
+    for i in range(len(gradient)):
+        promised -= 0.5 * gradient[i] * step[i]
+    return promised <= least
+
+
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
+    """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
+    k = STEP_SIZE[kind]
+    rows = len(points) * (2 if kind == RING else 1)
+    # Column by column: the sums over the rows then take several numbers at once.
+    residuals, jacobian, curvature = np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
+    new_residuals, new_jacobian, new_curvature = (
+        np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
+    )  # fmt: skip
+    normal, factor = np.zeros((k, k)), np.zeros((k, k))
+    gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
+    cost = terms(kind, points, p, residuals, jacobian, curvature)
+    _normal(jacobian, residuals, normal, gradient)
+    damping = 0.0
+    last_length = np.inf
+    for _ in range(MAX_STEPS):
+        # Where it is not convex a Newton step might climb; a Gauss-Newton step does not.
+        convex = solve_step(normal, curvature, gradient, damping, 1.0, factor, step)
+        solved = convex or solve_step(
+            normal, curvature, gradient, max(damping, 1e-14), 0.0, factor, step
+        )
+        new_cost = np.inf
+        length = np.inf
+        if solved:
+            move(kind, p, step, moved)
+            new_cost = terms(kind, points, moved, new_residuals, new_jacobian, new_curvature)
+            of_step = of_p = 0.0
+            for i in range(k):
+                of_step += step[i] * step[i]
+            for i in range(8):
+                of_p += p[i] * p[i]
+            length = np.sqrt(of_step) / (1.0 + np.sqrt(of_p))
+        # Residuals carry the rounding of coordinates near one, however small they are themselves.
+        noise = NOISE_OF_COST * cost + ROUNDING * np.sqrt(rows * cost) + rows * ROUNDING**2
+        if not new_cost <= cost + noise:
+            if length < CONVERGED:
+                return cost, damping == 0.0 or at_rest(
+                    normal, curvature, gradient, LEFT * cost + noise, factor, step
+                )
+            damping = 10.0 * damping if damping > 0.0 else FIRST_DAMPING
+            if damping > 1e20:
+                break
+            continue
+        p[:] = moved
+        cost = new_cost
+        residuals, new_residuals = new_residuals, residuals
+        jacobian, new_jacobian = new_jacobian, jacobian
+        curvature, new_curvature = new_curvature, curvature
+        _normal(jacobian, residuals, normal, gradient)
+        if (
+            length < CONVERGED
+            or (length < STAGNATED and length > 0.5 * last_length)
+            or (length < QUADRATIC and convex and damping == 0.0)
+        ) and (
+            damping == 0.0
+            or at_rest(normal, curvature, gradient, LEFT * cost + noise, factor, step)
+        ):
+            return cost, True
+        last_length = length
+        damping = 0.1 * damping if damping > LEAST_DAMPING else 0.0
+    return cost, False
+
+
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -> None:
+    """Take some damped Gauss-Newton steps from every start, in place.
+
+    Parameters
+    ----------
+    kind
+        Any but a ring and a ball.
+    points
+        (n, d); a sample will do, as the best ends are refined with all points.
+    starts
+        (m, 8).
+    steps
+        How many.
+    costs
+        (m,), out: sum of squared residuals.
+    """
+    n, k = len(points), STEP_SIZE[kind]
+    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((0, 0))
+    normal, factor = np.zeros((k, k)), np.zeros((k, k))
+    gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
+    for m in range(len(starts)):
+        p = starts[m]
+        cost = terms(kind, points, p, residuals, jacobian, unused)
+        damping = 1e-3
+        fresh = True
+        for _ in range(steps):
+            if fresh:
+                _normal(jacobian, residuals, normal, gradient)
+            if not solve_step(normal, normal, gradient, damping, 0.0, factor, step):
+                break
+            move(kind, p, step, moved)
+            new_cost = terms(kind, points, moved, residuals, jacobian, unused)
+            fresh = new_cost < cost
+            if fresh:
+                enough = new_cost > cost * (1.0 - ENOUGH)
+                p[:] = moved
+                cost = new_cost
+                damping *= 0.1
+                if enough:
+                    break
+            else:
+                damping *= 10.0
+                if damping > 1e8:
+                    break
+        costs[m] = cost
+
+
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+def rank(kind: int, points: Float, starts: Float, costs: Float) -> None:
+    """Put the sum of squared residuals at every start (m, 8) into ``costs`` (m,)."""
+    if CYLINDER <= kind < RING:
+        axis_costs(kind, points, starts, costs)
+        return
+    n, k = len(points), STEP_SIZE[kind]
+    residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((0, 0))
+    for m in range(len(starts)):
+        costs[m] = terms(kind, points, starts[m], residuals, jacobian, unused)

@@ -1,0 +1,296 @@
+"""The shapes that can be fitted and the common form of every fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ocmm_core.errors import FitError
+from ocmm_core.geometry import Float
+
+GEOMETRY_SIZE = 12
+"""Length of the geometry vector of `element`."""
+
+POINT, DIRECTION, ACROSS = slice(0, 3), slice(3, 6), slice(9, 12)
+RADIUS, SECOND, HALF_ANGLE = 6, 7, 8
+"""Places in the geometry vector."""
+
+
+GEOMETRY_NAMES = (
+    "x", "y", "z",
+    "direction_x", "direction_y", "direction_z",
+    "radius", "second", "half_angle",
+    "across_x", "across_y", "across_z",
+)  # fmt: skip
+"""What the numbers of the geometry vector are, in their order."""
+
+
+class Shape(Enum):
+    """Shape of a feature, in the words of the plan and of the export."""
+
+    POINT = "Point"
+    LINE = "Line"
+    PLANE = "Plane"
+    CIRCLE = "Circle"
+    SPHERE = "Sphere"
+    CYLINDER = "Cylinder"
+    ELLIPSE = "Ellipse"
+    ROUND_SLOT = "RoundSlot"
+    SQUARE_SLOT = "SquareSlot"
+    RECTANGLE = "Rectangle"
+    CONE = "Cone"
+    TORUS = "Torus"
+
+
+class Criterion(Enum):
+    """How an element is associated with its points; the letters are those of ISO 1101."""
+
+    LEAST_SQUARES = "G"
+    MINIMUM_ZONE = "C"
+    INSCRIBED = "X"
+    CIRCUMSCRIBED = "N"
+
+
+MINIMUM_POINTS = {
+    Shape.POINT: 1,
+    Shape.LINE: 2,
+    Shape.PLANE: 3,
+    Shape.CIRCLE: 3,
+    Shape.SPHERE: 4,
+    Shape.CYLINDER: 5,
+    Shape.ELLIPSE: 5,
+    Shape.ROUND_SLOT: 5,
+    Shape.SQUARE_SLOT: 5,
+    Shape.RECTANGLE: 5,
+    Shape.CONE: 6,
+    Shape.TORUS: 7,
+}
+"""Points without which the shape is not determined."""
+
+
+_OBLONG = ("length", "width")
+SIZE_WORDS: dict[Shape, tuple[str, ...]] = {
+    Shape.POINT: (),
+    Shape.LINE: (),
+    Shape.PLANE: (),
+    Shape.CIRCLE: ("diameter",),
+    Shape.SPHERE: ("diameter",),
+    Shape.CYLINDER: ("diameter",),
+    Shape.ELLIPSE: _OBLONG,
+    Shape.ROUND_SLOT: _OBLONG,
+    Shape.SQUARE_SLOT: _OBLONG,
+    Shape.RECTANGLE: _OBLONG,
+    Shape.CONE: ("diameter", "full angle"),
+    Shape.TORUS: ("ring diameter", "tube diameter"),
+}
+"""Sizes that a shape has, in words; the properties of `Fit` have the same names."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """An element associated with points, in the same form for every shape.
+
+    Attributes
+    ----------
+    shape
+        What was fitted.
+    geometry
+        (12,): see `element`. The point is the centre where the shape has one, and for line,
+        plane, cylinder and cone the foot of the points' centroid on the element or its axis.
+    jacobian
+        (12, 3 n): d(geometry) / d(points), points row by row (x1 y1 z1 x2 ...). First order in the
+        residuals: exact where they are small against the size of the feature.
+    residuals
+        (n,), mm: signed orthogonal distance of each point from the element.
+    rms
+        mm: square root of the mean squared residual.
+    form
+        mm: greatest minus smallest signed residual; of a line in space the diameter of the
+        thinnest cylinder along it about the points, of a circle in space by its minimum zone that
+        of the tube.
+    criterion
+        How the element was associated with the points.
+    contacts
+        Rows of the points that hold the element of any criterion but least squares: its
+        certificate of optimality. Empty for least squares.
+    free
+        Circle: in space, plane and circle as one problem.
+    rival
+        Another element of the same shape that the points cannot tell from this one: noise of the
+        size seen in the residuals may have made it the worse one. Nothing may rest on a fit with a
+        rival. None where there is none.
+    """
+
+    shape: Shape
+    geometry: Float
+    jacobian: Float
+    residuals: Float
+    rms: float
+    form: float
+    criterion: Criterion = Criterion.LEAST_SQUARES
+    contacts: tuple[int, ...] = ()
+    free: bool = False
+    rival: Fit | None = None
+
+    @property
+    def point(self) -> Float:
+        """Return the point of the element, (3,), mm."""
+        return self.geometry[POINT]
+
+    @property
+    def direction(self) -> Float:
+        """Return the direction of the element, (3,), unit, zero for point and sphere."""
+        return self.geometry[DIRECTION]
+
+    @property
+    def across(self) -> Float:
+        """Return the direction in the plane of ellipse, slot and rectangle, (3,), unit, or zero."""
+        return self.geometry[ACROSS]
+
+    @property
+    def radius(self) -> float:
+        """Return the radius or first half size, mm, zero where the shape has none."""
+        return float(self.geometry[RADIUS])
+
+    @property
+    def second(self) -> float:
+        """Return the second half size, mm, zero where the shape has none."""
+        return float(self.geometry[SECOND])
+
+    @property
+    def half_angle(self) -> float:
+        """Return the half apex angle of a cone, rad, else zero."""
+        return float(self.geometry[HALF_ANGLE])
+
+    @property
+    def diameter(self) -> float:
+        """Return the diameter of circle, sphere, cylinder, or of a cone at its point, mm."""
+        return 2.0 * self._size("diameter", RADIUS)
+
+    @property
+    def ring_diameter(self) -> float:
+        """Return the diameter of the centre line of a torus, mm."""
+        return 2.0 * self._size("ring diameter", RADIUS)
+
+    @property
+    def tube_diameter(self) -> float:
+        """Return the diameter of the tube of a torus, mm."""
+        return 2.0 * self._size("tube diameter", SECOND)
+
+    @property
+    def length(self) -> float:
+        """Return the long axis of an ellipse, or the overall length of slot and rectangle, mm."""
+        return 2.0 * self._size("length", RADIUS)
+
+    @property
+    def width(self) -> float:
+        """Return the short axis of an ellipse, or the width of slot and rectangle, mm."""
+        return 2.0 * self._size("width", SECOND)
+
+    @property
+    def full_angle(self) -> float:
+        """Return the apex angle of a cone, rad."""
+        return 2.0 * self._size("full angle", HALF_ANGLE)
+
+    def _size(self, word: str, place: int) -> float:
+        if word not in SIZE_WORDS[self.shape]:
+            has = " and ".join(SIZE_WORDS[self.shape]) or "no size"
+            raise FitError(
+                "fit.no_such_size",
+                f"{self.shape.value} has no {word}.",
+                f"It has {has}.",
+            )
+        return float(self.geometry[place])
+
+    def covariance(self, points: float | Float) -> Float:
+        """Return the covariance of the geometry, (12, 12), to first order.
+
+        Rows and columns are those of `GEOMETRY_NAMES`; mm and, for directions and the half angle,
+        rad. What the shape lacks is zero. Twice the square root of an element of its diagonal is
+        U (k = 2) only where the fit is nearly straight within the errors: see
+        `ocmm_core.tolerances.uncertainty._fit_uncertainty` for the test.
+
+        Parameters
+        ----------
+        points
+            mm: standard uncertainty of every coordinate of every point, independent of each other;
+            or mm^2: their covariance (3 n, 3 n), point by point (x1 y1 z1 x2 ...).
+
+        Raises
+        ------
+        FitError
+            It is neither a number above zero nor such a matrix.
+        """
+        of_points = np.asarray(points, dtype=np.float64)
+        count = self.jacobian.shape[1]
+        if of_points.ndim == 0 and 0.0 < of_points < np.inf:
+            return np.asarray(of_points**2 * (self.jacobian @ self.jacobian.T))
+        if of_points.shape != (count, count) or not np.all(np.isfinite(of_points)):
+            raise FitError(
+                "fit.point_covariance",
+                "The uncertainty of the points is neither a number of mm above zero nor a finite "
+                f"covariance of {count} by {count} coordinates.",
+                "Give one of the two.",
+            )
+        return np.asarray(self.jacobian @ of_points @ self.jacobian.T)
+
+
+def element(
+    point: ArrayLike,
+    direction: ArrayLike = (0.0, 0.0, 0.0),
+    radius: float = 0.0,
+    *,
+    second: float = 0.0,
+    half_angle: float = 0.0,
+    across: ArrayLike = (0.0, 0.0, 0.0),
+) -> Float:
+    """Return the geometry vector (12,) that all shapes share; what a shape lacks is zero.
+
+    Parameters
+    ----------
+    point
+        (3,), mm.
+    direction
+        (3,), unit: along a line or axis, or the normal of a plane. A cone's points to where its
+        radius grows.
+    radius
+        mm: of circle, sphere and cylinder; of a cone square to its axis at ``point``; of the centre
+        line of a torus; semi-major axis of an ellipse; half the overall length of a slot or
+        rectangle.
+    second
+        mm: semi-minor axis of an ellipse; half the width of a slot or rectangle; radius of the
+        tube of a torus.
+    half_angle
+        rad: half the apex angle of a cone.
+    across
+        (3,), unit: direction of the length of ellipse, slot and rectangle, square to ``direction``.
+    """
+    geometry = np.zeros(GEOMETRY_SIZE)
+    geometry[POINT], geometry[DIRECTION], geometry[ACROSS] = point, direction, across
+    geometry[RADIUS], geometry[SECOND], geometry[HALF_ANGLE] = radius, second, half_angle
+    return geometry
+
+
+def make_fit(
+    shape: Shape,
+    geometry: Float,
+    jacobian: Float,
+    residuals: Float,
+    *,
+    criterion: Criterion = Criterion.LEAST_SQUARES,
+    contacts: tuple[int, ...] = (),
+) -> Fit:
+    """Return the fit with its figures of form."""
+    return Fit(
+        shape=shape,
+        geometry=geometry,
+        jacobian=jacobian,
+        residuals=residuals,
+        rms=float(np.sqrt(residuals @ residuals / len(residuals))),
+        form=float(np.maximum.reduce(residuals) - np.minimum.reduce(residuals)),
+        criterion=criterion,
+        contacts=contacts,
+    )

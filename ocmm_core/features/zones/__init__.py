@@ -1,0 +1,37 @@
+"""Minimum zones and bounding elements, each with the proof that it is one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.features.zones._bounded import fit_bounded
+    from ocmm_core.features.zones._certificate import Certificate, certificate
+    from ocmm_core.features.zones._elements import ZONES, task_of
+    from ocmm_core.features.zones._solver import best_zone
+    from ocmm_core.features.zones._surfaces import distances
+    from ocmm_core.features.zones._zone import fit_zone, fit_zone_line_in_plane
+else:
+    __getattr__ = door(
+        __name__,
+        _bounded="fit_bounded",
+        _certificate="Certificate certificate",
+        _elements="ZONES task_of",
+        _solver="best_zone",
+        _surfaces="distances",
+        _zone="fit_zone fit_zone_line_in_plane",
+    )
+
+__all__ = [
+    "ZONES",
+    "Certificate",
+    "best_zone",
+    "certificate",
+    "distances",
+    "fit_bounded",
+    "fit_zone",
+    "fit_zone_line_in_plane",
+    "task_of",
+]

@@ -1,0 +1,148 @@
+"""Largest inscribed and smallest circumscribed circle, sphere and cylinder.
+
+Circumscribed circle and sphere are convex problems: the one optimum is found. An inscribed element
+is a local matter: outside of the points it could grow for ever. Meant is the largest one that its
+contacts surround, so that it can move nowhere. For circle and sphere every such element is the
+circumcircle of a Delaunay triangle, or circumsphere of a tetrahedron, that holds its own centre;
+all of them are looked at, and the largest is the global optimum. For cylinders, inscribed and
+circumscribed, it is the best of the optima around the least-squares cylinder.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import Delaunay, QhullError
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.search import checked_points
+from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.features.zones._elements import BOUNDED, Task, task_of
+from ocmm_core.features.zones._kernel import narrowest_zone
+from ocmm_core.features.zones._settled import balanced, search, settled_fit
+from ocmm_core.features.zones._solver import Zone, natural_steps, settle
+from ocmm_core.features.zones._surfaces import Placed
+from ocmm_core.geometry import Float, Points3
+
+SURROUNDED = 1e-6
+"""Least sine of the angle by which points lie beyond any half space through the centre."""
+OWN_CENTRE = -1e-9
+"""Least barycentric coordinate of a centre that counts as inside its simplex."""
+TRIED = 3
+"""Largest circumcircles that are refined; rounding may have swapped their order."""
+
+
+def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
+    """Return the largest inscribed or smallest circumscribed element.
+
+    Parameters
+    ----------
+    start
+        Least-squares circle, sphere or cylinder of the same points; a circle stays in its plane
+        and was not fitted in space as one problem.
+    points
+        (n, 3), mm.
+    criterion
+        `Criterion.INSCRIBED` or `Criterion.CIRCUMSCRIBED`.
+
+    Returns
+    -------
+    Residuals are signed distances, positive outside: none negative for an inscribed element, none
+    positive for a circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
+
+    Raises
+    ------
+    FitError
+        The shape has no such element; the points do not surround the axis or centre (an arc up to
+        180 degrees), so that no inscribed element exists; or none was found that its contacts hold.
+    """
+    points = checked_points(start.shape, points)
+    surface = BOUNDED.get((start.shape, criterion))
+    if surface is None or start.free:
+        raise FitError(
+            "fit.no_criterion",
+            f"The criterion {criterion.value} is not offered for a {start.shape.value.lower()}"
+            f"{' in space' if start.free else ''}.",
+            "Choose least squares, or a circle in its own plane, sphere or cylinder.",
+        )
+    task = task_of(start, points, surface)
+    inside = criterion is Criterion.INSCRIBED
+    if inside and not _surround(task, task.start):
+        raise _not_around(start.shape)
+    if start.shape is Shape.CYLINDER:
+        zone = search(task)
+    elif inside:
+        zone = _largest_held(task)
+    else:
+        # Convex, so that any start does; of a small patch the least-squares centre is far away.
+        middle = Placed(task.start.frame, np.zeros(3))
+        steps = natural_steps(surface, task.points, middle)
+        zone = balanced(task, settle(surface, task.points, middle, steps, 1.0))
+    if inside and not _surround(task, zone.placed):
+        raise _not_around(start.shape)
+    return settled_fit(task, start, criterion, zone)
+
+
+def _not_around(shape: Shape) -> FitError:
+    return FitError(
+        "fit.not_around",
+        f"There is no largest inscribed {shape.value.lower()}: the points lie on one side of it, "
+        "and it could grow for ever.",
+        "Take points on more than half of the circumference, or choose least squares.",
+    )
+
+
+def _arms(task: Task, placed: Placed) -> Float:
+    """Return points in the coordinates that count: two across an axis, or three."""
+    local = placed.local(task.points)
+    return local if task.shape is Shape.SPHERE else local[:, :2]
+
+
+def _surround(task: Task, placed: Placed) -> bool:
+    """Return whether no half space through the centre is free of points."""
+    arms = _arms(task, placed)
+    outward = arms / np.maximum(np.linalg.norm(arms, axis=1), 1e-12)[:, None]
+    d = outward.shape[1]
+    solution, basis, multipliers = np.zeros(d + 1), np.zeros(d + 1, dtype=np.int64), np.zeros(d + 1)
+    narrowest_zone(
+        np.zeros(len(arms)), np.ascontiguousarray(outward), np.ones(d), False, 0.0,
+        solution, basis, multipliers,
+    )  # fmt: skip
+    return float(np.max(outward @ solution[:d])) > -SURROUNDED
+
+
+def _largest_held(task: Task) -> Zone:
+    """Return the largest empty circle or sphere that points around its centre hold."""
+    arms = _arms(task, task.start)
+    starts = [np.zeros(3)]
+    for centre in _held_centres(arms)[:TRIED]:
+        starts.append(np.append(centre, np.zeros(3 - len(centre))))
+    steps = natural_steps(task.surface, task.points, task.start)
+    zones = []
+    for centre in starts:
+        there = Placed(task.start.frame, task.start.origin + task.start.frame @ centre)
+        zone = settle(task.surface, task.points, there, steps, 0.01)
+        if zone.settled and _surround(task, zone.placed):
+            zones.append(zone)
+    if not zones:
+        raise _not_around(task.shape)
+    return balanced(task, min(zones, key=lambda zone: zone.width))
+
+
+def _held_centres(points: Float) -> Float:
+    """Return centres (m, d) of empty circumspheres inside their own simplex, largest first."""
+    d = points.shape[1]
+    try:
+        simplices = points[Delaunay(points).simplices]
+    except QhullError:
+        # Points on one exact circle or the like; the least-squares centre is the start then.
+        return np.zeros((0, d))
+    edges = simplices[:, 1:] - simplices[:, :1]
+    flat = np.abs(np.linalg.det(edges)) < 1e-12
+    edges[flat] = np.eye(d)
+    half_squares = 0.5 * np.sum(edges**2, axis=2)
+    arms = np.linalg.solve(edges, half_squares[:, :, None])[:, :, 0]
+    shares = np.linalg.solve(np.swapaxes(edges, 1, 2), arms[:, :, None])[:, :, 0]
+    held = ~flat & (shares.min(axis=1) > OWN_CENTRE) & (shares.sum(axis=1) < 1.0 - OWN_CENTRE)
+    order = np.argsort(-np.sum(arms[held] ** 2, axis=1), kind="stable")
+    centres: Float = (simplices[held, 0] + arms[held])[order]
+    return centres

@@ -1,0 +1,247 @@
+"""Proof that a zone is a smallest one: forces at the points that touch it hold it in balance.
+
+Where a zone is smallest, the points that touch its bounds can push against it, none of them
+pulling, so that nothing moves (the multipliers of Karush, Kuhn and Tucker). As many contacts as
+unknowns pin it; fewer do where the distances curve the right way, which second derivatives tell.
+The proof is local. It is a proof for all where the problem is convex: smallest circumscribed
+circle and sphere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import null_space
+from scipy.optimize import nnls
+
+from ocmm_core.features.shapes import Criterion, Fit
+from ocmm_core.features.zones._elements import BOUNDED, Task, task_of, zone_surface
+from ocmm_core.features.zones._forces import least_held
+from ocmm_core.features.zones._rescue import slid
+from ocmm_core.features.zones._solver import Zone, by_bounds, natural_steps, zone_at
+from ocmm_core.features.zones._surfaces import Placed, distances, second_derivatives
+from ocmm_core.geometry import Float, Int, Points3
+
+IN_BALANCE = 1e-9
+"""Sum of forces, against each of the two sides pushing with one, that counts as none."""
+ACTIVE = 1e-4
+"""Gap to the bound, against the width of the zone, below which a point may touch."""
+LARGEST_GAP = 1e-9
+"""The same against the size of the points."""
+NO_FORCE = 1e-15
+SHARING = 1e6
+"""Weight of balance against short vectors of forces."""
+FLAT_CURVATURE = 1e-7
+"""Least curvature, against the greatest, that does not pin the element."""
+
+
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """The contacts of a zone and what they prove.
+
+    Attributes
+    ----------
+    contacts
+        (c,): rows of the points with a force.
+    signs
+        (c,): +1 at the upper bound, -1 at the lower.
+    forces
+        (c,): none negative.
+    unbalanced
+        Sum of forces that remains.
+    least_curvature
+        Least second derivative along which contacts leave the element free, against the
+        greatest; infinite where they leave none, zero where it is negative and nothing is gained.
+    way
+        (k,): the step of what the family frees along which that is.
+    """
+
+    contacts: Int
+    signs: Float
+    forces: Float
+    unbalanced: float
+    least_curvature: float
+    way: Float
+
+    @property
+    def holds(self) -> bool:
+        """Return whether the zone is a local minimum."""
+        return self.unbalanced < IN_BALANCE and self.least_curvature > -FLAT_CURVATURE
+
+    @property
+    def unique(self) -> bool:
+        """Return whether no other element nearby has as small a zone."""
+        return self.holds and self.least_curvature > FLAT_CURVATURE
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What is proven of a zone.
+
+    Attributes
+    ----------
+    certified
+        It is a smallest one, or the largest inscribed one.
+    sentence
+        "certified" and by what, or why not.
+    contacts
+        Rows of the points that hold it.
+    forces
+        With which they push, in the order of ``contacts``.
+    unbalanced
+        Sum of forces that remains.
+    unique
+        No element nearby is as good.
+    """
+
+    certified: bool
+    sentence: str
+    contacts: tuple[int, ...] = ()
+    forces: tuple[float, ...] = ()
+    unbalanced: float = np.inf
+    unique: bool = False
+
+
+def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
+    """Return what the geometry of ``fit`` and ``points`` (n, 3), mm, prove, computed anew.
+
+    For ``offset`` see `zone.fit_zone`.
+    """
+    if fit.criterion is Criterion.LEAST_SQUARES:
+        return Certificate(False, "Not certified: a least-squares element has no contacts.")
+    if fit.criterion is Criterion.MINIMUM_ZONE:
+        surface = zone_surface(fit)
+    else:
+        surface = BOUNDED[fit.shape, fit.criterion]
+    if surface is None:
+        return Certificate(False, "Not certified: the shape has no minimum zone.")
+    task = task_of(fit, np.asarray(points, dtype=np.float64), surface, offset)
+    found, _ = distances(surface, task.start.local(task.points), task.start.sizes)
+    noise = 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
+    if formless(task, zone_at(surface, task.points, task.start), found, noise):
+        return Certificate(
+            True, "certified: every point lies on the element to rounding", unbalanced=0.0
+        )
+    balance = balance_of(task, task.start, noise)
+    count = len(balance.contacts)
+    if balance.unbalanced >= IN_BALANCE:
+        sentence = (
+            f"Not certified: the forces at {count} contacts do not balance "
+            f"({balance.unbalanced:.1e})."
+        )
+    elif not balance.holds:
+        sentence = f"Not certified: {count} contacts balance, but a move along them is better."
+    else:
+        sentence = f"certified: {count} contacts in balance ({balance.unbalanced:.1e})"
+        if not balance.unique:
+            sentence += ", others nearby are as good"
+    return Certificate(
+        balance.holds, sentence, tuple(int(i) for i in balance.contacts),
+        tuple(float(f) for f in balance.forces), balance.unbalanced, balance.unique,
+    )  # fmt: skip
+
+
+def formless(task: Task, zone: Zone, found: Float, noise: float) -> bool:
+    """Return whether points at distances (n,) lie on the element to rounding."""
+    if task.tube or task.surface.even:
+        return zone.width <= noise
+    return bool(np.ptp(found) <= noise)
+
+
+def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
+    """Return the forces that hold the zone of a task about an element.
+
+    Parameters
+    ----------
+    task
+        Points and family.
+    placed
+        The element.
+    noise
+        Rounding of the distances.
+    """
+    surface = task.surface
+    local = placed.local(task.points)
+    found, slopes = distances(surface, local, placed.sizes)
+    steps = natural_steps(surface, task.points, placed)
+    by_step = slopes[:, surface.free] @ steps
+    gap = max(min(ACTIVE * float(np.ptp(found)), LARGEST_GAP), noise)
+    greatest, least = found.max(), found.min()
+    if surface.even:
+        greatest = np.abs(found).max()
+        least = -greatest
+    above = np.flatnonzero(found >= greatest - gap)
+    below = above[:0]
+    if surface.lower or surface.even:
+        below = np.flatnonzero(found <= least + gap)
+    rows = np.concatenate([above, below])
+    signs = np.concatenate([np.ones(len(above)), -np.ones(len(below))])
+    sides = np.abs(by_bounds(surface, signs).T)
+    touch = np.concatenate([by_step[rows].T * signs, sides])
+    right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
+    forces, remainder = nnls(touch, right)
+    unbalanced = float(remainder)
+    bend, way = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
+    if bend < FLAT_CURVATURE and np.count_nonzero(forces) < len(rows) and unbalanced < IN_BALANCE:
+        # More points touch than are needed. The shortest vector of forces uses them all.
+        heavy = np.concatenate([SHARING * touch, np.eye(len(rows))])
+        forces, _ = nnls(heavy, np.concatenate([SHARING * right, np.zeros(len(rows))]))
+        unbalanced = float(np.linalg.norm(touch @ forces - right))
+        bend, way = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
+    if bend < -FLAT_CURVATURE and unbalanced < IN_BALANCE:
+        bend = max(bend, _held_by_others(task, placed, local[rows], signs, forces, touch, steps))
+    if bend < -FLAT_CURVATURE and unbalanced < IN_BALANCE and not surface.outline:
+        # It curves the wrong way, but other points may touch before anything is gained.
+        zone = zone_at(surface, task.points, placed)
+        if slid(surface, task.points, zone, way, noise) is None:
+            bend = 0.0
+    holding = forces > NO_FORCE
+    rows = rows[holding].astype(np.int64)
+    return Balance(rows, signs[holding], forces[holding], unbalanced, bend, way)
+
+
+def _least_curvature(
+    task: Task, placed: Placed, local: Float, weights: Float, touch: Float, steps: Float
+) -> tuple[float, Float]:
+    """Return the least curvature that leaves points with a force at their bounds, and its way."""
+    free = list(task.surface.free)
+    holding = np.abs(weights) > NO_FORCE
+    curvature, _, _ = second_derivatives(
+        task.surface, local[holding], placed.sizes, weights[holding]
+    )
+    hessian = steps.T @ curvature[np.ix_(free, free)] @ steps
+    directions = _loose(touch[:, holding], len(steps))
+    if not directions.shape[1]:
+        return np.inf, np.zeros(len(steps))
+    scale = max(float(np.abs(hessian).max()), 1e-300)
+    bends, ways = np.linalg.eigh(directions.T @ hessian @ directions)
+    return float(bends[0] / scale), steps @ directions @ ways[:, 0]
+
+
+def _loose(touch: Float, k: int) -> Float:
+    """Return the directions (k, m) along which contacts (columns) stay at their bounds."""
+    directions, strength, _ = np.linalg.svd(
+        null_space(touch.T, rcond=1e-10)[:k], full_matrices=False
+    )
+    loose: Float = directions[:, strength > 1e-9]
+    return loose
+
+
+def _held_by_others(
+    task: Task, placed: Placed, local: Float, signs: Float, forces: Float, touch: Float,
+    steps: Float,
+) -> float:  # fmt: skip
+    """Return the least curvature where each way may have forces of its own, else minus infinity."""
+    free, holding = list(task.surface.free), forces > NO_FORCE
+    directions = steps @ _loose(touch[:, holding], len(steps))
+    scale = 1e-300
+    hessians = []
+    for point, sign, force in zip(local, signs, forces, strict=True):
+        bent, _, _ = second_derivatives(task.surface, point[None], placed.sizes, np.array([sign]))
+        bent = bent[np.ix_(free, free)]
+        hessians.append(directions.T @ bent @ directions)
+        scale = max(scale, float(np.abs(force * (steps.T @ bent @ steps)).max()))
+    right = touch @ forces
+    least = least_held(np.array(hessians), touch, right)
+    return -np.inf if least is None else least / scale

@@ -1,0 +1,180 @@
+"""The compiled linear step of minimum-zone fits: a dual simplex method for few unknowns.
+
+The distances of all points are linear in the step; the narrowest zone within a box around the
+present element is a linear programme with up to eight unknowns and two rows a point. A basis that
+is optimal but for violated rows is known at once (the two extreme points and the sides of the box
+that the slope pushes against), so that the dual method starts without a search: the exchange of
+E. Stiefel, Numerische Mathematik 1 (1959), with bounds.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float, Int
+
+SMALLEST_PIVOT = 1e-11
+ROUNDING = 1e-15
+"""Relative error of a sum that counts as rounding."""
+MAX_EXCHANGES = 400
+PLAIN_EXCHANGES = 150
+"""After so many exchanges the first violated row enters instead of the worst, against cycles."""
+
+
+@compiled()
+def _inverted(matrix: Float, work: Float) -> bool:
+    """Write the inverse of ``matrix`` (m, m) to the right half of ``work`` (m, 2 m)."""
+    m = len(matrix)
+    work[:, :m] = matrix
+    work[:, m:] = 0.0
+    for i in range(m):
+        work[i, m + i] = 1.0
+    for i in range(m):
+        pivot = i
+        for row in range(i + 1, m):
+            if abs(work[row, i]) > abs(work[pivot, i]):
+                pivot = row
+        if abs(work[pivot, i]) < 1e-13:
+            return False
+        if pivot != i:
+            for column in range(2 * m):
+                work[i, column], work[pivot, column] = work[pivot, column], work[i, column]
+        scale = 1.0 / work[i, i]
+        for column in range(2 * m):
+            work[i, column] *= scale
+        for row in range(m):
+            factor = work[row, i]
+            if row != i and factor != 0.0:
+                for column in range(2 * m):
+                    work[row, column] -= factor * work[i, column]
+    return True
+
+
+@compiled()
+def _set_row(
+    code: int, distances: Float, slopes: Float, box: Float, lower: bool, row: Float
+) -> float:
+    """Write the coefficients of constraint ``code`` to ``row``; return its right-hand side."""
+    n, k = slopes.shape
+    row[:] = 0.0
+    if code < n:
+        row[:k] = slopes[code]
+        row[k] = -1.0
+        return float(-distances[code])
+    if code < 2 * n:
+        row[:k] = -slopes[code - n]
+        if lower:
+            row[k + 1] = 1.0
+        return float(distances[code - n])
+    j = code - 2 * n
+    if j < k:
+        row[j] = 1.0
+        return float(box[j])
+    row[j - k] = -1.0
+    return float(box[j - k])
+
+
+@compiled()
+def narrowest_zone(
+    distances: Float, slopes: Float, box: Float, lower: bool, tolerance: float,
+    solution: Float, basis: Int, multipliers: Float,
+) -> int:  # fmt: skip
+    """Minimise the greatest minus the smallest of ``distances + slopes @ step`` within a box.
+
+    Parameters
+    ----------
+    distances
+        (n,).
+    slopes
+        (n, k): their derivatives by the step.
+    box
+        (k,): greatest step in every direction.
+    lower
+        False: minimise the greatest alone.
+    tolerance
+        Violation of a row that counts as rounding.
+    solution
+        (m,), written: the step and the upper bound, then the lower one; m = k + 1 or k + 2.
+    basis
+        (m,), written: rows that hold the solution. i: point i above, n + i: point i below, from
+        2 n on: sides of the box.
+    multipliers
+        (m,), written: of these rows, none negative; those of either bound add up to one.
+
+    Returns
+    -------
+    Number of exchanges, negative where rounding stopped them.
+    """
+    n, k = slopes.shape
+    m = k + 2 if lower else k + 1
+    matrix, right, work = np.empty((m, m)), np.empty(m), np.empty((m, 2 * m))
+    entering, weights = np.empty(m), np.empty(m)
+    top, bottom = np.argmax(distances), np.argmin(distances)
+    basis[k] = top
+    multipliers[:] = 1.0
+    if lower:
+        basis[k + 1] = n + bottom
+    for j in range(k):
+        slope = slopes[top, j] - (slopes[bottom, j] if lower else 0.0)
+        basis[j] = 2 * n + j + (k if slope > 0.0 else 0)
+        multipliers[j] = abs(slope)
+    for i in range(m):
+        right[i] = _set_row(basis[i], distances, slopes, box, lower, matrix[i])
+    for exchange in range(MAX_EXCHANGES):
+        if not _inverted(matrix, work):
+            return -exchange - 1
+        for i in range(m):
+            total = 0.0
+            for j in range(m):
+                total += work[i, m + j] * right[j]
+            solution[i] = total
+            # The multipliers follow from the basis, so that their errors do not pile up.
+            value = -work[k, m + i]
+            if lower:
+                value += work[k + 1, m + i]
+            multipliers[i] = max(value, 0.0)
+        worst, code = tolerance, -1
+        for i in range(n):
+            value, sizes = distances[i], abs(distances[i]) + abs(solution[k])
+            for j in range(k):
+                value += slopes[i, j] * solution[j]
+                sizes += abs(slopes[i, j] * solution[j])
+            rounding = ROUNDING * sizes
+            above = value - solution[k] - rounding
+            below = solution[k + 1] - value - rounding if lower else -1.0
+            if above > worst:
+                worst, code = above, i
+            if below > worst:
+                worst, code = below, n + i
+            if code >= 0 and exchange > PLAIN_EXCHANGES:
+                break
+        for j in range(k):
+            beyond = abs(solution[j]) - box[j]
+            if beyond > max(worst, 1e-12 * box[j]):
+                worst, code = beyond, 2 * n + j + (0 if solution[j] > 0.0 else k)
+        if code < 0:
+            return exchange
+        for i in range(m):
+            if basis[i] == code:
+                return exchange
+        bound = _set_row(code, distances, slopes, box, lower, entering)
+        greatest = 0.0
+        for i in range(m):
+            total = 0.0
+            for j in range(m):
+                total += entering[j] * work[j, m + i]
+            weights[i] = total
+            greatest = max(greatest, abs(total))
+        leaving, ratio = -1, np.inf
+        for i in range(m):
+            if weights[i] > SMALLEST_PIVOT * greatest:
+                here = multipliers[i] / weights[i]
+                tie = here < ratio + 1e-14 and leaving >= 0 and weights[i] > weights[leaving]
+                if here < ratio - 1e-14 or tie:
+                    leaving, ratio = i, here
+        if leaving < 0:
+            return -exchange - 1
+        basis[leaving], right[leaving] = code, bound
+        matrix[leaving] = entering
+    return -MAX_EXCHANGES

@@ -1,0 +1,175 @@
+"""What is tried where a zone does not settle, or where contacts balance but may slide.
+
+Settling takes linear steps; where contacts curve strongly along a narrow valley these become short.
+Sequential quadratic programming, which learns the curvature, goes on from there (D. Kraft's SLSQP).
+It is slow and rough, so that it only brings a zone to where settling succeeds.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import Bounds, NonlinearConstraint, minimize, nnls
+
+from ocmm_core.features.zones._solver import (
+    Zone,
+    after,
+    by_bounds,
+    middle_of,
+    natural_steps,
+    polished,
+    settle,
+    zone_at,
+)
+from ocmm_core.features.zones._surfaces import Placed, Surface, distances, full_step
+from ocmm_core.geometry import Float, Int
+
+NEAREST = 40
+"""Points nearest to either bound that take part."""
+ROUNDS = 6
+LONGEST = 0.3
+"""Length of a step, against distances, within which a round stays."""
+GAPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+"""Against the width of the zone."""
+NEWTON_STEPS = 4
+GAINS = 1e-9
+"""Relative gain of width below which the rounds end."""
+SLIDES = (1e-4, 1e-2, 1.0)
+"""How far contacts are slid, in zones."""
+NARROWER = 1e-7
+"""Relative gain of width that makes another zone a narrower one."""
+
+
+def descended(surface: Surface, points: Float, zone: Zone) -> Zone:
+    """Return a zone that is no wider, further down the valley of ``zone``."""
+    best = zone
+    for _ in range(ROUNDS):
+        width = best.width
+        moved = _quadratic_round(surface, points, best)
+        if moved.width < best.width:
+            best = moved
+        best = _held(surface, points, best)
+        steps = natural_steps(surface, points, best.placed)
+        moved = settle(surface, points, best.placed, steps, width)
+        if moved.width <= best.width:
+            best = moved
+        if best.settled or best.width > width * (1.0 - GAINS):
+            break
+    return best
+
+
+def _held(surface: Surface, points: Float, zone: Zone) -> Zone:
+    """Return the zone after Newton steps on contacts of which it is not sure yet that they touch.
+
+    Quadratic steps leave gaps, so that points nearer to a bound than several widths are tried.
+    """
+    best = zone
+    for gap in GAPS:
+        there = best
+        for _ in range(NEWTON_STEPS):
+            contacts, forces = _forces(surface, points, there, gap * abs(there.width))
+            moved = polished(surface, points, there, contacts, forces, np.inf)
+            if not moved.width < there.width:
+                break
+            there = moved
+        if there.width < best.width:
+            best = there
+    return best
+
+
+def _forces(surface: Surface, points: Float, zone: Zone, gap: float) -> tuple[Int, Float]:
+    """Return contacts (c,), coded as in `zone_kernel`, nearer than ``gap``, and their forces."""
+    placed = zone.placed
+    found, slopes = distances(surface, placed.local(points), placed.sizes)
+    by_step = slopes[:, surface.free] @ natural_steps(surface, points, placed)
+    above = np.flatnonzero(found >= found.max() - gap)
+    below = np.flatnonzero(found <= found.min() + gap) if surface.lower else above[:0]
+    signs = np.concatenate([np.ones(len(above)), -np.ones(len(below))])
+    rows = np.concatenate([above, below])
+    sides = np.abs(by_bounds(surface, signs).T)
+    touch = np.concatenate([by_step[rows].T * signs, sides])
+    right = np.concatenate([np.zeros(by_step.shape[1]), np.ones(len(sides))])
+    forces, _ = nnls(touch, right)
+    held = forces > 0.0
+    coded = np.where(signs > 0.0, 0, len(points)) + rows
+    return coded[held].astype(np.int64), forces[held]
+
+
+def slid(surface: Surface, points: Float, zone: Zone, slide: Float, noise: float) -> Zone | None:
+    """Return a narrower zone than ``zone`` that contacts slide to, or None.
+
+    Parameters
+    ----------
+    surface, points
+        As in `zone_solver.settle`.
+    zone
+        One whose contacts are in balance.
+    slide
+        (k,): step of what the family frees along which they stay at their bounds.
+    noise
+        Gain of width that is rounding.
+    """
+    steps = natural_steps(surface, points, zone.placed)
+    least = zone.width - max(noise, NARROWER * abs(zone.width))
+    found: Zone | None = None
+    for size in SLIDES:
+        for way in (size, -size):
+            begun = after(surface, zone.placed, way * abs(zone.width) * slide)
+            there = settle(surface, points, begun, steps, 0.1 * size * abs(zone.width))
+            if there.width < least:
+                found, least = there, there.width
+    return found
+
+
+def _quadratic_round(surface: Surface, points: Float, zone: Zone) -> Zone:
+    placed, scale = zone.placed, max(abs(zone.width), 1e-12) if surface.lower else 1.0
+    steps = scale * natural_steps(surface, points, placed)
+    local, middle = placed.local(points), middle_of(surface, zone)
+    near = _nearest(surface, local, placed)
+    k, bounds = len(surface.free), 2 if surface.lower else 1
+
+    def gaps(unknown: Float) -> tuple[Float, Float]:
+        found, slopes = distances(
+            surface, local[near], placed.sizes, full_step(surface, steps @ unknown[:k])
+        )
+        found, slopes = (found - middle) / scale, slopes[:, surface.free] @ steps / scale
+        one, zero = np.ones((len(near), 1)), np.zeros((len(near), 1))
+        if not surface.lower:
+            return unknown[k] - found, np.concatenate([-slopes, one], axis=1)
+        below = np.concatenate([slopes, zero, -one], axis=1)
+        above = np.concatenate([-slopes, one, zero], axis=1)
+        return (
+            np.concatenate([unknown[k] - found, found - unknown[k + 1]]),
+            np.concatenate([above, below]),
+        )
+
+    downhill = np.zeros(k + bounds)
+    downhill[k:] = (1.0, -1.0)[:bounds]
+    start = np.zeros(k + bounds)
+    start[k:] = [(bound - middle) / scale for bound in (zone.upper, zone.lower)][:bounds]
+    longest = LONGEST / np.maximum(np.abs(steps).max(axis=0), 1e-300)
+    box = np.append(longest, [np.inf] * bounds)
+
+    def width(unknown: Float) -> tuple[float, Float]:
+        return float(downhill @ unknown), downhill
+
+    result = minimize(
+        width,
+        start,
+        jac=True,
+        method="SLSQP",
+        bounds=Bounds(-box, box),
+        constraints=NonlinearConstraint(
+            lambda unknown: gaps(unknown)[0], 0.0, np.inf, jac=lambda unknown: gaps(unknown)[1]
+        ),
+        tol=1e-14,
+    )
+    if not np.isfinite(result.x).all():
+        return zone
+    return zone_at(surface, points, after(surface, placed, steps @ result.x[:k]))
+
+
+def _nearest(surface: Surface, local: Float, placed: Placed) -> Int:
+    order = np.argsort(distances(surface, local, placed.sizes)[0])
+    if not surface.lower:
+        return np.asarray(order[-NEAREST:])
+    return np.unique(np.concatenate([order[:NEAREST], order[-NEAREST:]]))

@@ -1,0 +1,266 @@
+"""Distances of points from the elements that zones are built on, and how a step changes them.
+
+An element stands in a frame of its own: its axis or normal is z, its place the origin. A step
+shifts it by (u, v, w), leans its axis to (a, b, 1), changes its sizes and turns it about its axis.
+What merely widens the zone (radius of a cylinder, height of a plane) is no part of it.
+
+Every formula holds for complex steps too, so that a step of 1e-30 i gives derivatives without
+cancellation (W. Squire and G. Trapp, SIAM Review 40, 1998): second derivatives are exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from ocmm_core.features.zones._outlines import (
+    FIRST_SIZE,
+    SECOND_SIZE,
+    STEP_SIZE,
+    TURN,
+    Values,
+    ellipse_distances,
+    rectangle_distances,
+    slot_distances,
+)
+from ocmm_core.geometry import Float, rotation_from_vector
+
+TINY = 1e-30
+ANGLES = (3, 4, FIRST_SIZE)
+"""Entries of a step that are angles or, in a torus, as delicate as one."""
+
+
+class Kind(Enum):
+    """What the distance is measured from."""
+
+    HEIGHT = "height above the plane"
+    AXIS = "distance from the axis"
+    CENTRE = "distance from the centre"
+    SLOPE = "distance square to the flank of a cone"
+    RING = "distance from the centre line of a torus"
+    ELLIPSE = "distance from an ellipse in its plane"
+    ROUND_ENDS = "distance from a slot with round ends in its plane"
+    SQUARE_ENDS = "distance from a rectangle in its plane"
+
+
+_OUTLINES = {
+    Kind.ELLIPSE: ellipse_distances,
+    Kind.ROUND_ENDS: slot_distances,
+    Kind.SQUARE_ENDS: rectangle_distances,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A family of elements.
+
+    Attributes
+    ----------
+    kind
+        What distances are measured from.
+    free
+        Which of u, v, w, a, b, the two sizes and the turn a step may change.
+    lower
+        The zone has a lower bound of its own; without it the greatest distance alone is minimised.
+    sign
+        -1: distances count negative, so that the greatest minimised is the smallest maximised.
+    even
+        The zone reaches as far to either side of the element: the greatest distance whatever its
+        sign is minimised. What is parallel to an ellipse is none, so that its zone cannot be moved
+        to one side.
+    """
+
+    kind: Kind
+    free: tuple[int, ...]
+    lower: bool = True
+    sign: float = 1.0
+    even: bool = False
+
+    @property
+    def outline(self) -> bool:
+        """Return whether it is one in a plane, with two sizes and a direction of its length."""
+        return self.kind in _OUTLINES
+
+
+PLANE = Surface(Kind.HEIGHT, (3, 4))
+FLAT_LINE = Surface(Kind.HEIGHT, (3,))
+FLAT_CIRCLE = Surface(Kind.AXIS, (0, 1))
+SPHERE = Surface(Kind.CENTRE, (0, 1, 2))
+CYLINDER = Surface(Kind.AXIS, (0, 1, 3, 4))
+CONE = Surface(Kind.SLOPE, (0, 1, 3, 4, FIRST_SIZE))
+TORUS = Surface(Kind.RING, (0, 1, 2, 3, 4, FIRST_SIZE))
+_IN_PLANE = (0, 1, FIRST_SIZE, SECOND_SIZE, TURN)
+ELLIPSE = Surface(Kind.ELLIPSE, _IN_PLANE, lower=False, even=True)
+ROUND_SLOT = Surface(Kind.ROUND_ENDS, _IN_PLANE, lower=False, even=True)
+RECTANGLE = Surface(Kind.SQUARE_ENDS, _IN_PLANE, lower=False, even=True)
+
+
+def circumscribed(surface: Surface) -> Surface:
+    """Return the family whose greatest distance is minimised."""
+    return replace(surface, lower=False)
+
+
+def inscribed(surface: Surface) -> Surface:
+    """Return the family whose smallest distance is maximised."""
+    return replace(surface, lower=False, sign=-1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """Where an element stands among centred and scaled points.
+
+    Attributes
+    ----------
+    frame
+        (3, 3): columns x, y, z of the element; z is its axis or normal, x the direction of the
+        length of an outline.
+    origin
+        (3,).
+    sizes
+        (3,): half apex angle of a cone, rad; radius of the centre line of a torus; half length and
+        half width of an outline, and how far outside an ellipse its points lie, which no step
+        changes. What a family lacks is zero.
+    """
+
+    frame: Float
+    origin: Float
+    sizes: Float = field(default_factory=lambda: np.zeros(3))
+
+    def local(self, points: Float) -> Float:
+        """Return ``points`` (n, 3) in the frame of the element."""
+        arms: Float = (points - self.origin) @ self.frame
+        return arms
+
+    def moved(self, step: Float) -> Placed:
+        """Return the element after ``step`` (8,), its origin at the foot of the points' centroid.
+
+        The foot keeps the numbers small; for elements that a slide along the axis changes, it is
+        left out by their own w.
+        """
+        axis = np.array([step[3], step[4], 1.0])
+        axis /= np.linalg.norm(axis)
+        lean = np.cross([0.0, 0.0, 1.0], axis)
+        length = float(np.linalg.norm(lean))
+        if length > 0.0:
+            lean *= np.arcsin(min(length, 1.0)) / length
+        lean[2] = step[TURN]
+        frame = self.frame @ rotation_from_vector(lean)
+        # Rounding of many turns must not bend the frame.
+        frame, _ = np.linalg.qr(frame)
+        frame = frame * np.where(np.sum(frame * (self.frame), axis=0) < 0.0, -1.0, 1.0)
+        sizes = self.sizes + np.array([step[FIRST_SIZE], step[SECOND_SIZE], 0.0])
+        return Placed(frame, self.origin + self.frame @ step[:3], sizes)
+
+
+def possible(surface: Surface, placed: Placed) -> bool:
+    """Return whether there is an element with these sizes."""
+    long, short, offset = placed.sizes
+    if surface.kind is Kind.ROUND_ENDS:
+        return bool(0.0 < short < long)
+    if surface.kind is Kind.ELLIPSE:
+        # A ball that rolls inside must fit into the sharper ends.
+        return bool(min(long, short) > 0.0 and -offset * max(long, short) < min(long, short) ** 2)
+    return bool(min(long, short) > 0.0) or not surface.outline
+
+
+def full_step(surface: Surface, free_step: Float) -> Float:
+    """Return the step (8,) of which a family frees ``free_step`` (k,)."""
+    step = np.zeros(STEP_SIZE)
+    step[list(surface.free)] = free_step
+    return step
+
+
+def distances(
+    surface: Surface, local: Values, sizes: Values, step: Values | None = None
+) -> tuple[Values, Values]:
+    """Return distances (n,) and their slopes (n, 8) at ``step`` (8,) from the element.
+
+    Parameters
+    ----------
+    surface
+        The family.
+    local
+        (n, 3): points in the frame of the element.
+    sizes
+        (3,): see `Placed`.
+    step
+        (8,): where distances and slopes are taken, zero unless given.
+    """
+    if step is None:
+        step = np.zeros(STEP_SIZE)
+    if surface.outline:
+        return _OUTLINES[surface.kind](local, sizes, step)
+    arms = local - step[:3]
+    axis = np.array([step[3], step[4], 1.0])
+    square = step[3] * step[3] + step[4] * step[4] + 1.0
+    slopes = np.zeros((len(local), STEP_SIZE), dtype=np.result_type(local, step))
+    if surface.kind is Kind.CENTRE:
+        found = np.sqrt(np.sum(arms * arms, axis=1))
+        slopes[:, :3] = -arms / _above_zero(found)[:, None]
+        return surface.sign * found, surface.sign * slopes
+    along = arms @ axis / square
+    length = np.sqrt(square)
+    height = along * length
+    across = arms - along[:, None] * axis
+    if surface.kind is not Kind.AXIS:
+        slopes[:, :3] = -axis / length
+        slopes[:, 3:5] = across[:, :2] / length
+        if surface.kind is Kind.HEIGHT:
+            return surface.sign * height, surface.sign * slopes
+    radius = np.sqrt(np.sum(across * across, axis=1))
+    outward = across / _above_zero(radius)[:, None]
+    radial = np.zeros_like(slopes)
+    radial[:, :3] = -outward
+    radial[:, 3:5] = -along[:, None] * outward[:, :2]
+    if surface.kind is Kind.AXIS:
+        return surface.sign * radius, surface.sign * radial
+    size = sizes[0] + step[FIRST_SIZE]
+    if surface.kind is Kind.SLOPE:
+        cosine, sine = np.cos(size), np.sin(size)
+        slopes = cosine * radial - sine * slopes
+        slopes[:, FIRST_SIZE] = -radius * sine - height * cosine
+        return radius * cosine - height * sine, slopes
+    radial[:, FIRST_SIZE] = -1.0
+    beyond = radius - size
+    found = np.sqrt(beyond * beyond + height * height)
+    slopes = beyond[:, None] * radial + height[:, None] * slopes
+    return found, slopes / _above_zero(found)[:, None]
+
+
+def _above_zero(lengths: Values) -> Values:
+    """Return ``lengths`` without zeros: a point on the axis itself has no side, hence no slope."""
+    return np.where(np.abs(lengths) < 1e-200, 1e-200, lengths)
+
+
+def second_derivatives(
+    surface: Surface, local: Float, sizes: Float, weights: Float
+) -> tuple[Float, Float, Float]:
+    """Return what the derivatives of weighted distances need, at a step of zero.
+
+    Rows and columns of what the family does not free are zero.
+
+    Returns
+    -------
+    by_step
+        (8, 8): second derivatives by the step of the sum of weighted distances.
+    by_points
+        (n, 3): d(distance) / d(point), in the frame of the element; not weighted.
+    mixed
+        (n, 8, 3): d(weighted slopes) / d(point), in the frame of the element.
+    """
+    by_step = np.zeros((STEP_SIZE, STEP_SIZE))
+    by_points = np.zeros((len(local), 3))
+    mixed = np.zeros((len(local), STEP_SIZE, 3))
+    for j in surface.free:
+        step = np.zeros(STEP_SIZE, dtype=np.complex128)
+        step[j] = 1j * TINY
+        by_step[j] = weights @ (distances(surface, local, sizes, step)[1].imag / TINY)
+    for j in range(3):
+        moved = local.astype(np.complex128)
+        moved[:, j] += 1j * TINY
+        value, slopes = distances(surface, moved, sizes)
+        by_points[:, j] = value.imag / TINY
+        mixed[:, :, j] = weights[:, None] * slopes.imag / TINY
+    return by_step, by_points, mixed

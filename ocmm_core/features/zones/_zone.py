@@ -1,0 +1,145 @@
+"""Minimum-zone elements (Chebyshev): the smallest greatest distance, with the points that prove it.
+
+The zone starts from the least-squares element and is never wider than that one's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.search import centred, checked_points, degenerate
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    GEOMETRY_SIZE,
+    Criterion,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
+from ocmm_core.features.zones._elements import task_of, zone_surface
+from ocmm_core.features.zones._settled import search, settled_fit
+from ocmm_core.features.zones._surfaces import FLAT_LINE
+from ocmm_core.geometry import Float, Points3, unit
+
+ONE_PLANE = 1e-11
+"""Extent, against the size of the points, that is none."""
+
+
+def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
+    """Return the element with the smallest zone about ``points``.
+
+    Straightness of a line in space is the diameter of the thinnest cylinder about the points.
+    Circle, ellipse, slot and rectangle are found in the plane of ``start``; a circle that was
+    fitted in space as one problem gets the thinnest tube about it, plane included.
+
+    Parameters
+    ----------
+    start
+        Least-squares fit of the same points.
+    points
+        (n, 3), mm.
+    offset
+        mm, ellipse only: the points lie this far outside of it, as in `ellipse.fit_ellipse`.
+
+    Returns
+    -------
+    Its ``contacts`` are the points that hold the zone; its jacobian is what follows from them. A
+    point that does not touch moves nothing but the foot of the centroid along the element. Where
+    all points lie on the element to rounding, there are no contacts, and the geometry and
+    jacobian are those of ``start``.
+
+    Raises
+    ------
+    FitError
+        The shape has no minimum zone here, the points do not determine it, or no zone was found
+        that its contacts prove to be a smallest one.
+    """
+    points = checked_points(start.shape, points)
+    if start.shape is Shape.LINE and _in_one_plane(points):
+        # The thinnest cylinder about them has its axis in that plane, where it has a kink.
+        return fit_zone_line_in_plane(start, points)
+    surface = zone_surface(start)
+    if surface is None:
+        raise FitError(
+            "fit.no_criterion",
+            f"A minimum zone is not offered for a {start.shape.value.lower()}.",
+            "Choose least squares.",
+        )
+    task = task_of(start, points, surface, offset)
+    found = settled_fit(task, start, Criterion.MINIMUM_ZONE, search(task))
+    own = 2.0 * float(np.abs(start.residuals).max()) if surface.even else start.form
+    if found.form > own and not task.tube:
+        # Rounding alone leads here; a zone is never stated wider than that of least squares.
+        return replace(
+            found, geometry=start.geometry, residuals=start.residuals, rms=start.rms, form=own
+        )
+    return found
+
+
+def fit_zone_line_in_plane(start: Fit, points: Points3, plane_normal: Float | None = None) -> Fit:
+    """Return the line in a plane with the two closest parallel lines about the points.
+
+    Parameters
+    ----------
+    start
+        Least-squares line of the same points.
+    points
+        (n, 3), mm; they are projected into the plane through their centroid.
+    plane_normal
+        (3,): of that plane, any length; without it the points' own least-squares plane. The
+        jacobian takes it as given.
+
+    Returns
+    -------
+    Residuals are signed, positive along `Fit.across`, which lies in the plane.
+
+    Raises
+    ------
+    FitError
+        The points do not determine a line in that plane.
+    """
+    points = checked_points(Shape.LINE, points)
+    _, about, _ = centred(Shape.LINE, points)
+    if plane_normal is None:
+        _, _, axes = np.linalg.svd(about, full_matrices=True)
+        across = axes[1] - start.direction * (axes[1] @ start.direction)
+        normal = np.cross(start.direction, unit(across))
+    else:
+        normal = unit(np.asarray(plane_normal, dtype=np.float64))
+    direction = start.direction - normal * (normal @ start.direction)
+    if np.linalg.norm(direction) < 0.1:
+        raise degenerate(
+            Shape.LINE,
+            "they run square to the plane in which straightness is asked for",
+            "Name the plane in which the line lies.",
+        )
+    # The start is the line of the projected points, or its zone might not be the wider one.
+    flat = about - np.outer(about @ normal, normal)
+    principal = np.linalg.svd(flat, full_matrices=False)[2][0]
+    along = unit(principal if principal @ direction > 0.0 else -principal)
+    across = np.cross(normal, along)
+    geometry = element(points.mean(axis=0), along, across=across)
+    task = task_of(replace(start, geometry=geometry), points, FLAT_LINE)
+    jacobian = np.zeros((GEOMETRY_SIZE, points.size))
+    jacobian[0:3] = start.jacobian[0:3]
+    runs = about @ along
+    turn = np.kron(runs / (task.size * (runs @ runs)), across)
+    jacobian[DIRECTION], jacobian[ACROSS] = np.outer(across, turn), -np.outer(along, turn)
+    flat_start = make_fit(Shape.LINE, geometry, jacobian, task.size * (about @ across))
+    fit = settled_fit(task, flat_start, Criterion.MINIMUM_ZONE, search(task))
+    if plane_normal is None:
+        fit.jacobian[DIRECTION] += np.outer(normal, normal) @ start.jacobian[DIRECTION]
+    return fit
+
+
+def _in_one_plane(points: Points3) -> bool:
+    """Return whether points that are not on a line lie in a plane, to rounding."""
+    centroid, about, size = centred(Shape.LINE, points)
+    extents = np.linalg.svd(about, compute_uv=False)
+    rounding = ONE_PLANE * (1.0 + 1e-3 * float(np.abs(centroid).max()) / size)
+    return len(points) > 2 and bool(extents[1] > 1e3 * rounding and extents[2] < rounding)

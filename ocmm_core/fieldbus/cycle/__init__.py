@@ -1,0 +1,54 @@
+"""The bus in operation: brought up, run cycle by cycle, judged, and supervised."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.cycle._accounts import BusAccounts
+    from ocmm_core.fieldbus.cycle._bringup import BusSettings
+    from ocmm_core.fieldbus.cycle._bus import CameraBus
+    from ocmm_core.fieldbus.cycle._clock import CyclePacer
+    from ocmm_core.fieldbus.cycle._health import (
+        Answer,
+        CameraRecord,
+        Fault,
+        Schedule,
+        Trouble,
+        advance,
+        first_frame,
+        judge,
+    )
+    from ocmm_core.fieldbus.cycle._journal import OPERATION
+    from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
+else:
+    __getattr__ = door(
+        __name__,
+        _accounts="BusAccounts",
+        _bringup="BusSettings",
+        _bus="CameraBus",
+        _clock="CyclePacer",
+        _health="Answer CameraRecord Fault Schedule Trouble advance first_frame judge",
+        _journal="OPERATION",
+        _supervisor="Next Supervisor",
+    )
+
+__all__ = [
+    "OPERATION",
+    "Answer",
+    "BusAccounts",
+    "BusSettings",
+    "CameraBus",
+    "CameraRecord",
+    "CyclePacer",
+    "Fault",
+    "Next",
+    "Schedule",
+    "Supervisor",
+    "Trouble",
+    "advance",
+    "first_frame",
+    "judge",
+]

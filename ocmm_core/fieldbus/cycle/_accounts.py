@@ -1,0 +1,179 @@
+"""The books of the bus: every cycle in one account, counters for each camera, and the report."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ocmm_core.fieldbus.cycle._bringup import BusSettings
+from ocmm_core.fieldbus.cycle._bus import CameraBus
+from ocmm_core.fieldbus.cycle._health import CameraRecord, Schedule, first_frame
+from ocmm_core.fieldbus.cycle._journal import Durations, Journal
+from ocmm_core.fieldbus.cycle._supervisor import Supervisor
+from ocmm_core.fieldbus.cycle._watch import CameraView
+from ocmm_core.fieldbus.device import CameraIdentity, CameraStatus, Header
+from ocmm_core.fieldbus.objects import ObjectService
+from ocmm_core.fieldbus.report import BusReport, CameraReport
+from ocmm_core.fieldbus.wire import STATE_NAMES, al_text
+
+
+@dataclass(slots=True)
+class _CameraAccount:
+    frames: int = 0
+    frames_lost: int = 0
+    overruns: int = 0
+    bad_cycles: int = 0
+    emergencies: int = 0
+    boot_counter: int = 0
+
+
+class BusAccounts:
+    """Counts what happens and writes the report.
+
+    Parameters
+    ----------
+    settings
+        Of the bus.
+    notes
+        What this computer does not allow the process.
+
+    Attributes
+    ----------
+    journal
+        Events.
+    lateness, round_trip
+        Of the cycles.
+    cycles
+        Verdicts by name; they add up to ``elapsed``.
+    elapsed
+        Cycles so far.
+    """
+
+    def __init__(self, settings: BusSettings, notes: Sequence[str]) -> None:
+        self.journal = Journal()
+        self.lateness = Durations()
+        self.round_trip = Durations()
+        self.cycles: Counter[str] = Counter()
+        self.elapsed = 0
+        self._settings = settings
+        self._notes = tuple(notes)
+        self._cameras = {camera.name: _CameraAccount() for camera in settings.cameras}
+
+    def cycle(self, verdict: str, skipped: str, elapsed: int) -> None:
+        """Count one read: its own verdict, and that of the other cycles it stands for."""
+        self.cycles[verdict] += 1
+        self.cycles[skipped] += elapsed - 1
+        self.elapsed += elapsed
+
+    def taken(self, record: CameraRecord, header: Header, schedule: Schedule) -> bool:
+        """Count the frames of an accepted header; say whether the camera was restarted before."""
+        account = self._cameras[record.name]
+        first = first_frame(header, schedule)
+        end = first + header.frames_valid
+        account.frames += max(0, end - max(first, record.next_frame))
+        if header.frames_valid and first > record.next_frame:
+            account.frames_lost += first - record.next_frame
+            account.overruns += bool(header.status & CameraStatus.OVERRUN)
+        restarted = account.boot_counter not in (0, header.boot_counter)
+        account.boot_counter = header.boot_counter
+        return restarted
+
+    def refused(self, camera: str) -> None:
+        """Count a cycle that was refused because of a camera."""
+        if camera:
+            self._cameras[camera].bad_cycles += 1
+
+    def emergency(self, camera: str) -> None:
+        """Count an emergency message."""
+        self._cameras[camera].emergencies += 1
+
+    def lost(self, frames: int) -> None:
+        """Count frames of every camera that no bring-up brings back."""
+        for account in self._cameras.values():
+            account.frames_lost += frames
+
+    def report(
+        self,
+        bus: CameraBus,
+        supervisor: Supervisor,
+        objects: ObjectService,
+        phase_ns: float,
+        celsius: Mapping[str, float],
+    ) -> BusReport:
+        """Return everything as it is now; ``celsius`` is how warm the cameras are, by name."""
+        settings, session, view = self._settings, bus.session, bus.view
+        known = view.cameras if len(view.cameras) == len(settings.cameras) else ()
+        # Where a bring-up has found a camera; one that failed leaves it in INIT.
+        idle = "PREOP" if session.places and session.master else "INIT"
+        cameras = tuple(
+            self._camera(
+                camera,
+                session.serials.index(camera.serial) + 1 if camera.serial in session.serials else 0,
+                session.firmware[place] if session.firmware else "",
+                known[place] if known and session.master else None,
+                idle,
+                celsius.get(camera.name),
+            )
+            for place, camera in enumerate(settings.cameras)
+        )
+        return BusReport(
+            interface=settings.interface,
+            redundant_interface=settings.redundant_interface,
+            phase=supervisor.phase,
+            alarm=supervisor.alarm,
+            message=supervisor.message,
+            cameras=cameras,
+            cycle_period_ns=settings.cycle_period_ns,
+            frame_period_ns=settings.frame_period_ns,
+            elapsed=self.elapsed,
+            good=self.cycles["good"],
+            late=self.cycles["late"],
+            lost=self.cycles["lost"],
+            bad=self.cycles["bad"],
+            stray_answers=bus.stray_answers,
+            recoveries=supervisor.recoveries,
+            clock_phase_ns=round(phase_ns),
+            clock_drift_ppm=round(bus.clock.drift_ppm, 2),
+            redundancy_broken=bus.redundancy_broken,
+            objects_done=objects.done,
+            objects_failed=objects.failed,
+            lateness=self.lateness.histogram(),
+            round_trip=self.round_trip.histogram(),
+            events=self.journal.events(),
+            events_dropped=self.journal.dropped,
+            notes=self._notes,
+        )
+
+    def _camera(
+        self,
+        camera: CameraIdentity,
+        position: int,
+        firmware: str,
+        view: CameraView | None,
+        idle: str,
+        celsius: float | None,
+    ) -> CameraReport:
+        account = self._cameras[camera.name]
+        state, code = idle if position and view is None else "-", 0
+        if view is not None and view.answers:
+            state, code = STATE_NAMES.get(view.state, "-"), view.code
+        return CameraReport(
+            name=camera.name,
+            serial=camera.serial,
+            alias=camera.alias,
+            position=position,
+            state=state,
+            al_code=code,
+            al_text=al_text(code),
+            firmware=firmware,
+            boot_counter=account.boot_counter,
+            frames=account.frames,
+            frames_lost=account.frames_lost,
+            overruns=account.overruns,
+            bad_cycles=account.bad_cycles,
+            clock_offset_ns=None if view is None else view.clock_offset_ns,
+            link_errors=(view.link_errors or 0) if view is not None else 0,
+            emergencies=account.emergencies,
+            temperature_c=celsius,
+        )

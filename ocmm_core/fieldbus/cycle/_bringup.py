@@ -1,0 +1,320 @@
+"""From a cable to cameras in operation, step by step.
+
+Everything here may be repeated at any time: a fault that goes deeper than a fall to SAFEOP is
+answered with a complete new bring-up, because only that proves again which camera is where. The
+steps are small, so that whoever takes them can do something else in between.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.cycle._health import Schedule
+from ocmm_core.fieldbus.cycle._watch import TIME_DIFFERENCE
+from ocmm_core.fieldbus.device import (
+    DEFAULT_FRAME_PERIOD_NS,
+    OUTPUT_STRUCT,
+    CameraConfig,
+    CameraIdentity,
+    assign,
+    configuration_values,
+    require_raw,
+)
+from ocmm_core.fieldbus.objects import SYNC_MANAGER_BYTES, SYNC_MANAGERS, MailboxAreas
+from ocmm_core.fieldbus.report import BusPhase
+from ocmm_core.fieldbus.wire import (
+    OP,
+    PREOP,
+    SAFEOP,
+    LinkWatch,
+    Master,
+    Port,
+    ServiceChannel,
+    check_interface,
+    check_mapping,
+)
+
+_START_TIMEOUT_NS = 2_000_000
+_CLOCK_LIMIT_NS = 1000
+_CLOCK_READINGS = 20
+_CLOCK_TIMEOUT_S = 3.0
+_CLOCK_PAUSE_S = 0.001
+_LEAD_NS = 60_000_000
+"""From programming the first exposure until it happens; the states change in this time."""
+_OBJECTS_PER_STEP = 8
+
+_TIME = 0x0910
+_SYNC_UNIT = 0x0980
+_SYNC_ACTIVATION = 0x0981
+_SYNC0_START = 0x0990
+_SYNC_CYCLES = 0x09A0
+_SYNC_OFF, _SYNC_BOTH = b"\x00", b"\x07"
+_FIRMWARE = 0x100A
+
+
+@dataclass(frozen=True, slots=True)
+class BusSettings:
+    """Which cameras are expected where, and how fast they run.
+
+    Attributes
+    ----------
+    interface
+        Network interface of the bus.
+    cameras
+        Cameras of the rig, in its order.
+    frame_period_ns, cycle_period_ns
+        Between two exposures, and between two bus cycles.
+    force
+        Use the interface although the computer uses it for its network.
+    redundant_interface
+        Interface at the other end of the ring; empty without a redundancy cable.
+    """
+
+    interface: str
+    cameras: tuple[CameraIdentity, ...]
+    frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
+    cycle_period_ns: int = 1_000_000
+    force: bool = False
+    redundant_interface: str = ""
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """Return all interfaces of the bus."""
+        return (self.interface, self.redundant_interface)[: 2 if self.redundant_interface else 1]
+
+
+@dataclass(slots=True)
+class Session:
+    """The bus from one bring-up to the next.
+
+    Attributes
+    ----------
+    master
+        The open master, from the phase SCAN on.
+    serials
+        Serial numbers in the order of the wire, as the last look at it found them, in this
+        bring-up or an earlier one.
+    places
+        For each camera of the rig, its position on the wire, 0 first.
+    stations, areas
+        Their station addresses and mailboxes.
+    firmware
+        Versions that they tell.
+    ring_is_line
+        There is a redundancy cable, and one of its two ends has no link.
+    start_host_ns
+        Monotonic host time of the first exposure, as well as a read of the bus clock tells.
+    schedule
+        When they expose; complete once all steps were taken.
+    """
+
+    master: Master | None = None
+    ring_is_line: bool = False
+    serials: tuple[int | None, ...] = ()
+    places: tuple[int, ...] = ()
+    stations: tuple[int, ...] = ()
+    areas: tuple[MailboxAreas, ...] = ()
+    firmware: tuple[str, ...] = ()
+    start_host_ns: int = 0
+    schedule: Schedule | None = None
+
+    def close(self) -> None:
+        """Leave the cameras in INIT and give the interface back; may be called twice."""
+        if self.master is not None:
+            self.master.close()
+            self.master = None
+
+
+def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
+    """Find, check, configure and synchronise the cameras and bring them to operation.
+
+    Parameters
+    ----------
+    settings
+        What to open and what to find there.
+    session
+        Filled on the way; the caller closes it, whatever happens.
+
+    Yields
+    ------
+    BusPhase
+        What the next step belongs to. A step blocks for some 0.2 s at most.
+
+    Raises
+    ------
+    BusError
+        With the camera, the state or the object at fault, and what to do.
+    """
+    yield BusPhase.LINK
+    for interface in settings.interfaces:
+        check_interface(interface, force=settings.force)
+    before, session.serials = session.serials, ()
+    # An end of the ring without link leaves a line, which needs no redundancy.
+    live = _live_interfaces(settings)
+    _await_devices(settings, live)
+    session.serials = before
+    yield BusPhase.SCAN
+    session.ring_is_line = len(live) < len(settings.interfaces)
+    master = session.master = Master(*live)
+    master.find()
+    yield BusPhase.SCAN
+    for _ in master.steps_to(PREOP):
+        yield BusPhase.SCAN
+    found = []
+    for position in range(master.n_devices):
+        yield BusPhase.IDENTIFY
+        found.append(master.identify(position))
+    session.serials = tuple(device.serial for device in found)
+    session.places = assign(found, settings.cameras)
+    session.stations = tuple(master.station(place) for place in session.places)
+    yield from _configure(settings, session, master)
+    config = CameraConfig(frame_period_ns=settings.frame_period_ns)
+    master.map()
+    yield from _settle_clocks(settings, session, master)
+    yield BusPhase.START
+    start_ns = _program_exposures(settings, session, master)
+    session.schedule = Schedule(start_ns, settings.frame_period_ns, config.crc())
+    master.request(SAFEOP)
+    for _ in master.steps_to(SAFEOP):
+        yield BusPhase.START
+    for place in session.places:
+        master.set_output(place, OUTPUT_STRUCT.pack(0, 0, 0, 0))
+    master.first_cycle()
+    master.request(OP)
+    silent = ServiceChannel()
+    for _ in master.steps_to(OP):
+        # No step in between: without outputs the cameras' watchdogs would bite.
+        master.cycle(0, _START_TIMEOUT_NS, silent, ())
+    master.port.tally.forget()
+
+
+def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
+    """Return the interfaces that have a link, or the first one where none has."""
+    live = []
+    for interface in settings.interfaces:
+        with contextlib.closing(LinkWatch(interface)) as link:
+            if not link.trouble():
+                live.append(interface)
+    return tuple(live) or (settings.interface,)
+
+
+def _await_devices(settings: BusSettings, live: tuple[str, ...]) -> None:
+    """Ask with one frame of our own whether anybody is there, before pysoem waits for them."""
+    port = Port(live)
+    try:
+        trouble = port.link_trouble()
+        if trouble:
+            raise BusError(
+                "bus.link_down",
+                f"Interface '{settings.interface}' {trouble}.",
+                "Plug in the bus cable at both ends; check the camera supply.",
+            )
+        count = port.count_devices()
+        if not count:
+            raise BusError(
+                "bus.no_cameras",
+                f"No camera answers on interface '{settings.interface}'.",
+                "Check the cable and that the cameras are switched on.",
+            )
+        if port.ring is not None and 0 < (port.ring.reached or 0) < count:
+            # The time of the first part would reach the second one late by an unknown delay.
+            raise BusError(
+                "bus.redundancy",
+                f"The ring is open behind camera {port.ring.reached} of the wire, so the clocks "
+                "of the cameras on both sides cannot be kept together.",
+                f"Replace the cable behind camera {port.ring.reached}.",
+            )
+    finally:
+        port.close()
+
+
+def _configure(settings: BusSettings, session: Session, master: Master) -> Iterator[BusPhase]:
+    """Check the mapping, set the configuration and read it back."""
+    config = CameraConfig(frame_period_ns=settings.frame_period_ns)
+    require_raw(config)
+    values = configuration_values(config)
+    areas, firmware = [], []
+    for place, camera in zip(session.places, settings.cameras, strict=True):
+        yield BusPhase.CONFIGURE
+        label = f"'{camera.name}'"
+        for number, _ in enumerate(
+            check_mapping(
+                camera.name,
+                lambda index, sub, place=place, label=label: master.read_object(  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
+                    place, label, index, sub
+                ),
+            )
+        ):
+            if number % _OBJECTS_PER_STEP == 0:
+                yield BusPhase.CONFIGURE
+        for index, sub, value in values:
+            if master.read_object(place, label, index, sub) == value:
+                continue
+            master.write_object(place, label, index, sub, value)
+            if master.read_object(place, label, index, sub) != value:
+                raise BusError(
+                    "bus.configuration",
+                    f"Camera {label} did not keep its configuration "
+                    f"(object {index:#06x}:{sub:02x}).",
+                    "Switch the camera off and on and start again.",
+                )
+            yield BusPhase.CONFIGURE
+        version = master.read_object(place, label, _FIRMWARE, 0)
+        firmware.append(version.decode("ascii", errors="replace"))
+        registers = master.read_register(place, label, SYNC_MANAGERS, SYNC_MANAGER_BYTES)
+        areas.append(MailboxAreas.decode(registers))
+    session.areas, session.firmware = tuple(areas), tuple(firmware)
+
+
+def _settle_clocks(settings: BusSettings, session: Session, master: Master) -> Iterator[BusPhase]:
+    """Pass the reference time on until every camera's clock follows it."""
+    deadline = time.monotonic() + _CLOCK_TIMEOUT_S
+    calm = 0
+    while calm < _CLOCK_READINGS:
+        yield BusPhase.CLOCKS
+        master.pump_clock()
+        worst_ns, worst = 0, ""
+        for place, camera in zip(session.places, settings.cameras, strict=True):
+            raw = master.read_register(place, f"'{camera.name}'", TIME_DIFFERENCE, 4)
+            # The highest bit is the sign.
+            difference = int.from_bytes(raw, "little") & 0x7FFFFFFF
+            if difference > worst_ns:
+                worst_ns, worst = difference, camera.name
+        calm = calm + 1 if worst_ns < _CLOCK_LIMIT_NS else 0
+        if time.monotonic() > deadline:
+            raise BusError(
+                "bus.clock",
+                f"The clock of camera '{worst}' does not follow the bus ({worst_ns} ns off).",
+                "Check cables and devices between the cameras; use no ordinary switch.",
+            )
+        time.sleep(_CLOCK_PAUSE_S)
+
+
+def _program_exposures(settings: BusSettings, session: Session, master: Master) -> int:
+    """Program the same first exposure into all cameras and return its time."""
+    period, cycle = settings.frame_period_ns, settings.cycle_period_ns
+    now = int.from_bytes(master.read_register(session.places[0], "on the bus", _TIME, 8), "little")
+    start = (now + _LEAD_NS) // cycle * cycle
+    session.start_host_ns = time.monotonic_ns() + start - now
+    for place, camera in zip(session.places, settings.cameras, strict=True):
+        label = f"'{camera.name}'"
+        for register, content in (
+            (_SYNC_ACTIVATION, _SYNC_OFF),
+            (_SYNC_UNIT, b"\x00"),
+            (_SYNC0_START, struct.pack("<Q", start)),
+            (_SYNC_CYCLES, struct.pack("<II", period, cycle - period)),
+            (_SYNC_ACTIVATION, _SYNC_BOTH),
+        ):
+            master.write_register(place, label, register, content)
+        if master.read_register(place, label, _SYNC0_START, 8) != struct.pack("<Q", start):
+            raise BusError(
+                "bus.clock",
+                f"Camera {label} did not take the time of the first exposure.",
+                "Switch the camera off and on and start again.",
+            )
+    return start

@@ -1,0 +1,202 @@
+"""The camera bus: brings the cameras of the rig to operation and runs its cycles."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterator, Sequence
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.cycle._bringup import BusSettings, Session, bring_up
+from ocmm_core.fieldbus.cycle._clock import BusClock
+from ocmm_core.fieldbus.cycle._health import Answer, Schedule
+from ocmm_core.fieldbus.cycle._watch import BusView, StateWatch
+from ocmm_core.fieldbus.device import COUNTER_MODULUS, OUTPUT_STRUCT, Control, Header
+from ocmm_core.fieldbus.objects import ObjectService
+from ocmm_core.fieldbus.report import BusPhase
+from ocmm_core.fieldbus.wire import SAFEOP, Master, Passage, ServiceChannel
+
+__all__ = ["BusSettings", "CameraBus"]
+
+_LIFT_CYCLES = 5
+"""A camera gets so long to take the next step towards OP before it is asked again."""
+_LATE_CYCLES = 100
+"""Answers that came late count for the words of a fault for so long."""
+
+
+class CameraBus:
+    """The bus with its cameras; one thread owns it from open to close.
+
+    Parameters
+    ----------
+    settings
+        What to open and what to find there.
+    objects
+        Requests to the cameras that are served beside the cycle.
+
+    Attributes
+    ----------
+    clock
+        The bus clock as seen from this computer.
+    passage
+        How the last cycle went over the wire; None before the first one.
+    """
+
+    def __init__(self, settings: BusSettings, objects: ObjectService | None = None) -> None:
+        self._settings = settings
+        names = tuple(camera.name for camera in settings.cameras)
+        self._objects = objects or ObjectService(None, names)
+        self._session = Session()
+        self._service = ServiceChannel()
+        self._watch = StateWatch(())
+        self.clock = BusClock(settings.cycle_period_ns)
+        self.passage: Passage | None = None
+        self._cycles = 0
+        self._silent = 0
+        self._late_at = -_LATE_CYCLES
+        self._stray_before = 0
+
+    @property
+    def session(self) -> Session:
+        """Return what the last bring-up found."""
+        return self._session
+
+    @property
+    def schedule(self) -> Schedule:
+        """Return when the cameras expose; known once the bus is open."""
+        if self._session.schedule is None:
+            raise _closed()
+        return self._session.schedule
+
+    @property
+    def view(self) -> BusView:
+        """Return what the cameras last said about their states."""
+        return self._watch.view
+
+    @property
+    def stray_answers(self) -> int:
+        """Return how many answers nobody waited for, since the start."""
+        master = self._session.master
+        now = 0 if master is None else master.port.tally.stray
+        return self._stray_before + now + self._service.stray
+
+    @property
+    def redundancy_broken(self) -> bool:
+        """Return whether there is a redundancy cable and the ring is open somewhere."""
+        session = self._session
+        ring = None if session.master is None else session.master.port.ring
+        return session.ring_is_line or (ring is not None and ring.is_open)
+
+    def open(self) -> None:
+        """Find, check, configure and synchronise the cameras and bring them to operation.
+
+        Raises
+        ------
+        BusError
+            With the camera, the state or the object at fault, and what to do.
+        """
+        for _ in self.open_steps():
+            pass
+
+    def open_steps(self) -> Iterator[BusPhase]:
+        """Open, or open again, step by step; see `bring_up`."""
+        self.close()
+        session = self._session = Session(serials=self._session.serials)
+        self._watch = StateWatch(())
+        try:
+            yield from bring_up(self._settings, session)
+        except BaseException:
+            self.close()
+            raise
+        self._service.abandon()
+        self._watch = StateWatch(session.stations)
+        self._objects.attach(
+            {
+                camera.name: (station, areas)
+                for camera, station, areas in zip(
+                    self._settings.cameras, session.stations, session.areas, strict=True
+                )
+            }
+        )
+        self.clock.restart()
+        self._silent = 0
+
+    def exchange(self, next_frames: Sequence[int], timeout_ns: int) -> Answer:
+        """Send outputs, wait for the answers and return them unjudged.
+
+        Parameters
+        ----------
+        next_frames
+            For each camera, the exposure number of the first frame that is still wanted; all
+            before it are acknowledged.
+        timeout_ns
+            How long to wait for the answer.
+        """
+        session, master = self._session, self._session.master
+        if master is None:
+            raise _closed()
+        self._cycles += 1
+        token = self._cycles % COUNTER_MODULUS
+        for place, frame in zip(session.places, next_frames, strict=True):
+            master.set_output(
+                place,
+                OUTPUT_STRUCT.pack(Control.STREAM, 0, (frame - 1) % COUNTER_MODULUS, token),
+            )
+        self._lift()
+        self._objects.work(time.monotonic_ns())
+        late_before = master.port.tally.late
+        passage = self.passage = master.cycle(
+            token,
+            timeout_ns,
+            self._service,
+            itertools.chain(self._watch.jobs(), self._objects.jobs()),
+        )
+        self._silent = 0 if passage.any_came else self._silent + 1
+        if master.port.tally.late != late_before:
+            self._late_at = self._cycles
+        return self._answer(master, passage)
+
+    def link_trouble(self) -> str:
+        """Return why no frame can pass the interface; empty in good order."""
+        master = self._session.master
+        return "" if master is None else master.port.link_trouble()
+
+    def close(self) -> None:
+        """Leave the cameras in INIT and give the interface back; may be called twice."""
+        master = self._session.master
+        if master is not None:
+            self._stray_before += master.port.tally.stray
+        self._session.close()
+
+    def _answer(self, master: Master, passage: Passage) -> Answer:
+        inputs: tuple[bytes, ...] = ()
+        plausible = True
+        if passage.whole and passage.working_counter > 0:
+            inputs = master.inputs(self._session.places)
+        if passage.whole and passage.working_counter == master.expected_working_counter:
+            plausible = self.clock.observe(passage.sent_ns, passage.answered_ns, master.clock_ns)
+        return Answer(
+            whole=passage.whole,
+            working_counter=passage.working_counter,
+            expected_working_counter=master.expected_working_counter,
+            clock_ns=master.clock_ns,
+            clock_plausible=plausible,
+            view=self._watch.view,
+            inputs=inputs,
+            headers=tuple(Header.decode(content) for content in inputs),
+            link="" if passage.whole else self.link_trouble(),
+            silent_cycles=self._silent,
+            late=self._cycles - self._late_at < _LATE_CYCLES,
+        )
+
+    def _lift(self) -> None:
+        """Ask cameras that fell back to SAFEOP for the way to OP."""
+        if self._cycles % _LIFT_CYCLES:
+            return
+        for camera, view in enumerate(self._watch.view.cameras):
+            if view.state == SAFEOP:
+                self._watch.lift(camera)
+
+
+def _closed() -> BusError:
+    return BusError("bus.closed", "The camera bus is not open.", "Open it first.")

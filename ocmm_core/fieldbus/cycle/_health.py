@@ -1,0 +1,321 @@
+"""Is what a bus cycle brought fresh and whole? Pure functions of what came.
+
+A full working counter proves nothing: cameras in SAFEOP and cameras whose program stands still
+answer too. A cycle is accepted only when the working counter, the state, the cycle counter, the
+frame counter, the configuration and the exposure times of every camera fit together; then frames
+that are already known are left out, by their counter. Nothing doubtful is passed on, and because
+it is not acknowledged either, the camera sends it again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from ocmm_core.fieldbus.cycle._watch import BusView, CameraView
+from ocmm_core.fieldbus.device import (
+    COUNTER_MODULUS,
+    FRAME_DTYPE,
+    FRAMES_PER_CYCLE,
+    HEADER_STRUCT,
+    N_SLOTS,
+    SUBPIXELS,
+    CameraStatus,
+    Header,
+    check_data_crc,
+)
+from ocmm_core.fieldbus.report import Alarm
+
+MAX_AHEAD_NS = 20_000_000
+"""The answers of one cycle may be this much apart; an exposure time beyond that is not real."""
+MAX_AGE_NS = 200_000_000
+"""Older frames are not news; a camera's buffer holds less than this at 8 kHz."""
+CLOCK_LIMIT_NS = 20_000
+"""A camera whose clock is further off the bus clock exposes at another time than it says."""
+_SILENT_CYCLES = 3
+_SPOT_LIMIT = 8192 * SUBPIXELS
+"""No sensor is larger; in pixels on the wire."""
+_KNOWN_FRAME_FLAGS = 0x000F
+_CYCLE_COUNTERS = 256
+_OLD_CYCLE = 200
+"""A cycle counter that seems to have advanced so far went back instead."""
+_INIT, _PREOP, _SAFEOP, _OP = 1, 2, 4, 8
+_AL_WATCHDOG = 0x001B
+_AL_SYNC = {0x001A, 0x002C, 0x002D, *range(0x0030, 0x0038)}
+"""ETG.1000.6, table 11: sync errors and distributed clock errors."""
+
+
+class Trouble(Enum):
+    """Why a cycle brought nothing."""
+
+    LOST = "lost"
+    """No answer."""
+    BAD = "bad"
+    """An answer that must not be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What was wrong with a cycle.
+
+    Attributes
+    ----------
+    trouble
+        What became of the cycle.
+    alarm
+        Its code.
+    reason
+        In words for people.
+    camera
+        Name of the camera at fault; empty for the whole bus.
+    deep
+        A camera lost what it was told at the bring-up; waiting is of no use.
+    """
+
+    trouble: Trouble
+    alarm: Alarm
+    reason: str
+    camera: str = ""
+    deep: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """When the cameras expose, and the configuration that they must show.
+
+    Attributes
+    ----------
+    start_ns, period_ns
+        Exposure k happens at ``start_ns + k * period_ns`` of the bus clock.
+    config_crc
+        Check sum of the configuration.
+    """
+
+    start_ns: int
+    period_ns: int
+    config_crc: int
+
+
+@dataclass(frozen=True, slots=True)
+class CameraRecord:
+    """What is known about one camera from the cycles before.
+
+    Attributes
+    ----------
+    name
+        For messages.
+    next_frame
+        Exposure number of the first frame that is still wanted.
+    cycle_counter, boot_counter
+        As last accepted; None before the first answer.
+    """
+
+    name: str
+    next_frame: int = 0
+    cycle_counter: int | None = None
+    boot_counter: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What one bus cycle brought.
+
+    Attributes
+    ----------
+    whole
+        All answers to the process data came in time.
+    working_counter, expected_working_counter
+        As counted by the wire and as it should be.
+    clock_ns, clock_plausible
+        Bus clock in this cycle, and whether it fits to the cycles before.
+    view
+        What the cameras say about their states.
+    inputs, headers
+        Of each camera, in the order of the rig; empty where there was no answer.
+    link
+        Why no frame can pass the interface; empty in good order.
+    silent_cycles
+        Over how many cycles nothing at all has come, this one included.
+    late
+        Answers have come too late recently.
+    """
+
+    whole: bool
+    working_counter: int
+    expected_working_counter: int
+    clock_ns: int
+    clock_plausible: bool
+    view: BusView
+    inputs: tuple[bytes, ...]
+    headers: tuple[Header, ...]
+    link: str = ""
+    silent_cycles: int = 0
+    late: bool = False
+
+
+def judge(answer: Answer, records: Sequence[CameraRecord], schedule: Schedule) -> Fault | None:
+    """Return what is wrong with ``answer``, or None where it may be used."""
+    names = [record.name for record in records]
+    if not answer.whole:
+        return _no_answer(answer)
+    fault = _bus_fault(answer.view, names)
+    if fault is not None:
+        return fault
+    if answer.working_counter != answer.expected_working_counter:
+        return _bad(
+            Alarm.WORKING_COUNTER,
+            f"Only part of the cameras took part in the cycle (working counter "
+            f"{answer.working_counter} of {answer.expected_working_counter}).",
+        )
+    if answer.view.age:
+        # A clock may have jumped since; the cameras send these frames again.
+        return _bad(
+            Alarm.LOST_ANSWERS,
+            f"The states of the cameras have not been known for {answer.view.age} cycles.",
+        )
+    if not answer.clock_plausible:
+        return _bad(Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be.")
+    for header, content, record in zip(answer.headers, answer.inputs, records, strict=True):
+        complaint = _complaint(header, content, record, schedule, answer.clock_ns)
+        if complaint is not None:
+            alarm, words = complaint
+            return _bad(alarm, f"Camera '{record.name}' {words}.", record.name)
+    return None
+
+
+def first_frame(header: Header, schedule: Schedule) -> int:
+    """Return the exposure number of the first frame of a header that `judge` accepted."""
+    return (header.start_ns - schedule.start_ns) // schedule.period_ns
+
+
+def advance(record: CameraRecord, header: Header, schedule: Schedule) -> CameraRecord:
+    """Return the record after the frames of an accepted header were taken."""
+    return CameraRecord(
+        record.name,
+        max(record.next_frame, first_frame(header, schedule) + header.frames_valid),
+        header.cycle_counter,
+        header.boot_counter,
+    )
+
+
+def _no_answer(answer: Answer) -> Fault:
+    if answer.link:
+        return Fault(Trouble.LOST, Alarm.LINK_DOWN, f"The interface of the bus {answer.link}.")
+    if answer.silent_cycles >= _SILENT_CYCLES:
+        return Fault(Trouble.LOST, Alarm.SILENT, "No answer from the camera bus.")
+    if answer.late:
+        return Fault(Trouble.LOST, Alarm.LATE_ANSWERS, "The answer came too late.")
+    return Fault(Trouble.LOST, Alarm.LOST_ANSWERS, "An answer of the camera bus was lost.")
+
+
+def _bus_fault(view: BusView, names: Sequence[str]) -> Fault | None:
+    """Return what the cameras' own answers say against them."""
+    for camera, name in zip(view.cameras, names, strict=True):
+        if camera.answers > 1:
+            return _bad(
+                Alarm.DUPLICATE_ADDRESS, f"Two devices answer to the address of '{name}'.", name
+            )
+    for camera, name in zip(view.cameras, names, strict=True):
+        if camera.answers:
+            continue
+        if view.devices < len(names):
+            return _bad(Alarm.CAMERA_MISSING, f"Camera '{name}' does not answer.", name)
+        return _bad(
+            Alarm.RESTARTED,
+            f"Camera '{name}' lost its address: it was restarted.",
+            name,
+            deep=True,
+        )
+    if view.devices > len(names):
+        return _bad(
+            Alarm.CAMERAS,
+            f"There are {view.devices} devices on the bus where the rig has {len(names)} cameras.",
+        )
+    for camera, name in zip(view.cameras, names, strict=True):
+        fault = _state_fault(camera, name)
+        if fault is not None:
+            return fault
+    return None
+
+
+def _state_fault(camera: CameraView, name: str) -> Fault | None:
+    if camera.state == _INIT:
+        return _bad(Alarm.RESTARTED, f"Camera '{name}' was restarted.", name, deep=True)
+    if camera.state == _SAFEOP and camera.code == _AL_WATCHDOG:
+        return _bad(Alarm.WATCHDOG, f"Camera '{name}' missed its outputs and left operation.", name)
+    if camera.state and (camera.state != _OP or camera.error):
+        alarm = Alarm.SYNC if camera.code in _AL_SYNC else Alarm.LEFT_OPERATION
+        return _bad(
+            alarm,
+            f"Camera '{name}' left operation (AL state {camera.state}, "
+            f"status code {camera.code:#06x}).",
+            name,
+            deep=camera.state != _SAFEOP and camera.state != _OP,
+        )
+    if camera.clock_offset_ns is not None and abs(camera.clock_offset_ns) > CLOCK_LIMIT_NS:
+        # What it exposed meanwhile is kept by the camera and would come later: only a bring-up
+        # starts the exposures of all cameras anew.
+        return _bad(
+            Alarm.CLOCK_JUMP,
+            f"The clock of camera '{name}' is {camera.clock_offset_ns} ns off the bus clock.",
+            name,
+        )
+    return None
+
+
+def _complaint(
+    header: Header, content: bytes, record: CameraRecord, schedule: Schedule, clock_ns: int
+) -> tuple[Alarm, str] | None:
+    """Return what is wrong with the data of one camera, or None."""
+    if not check_data_crc(content):
+        return Alarm.PAYLOAD, "sent data that were damaged on the way"
+    if not header.status & CameraStatus.OPERATIONAL:
+        return Alarm.LEFT_OPERATION, "is not in operation"
+    if not header.status & CameraStatus.SYNCHRONISED:
+        return Alarm.SYNC, "is not synchronised to the bus clock"
+    if record.boot_counter is not None and header.boot_counter != record.boot_counter:
+        return Alarm.RESTARTED, "was restarted"
+    if record.cycle_counter is not None:
+        advanced = (header.cycle_counter - record.cycle_counter) % _CYCLE_COUNTERS
+        if advanced == 0 or advanced > _OLD_CYCLE:
+            return Alarm.FROZEN, "repeated old data (its cycle counter did not advance)"
+    if header.period_ns != schedule.period_ns:
+        return Alarm.FRAME_RATE, (
+            f"makes a frame every {header.period_ns} ns instead of every {schedule.period_ns} ns"
+        )
+    if header.config_crc != schedule.config_crc:
+        return Alarm.CONFIGURATION, "has another configuration than was set"
+    if header.frames_valid > FRAMES_PER_CYCLE:
+        return Alarm.PAYLOAD, f"claims {header.frames_valid} frames in one cycle"
+    first, rest = divmod(header.start_ns - schedule.start_ns, schedule.period_ns)
+    if rest or first < 0 or first % COUNTER_MODULUS != header.counter:
+        return Alarm.PAYLOAD, "sent a frame counter and an exposure time that do not fit together"
+    if first > record.next_frame and not header.status & CameraStatus.OVERRUN:
+        return Alarm.GAP, "left out frames without saying so"
+    end_ns = header.start_ns + header.frames_valid * schedule.period_ns
+    if header.frames_valid and end_ns > clock_ns + MAX_AHEAD_NS:
+        return Alarm.SYNC, "sent frames from the future"
+    if clock_ns - end_ns > MAX_AGE_NS:
+        return Alarm.FROZEN, f"is {(clock_ns - end_ns) / 1e6:.0f} ms behind the bus clock"
+    return _frames_complaint(content, header.frames_valid)
+
+
+def _frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
+    """Return what is wrong with the frames themselves: the check sum was made over nonsense."""
+    if not count:
+        return None
+    frames = np.frombuffer(content, FRAME_DTYPE, count=count, offset=HEADER_STRUCT.size)
+    if int(frames["valid"].max()) >> N_SLOTS:
+        return Alarm.PAYLOAD, f"claims spots in more than {N_SLOTS} slots"
+    if int(np.bitwise_or.reduce(frames["flags"])) & ~_KNOWN_FRAME_FLAGS:
+        return Alarm.PAYLOAD, "sent frame flags that do not exist"
+    if max(int(frames["xy"].max()), -int(frames["xy"].min())) > _SPOT_LIMIT:
+        return Alarm.PAYLOAD, "sent spots far outside of its sensor"
+    return None
+
+
+def _bad(alarm: Alarm, reason: str, camera: str = "", *, deep: bool = False) -> Fault:
+    return Fault(Trouble.BAD, alarm, reason, camera, deep)

@@ -1,0 +1,200 @@
+"""What to do about a fault: wait, lift, or bring the bus up again. A pure state machine.
+
+It is told what became of each cycle and each step, and says what comes next. A fall to SAFEOP is
+lifted while the cycle goes on. What puts the identity of a camera in doubt - a broken link, a
+restart, a lost or doubled address, a jump of the clock, silence - is answered with a complete new
+bring-up, repeated with a growing pause until it succeeds. The bus never ends by itself.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.cycle._health import Fault
+from ocmm_core.fieldbus.report import Alarm, BusPhase
+
+FIRST_PAUSE_NS = 50_000_000
+LONGEST_PAUSE_NS = 500_000_000
+PATIENCE_NS = 150_000_000
+"""Without one good cycle for so long, only a new bring-up helps."""
+LIFT_PATIENCE_NS = 500_000_000
+"""So long may the way from SAFEOP back to OP take."""
+SETTLED_NS = 300_000_000
+"""Good for so long after a bring-up: the next fault begins with the shortest pause."""
+_DISTURBED_CYCLES = 3
+_ALARM_NS = 500_000_000
+"""An alarm is shown for so long after its last sign."""
+
+_CONFIRMED = {
+    Alarm.LINK_DOWN: 1,
+    Alarm.RESTARTED: 2,
+    Alarm.CAMERAS: 3,
+    Alarm.DUPLICATE_ADDRESS: 2,
+    Alarm.CLOCK_JUMP: 3,
+    Alarm.GAP: 10,
+    Alarm.CAMERA_MISSING: 10,
+    Alarm.FRAME_RATE: 20,
+    Alarm.CONFIGURATION: 20,
+}
+"""After so many cycles in a row with this alarm, waiting longer is of no use."""
+_DEEP_CYCLES = 2
+"""One answer alone may have been damaged on the way."""
+_LIFTED = {Alarm.WATCHDOG, Alarm.SYNC, Alarm.LEFT_OPERATION}
+"""May be a fall to SAFEOP, from which cameras are lifted."""
+
+_ALARM_OF_CODE = {
+    "bus.no_cameras": Alarm.SILENT,
+    "bus.no_answer": Alarm.CAMERA_MISSING,
+    "bus.no_interface": Alarm.LINK_DOWN,
+    "bus.down": Alarm.LINK_DOWN,
+    "bus.unusable": Alarm.LINK_DOWN,
+    "bus.clock": Alarm.SYNC,
+    "bus.state": Alarm.LEFT_OPERATION,
+    "bus.map": Alarm.WORKING_COUNTER,
+    "bus.no_serial": Alarm.CAMERAS,
+    "bus.too_many": Alarm.CAMERAS,
+    "bus.revision": Alarm.FOREIGN_DEVICE,
+    "bus.mapping": Alarm.CONFIGURATION,
+}
+
+
+def alarm_of(error: BusError) -> str:
+    """Return the alarm that stands for an error of the bring-up."""
+    return _ALARM_OF_CODE.get(error.code, error.code)
+
+
+class Next(Enum):
+    """What the owner of the bus does next."""
+
+    CYCLE = auto()
+    """Exchange process data."""
+    STEP = auto()
+    """Take the next step of the bring-up."""
+    RESTART = auto()
+    """Begin a new bring-up."""
+    PAUSE = auto()
+    """Do nothing for a moment."""
+
+
+class Supervisor:
+    """Decides after every cycle and step; see the module.
+
+    Parameters
+    ----------
+    now_ns
+        Monotonic host time, as in all calls.
+
+    Attributes
+    ----------
+    phase
+        Where the bus is.
+    alarm, message, camera
+        What disturbs it now; empty in good order.
+    recoveries
+        How often operation was reached again.
+    """
+
+    def __init__(self, now_ns: int) -> None:
+        self.phase = BusPhase.CLOSED
+        self.alarm = ""
+        self.message = ""
+        self.camera = ""
+        self.recoveries = 0
+        self._next = Next.RESTART
+        self._alarm_ns = now_ns
+        self._good_ns = now_ns
+        self._good_since_ns: int | None = None
+        self._pause_ns = FIRST_PAUSE_NS
+        self._until_ns = now_ns
+        self._row = 0
+        self._bad_row = 0
+        self._row_alarm = ""
+        self._was_operational = False
+        self._fell = False
+
+    @property
+    def recovering(self) -> bool:
+        """Return whether a bring-up is under way that is not the first one."""
+        return self._next is not Next.CYCLE and self._was_operational
+
+    def next(self, now_ns: int) -> Next:
+        """Return what to do now."""
+        if self._next is Next.RESTART and now_ns < self._until_ns:
+            return Next.PAUSE
+        return self._next
+
+    def pause_left_ns(self, now_ns: int) -> int:
+        """Return how long the pause lasts."""
+        return max(0, self._until_ns - now_ns)
+
+    def stepping(self, phase: BusPhase) -> None:
+        """Note that a bring-up goes on."""
+        self._next = Next.STEP
+        self.phase = BusPhase.RECOVERING if self._was_operational else phase
+
+    def brought_up(self, now_ns: int) -> None:
+        """Note that the cameras are in OP; only a good cycle proves it."""
+        self._next = Next.CYCLE
+        self._good_ns = now_ns
+        self._good_since_ns = None
+        self._row = self._bad_row = 0
+        if not self._was_operational:
+            self.phase = BusPhase.START
+
+    def failed(self, error: BusError, now_ns: int) -> None:
+        """Note that a bring-up failed."""
+        self._show(alarm_of(error), error.what, "", now_ns)
+        self._restart(now_ns)
+
+    def good(self, now_ns: int) -> bool:
+        """Note a good cycle; say whether it ends a start, a recovery or a fall from OP."""
+        self._row = self._bad_row = 0
+        self._row_alarm = ""
+        self._good_ns = now_ns
+        if self._good_since_ns is None:
+            self._good_since_ns = now_ns
+        elif now_ns - self._good_since_ns > SETTLED_NS:
+            self._pause_ns = FIRST_PAUSE_NS
+        if self.alarm and now_ns - self._alarm_ns > _ALARM_NS:
+            self.alarm = self.message = self.camera = ""
+        reached = self.phase is not BusPhase.OPERATION
+        if reached:
+            # What was wrong before operation was reached is over.
+            self.alarm = self.message = self.camera = ""
+        again = self.phase is BusPhase.RECOVERING or self._fell
+        self.recoveries += again and self._was_operational
+        first = not self._was_operational
+        self._was_operational = True
+        self._fell = False
+        self.phase = BusPhase.OPERATION
+        return first or again
+
+    def bad(self, fault: Fault, now_ns: int) -> None:
+        """Note a cycle that was lost or refused."""
+        self._show(fault.alarm, fault.reason, fault.camera, now_ns)
+        self._bad_row += 1
+        self._fell |= fault.alarm in _LIFTED
+        self._row = self._row + 1 if fault.alarm == self._row_alarm else 1
+        self._row_alarm = fault.alarm
+        self._good_since_ns = None if self._bad_row > _DISTURBED_CYCLES else self._good_since_ns
+        if self._bad_row >= _DISTURBED_CYCLES and self.phase is BusPhase.OPERATION:
+            self.phase = BusPhase.DISTURBED
+        confirmed = _CONFIRMED.get(fault.alarm)
+        patience = LIFT_PATIENCE_NS if fault.alarm in _LIFTED else PATIENCE_NS
+        if fault.deep:
+            confirmed = _DEEP_CYCLES
+        surely = confirmed is not None and self._row >= confirmed
+        if surely or now_ns - self._good_ns > patience:
+            self._restart(now_ns)
+
+    def _restart(self, now_ns: int) -> None:
+        self._next = Next.RESTART
+        self._until_ns = now_ns + self._pause_ns
+        self._pause_ns = min(2 * self._pause_ns, LONGEST_PAUSE_NS)
+        if self._was_operational:
+            self.phase = BusPhase.RECOVERING
+
+    def _show(self, alarm: str, message: str, camera: str, now_ns: int) -> None:
+        self.alarm, self.message, self.camera = alarm, message, camera
+        self._alarm_ns = now_ns

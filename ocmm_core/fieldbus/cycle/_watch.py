@@ -1,0 +1,158 @@
+"""What the cameras say about themselves, asked for in every cycle through the service channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from ocmm_core.fieldbus.wire import Command, Datagram, Job
+
+AL_CONTROL = 0x0120
+AL_STATUS = 0x0130
+_AL_BYTES = 6
+TIME_DIFFERENCE = 0x092C
+_ERRORS, _ERRORS_BYTES = 0x0300, 14
+"""Receive, forwarded, processing unit and lost link errors (ETG.1000.4, 6.5)."""
+_STATE, _ERROR = 0x0F, 0x10
+_ACKNOWLEDGE = 0x10
+_SAFEOP, _OP = 4, 8
+_SLOW_CYCLES = 4
+"""Error counters of the cameras are asked for in turn, every so many cycles."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraView:
+    """What is known about one camera from its own answers.
+
+    Attributes
+    ----------
+    answers
+        How many devices answered to its address: 1 in good order, 0 where it is gone.
+    state, error, code
+        AL state, its error bit and the AL status code, as last told.
+    clock_offset_ns
+        Its clock against the reference clock; None before it told.
+    link_errors
+        Errors that its controller counted on the wire; None before it told.
+    """
+
+    answers: int = 1
+    state: int = 0
+    error: bool = False
+    code: int = 0
+    clock_offset_ns: int | None = None
+    link_errors: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BusView:
+    """What is known about all cameras.
+
+    Attributes
+    ----------
+    age
+        Cycles since they last answered.
+    devices
+        How many devices are on the bus.
+    cameras
+        In the order of the rig.
+    """
+
+    age: int
+    devices: int
+    cameras: tuple[CameraView, ...]
+
+
+class StateWatch:
+    """Asks the cameras for their states, clocks and error counters.
+
+    Parameters
+    ----------
+    stations
+        Station addresses, in the order of the rig.
+    """
+
+    def __init__(self, stations: Sequence[int]) -> None:
+        self._stations = tuple(stations)
+        self._cameras = [CameraView() for _ in stations]
+        self._devices = len(stations)
+        self._cycle = 0
+        self._seen = 0
+        self._newest = 0
+        self._lifts: dict[int, int] = {}
+
+    @property
+    def view(self) -> BusView:
+        """Return what is known now."""
+        return BusView(self._cycle - self._seen, self._devices, tuple(self._cameras))
+
+    def lift(self, camera: int) -> None:
+        """Ask a camera that fell back to SAFEOP for the next step towards OP."""
+        view = self._cameras[camera]
+        self._lifts[camera] = _SAFEOP | _ACKNOWLEDGE if view.error else _OP
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield the questions of this cycle."""
+        self._cycle += 1
+        cycle = self._cycle
+        lifts, self._lifts = self._lifts, {}
+        for camera, control in lifts.items():
+            content = control.to_bytes(2, "little")
+            yield Job(
+                Datagram(Command.FPWR, self._stations[camera], AL_CONTROL, content),
+                lambda _answer: None,
+            )
+        yield Job(
+            Datagram(Command.BRD, 0, AL_STATUS, bytes(2)),
+            lambda answer: self._count(cycle, answer),
+        )
+        for camera, station in enumerate(self._stations):
+            yield Job(
+                Datagram(Command.FPRD, station, AL_STATUS, bytes(_AL_BYTES)),
+                lambda answer, camera=camera: self._state(camera, cycle, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
+            )
+            # In every cycle: no frame may be taken that was exposed by another clock.
+            yield Job(
+                Datagram(Command.FPRD, station, TIME_DIFFERENCE, bytes(4)),
+                lambda answer, camera=camera: self._clock(camera, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
+            )
+        turn, rest = divmod(cycle, _SLOW_CYCLES)
+        if rest == 0:
+            camera = turn % len(self._stations)
+            yield Job(
+                Datagram(Command.FPRD, self._stations[camera], _ERRORS, bytes(_ERRORS_BYTES)),
+                lambda answer: self._errors(camera, answer),
+            )
+
+    def _count(self, cycle: int, answer: Datagram | None) -> None:
+        if answer is not None and cycle >= self._newest:
+            self._devices = answer.working_counter
+
+    def _state(self, camera: int, cycle: int, answer: Datagram | None) -> None:
+        # An answer that came late must not replace a newer one.
+        if answer is None or cycle < self._newest:
+            return
+        self._newest = self._seen = cycle
+        known = self._cameras[camera]
+        status = int.from_bytes(answer.data[:2], "little") if answer.working_counter else 0
+        code = int.from_bytes(answer.data[4:6], "little") if answer.working_counter else 0
+        self._cameras[camera] = CameraView(
+            answer.working_counter,
+            status & _STATE,
+            bool(status & _ERROR),
+            code,
+            known.clock_offset_ns,
+            known.link_errors,
+        )
+
+    def _clock(self, camera: int, answer: Datagram | None) -> None:
+        if answer is not None and answer.working_counter == 1:
+            raw = int.from_bytes(answer.data, "little")
+            # The highest bit is the sign.
+            size = raw & 0x7FFFFFFF
+            offset = -size if raw >> 31 else size
+            self._cameras[camera] = replace(self._cameras[camera], clock_offset_ns=offset)
+
+    def _errors(self, camera: int, answer: Datagram | None) -> None:
+        if answer is not None and answer.working_counter == 1:
+            self._cameras[camera] = replace(self._cameras[camera], link_errors=sum(answer.data))

@@ -1,0 +1,229 @@
+"""The ESI file of the smart camera (ETG.2000), which tells other masters what the camera is.
+
+Generated from the table of the objects by ``python -m ocmm_core.fieldbus.device._object_page``.
+"""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from ocmm_core.fieldbus.device._camera_objects import (
+    DEVICE_TYPE,
+    ERROR_TEXTS,
+    ErrorCode,
+    object_dictionary,
+)
+from ocmm_core.fieldbus.device._camera_slave import (
+    DC_ACTIVATE,
+    DEFAULT_FRAME_PERIOD_NS,
+    DEVICE_NAME,
+    INPUT_PDOS,
+    OUTPUT_PDO,
+    PRODUCT_CODE,
+    REVISION,
+    SII_BYTES,
+    SII_CONFIGURATION,
+    SM_INPUTS,
+    SM_OUTPUTS,
+    SYNC_MANAGERS,
+    VENDOR_ID,
+    VENDOR_NAME,
+    DataType,
+    Pdo,
+)
+from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
+
+ESI_FILE = ("ethercat", "ocmm_camera.xml")
+"""Where it is in the resources."""
+
+_GROUP = "OpticalSensors"
+_ENGLISH = "1033"
+_COUNT_BITS = 16
+"""Entry 0 takes so many bits in a record."""
+_TYPE_NAMES = {DataType.BOOLEAN: "BOOL"}
+_SM_NAMES = ("MBoxOut", "MBoxIn", "Outputs", "Inputs")
+
+Element = ElementTree.Element
+
+
+def esi_document() -> bytes:
+    """Return the ESI file."""
+    root = Element("EtherCATInfo", {"Version": "1.6"})
+    vendor = _add(root, "Vendor")
+    _add(vendor, "Id", _hex(VENDOR_ID, 8))
+    _add(vendor, "Name", VENDOR_NAME)
+    descriptions = _add(root, "Descriptions")
+    group = _add(_add(descriptions, "Groups"), "Group")
+    _add(group, "Type", _GROUP)
+    _add(group, "Name", "Optical sensors", LcId=_ENGLISH)
+    device = _add(_add(descriptions, "Devices"), "Device", Physics="YY")
+    _add(
+        device, "Type", DEVICE_NAME,
+        ProductCode=_hex(PRODUCT_CODE, 8), RevisionNo=_hex(REVISION, 8),
+    )  # fmt: skip
+    _add(device, "Name", DEVICE_NAME, LcId=_ENGLISH)
+    _add(device, "GroupType", _GROUP)
+    _add_profile(device)
+    for name in ("Outputs", "Inputs"):
+        _add(device, "Fmmu", name)
+    for name, (start, size, control, _status, active, _kind) in zip(
+        _SM_NAMES, SYNC_MANAGERS, strict=True
+    ):
+        _add(
+            device, "Sm", name,
+            MinSize=str(size), MaxSize=str(size), DefaultSize=str(size),
+            StartAddress=_hex(start, 4), ControlByte=_hex(control, 2), Enable=str(active),
+        )  # fmt: skip
+    _add_pdo(device, "RxPdo", OUTPUT_PDO, SM_OUTPUTS)
+    for pdo in INPUT_PDOS:
+        _add_pdo(device, "TxPdo", pdo, SM_INPUTS)
+    mailbox = _add(device, "Mailbox", DataLinkLayer="1")
+    _add(
+        mailbox, "CoE",
+        SdoInfo="1", PdoAssign="0", PdoConfig="0", CompleteAccess="1", SegmentedSdo="1",
+        DiagHistory="1",
+    )  # fmt: skip
+    _add_clock(device)
+    eeprom = _add(device, "Eeprom")
+    _add(eeprom, "ByteSize", str(SII_BYTES))
+    _add(eeprom, "ConfigData", SII_CONFIGURATION.hex().upper())
+    ElementTree.indent(root, "  ")
+    text = ElementTree.tostring(root, "unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
+
+
+def type_name(entry: ObjectEntry) -> str:
+    """Return the name of an entry's type as ESI files write it."""
+    if entry.kind == DataType.VISIBLE_STRING:
+        return f"STRING({entry.room})"
+    if entry.kind == DataType.OCTET_STRING:
+        return f"OCTET_STRING({entry.room})"
+    return _TYPE_NAMES.get(entry.kind, entry.kind.name)
+
+
+def _add(parent: Element, tag: str, text: str | None = None, **attributes: str) -> Element:
+    element = ElementTree.SubElement(parent, tag, attributes)
+    element.text = text
+    return element
+
+
+def _hex(value: int, digits: int) -> str:
+    return f"#x{value:0{digits}X}"
+
+
+def _add_profile(device: Element) -> None:
+    profile = _add(device, "Profile")
+    _add(profile, "ProfileNo", str(DEVICE_TYPE & 0xFFFF))
+    dictionary = _add(profile, "Dictionary")
+    types = _add(dictionary, "DataTypes")
+    objects = object_dictionary(serial=0)
+    simple = {
+        type_name(entry): entry.bits for item in objects.values() for entry in item.entries.values()
+    }
+    for name, bits in sorted(simple.items()):
+        kind = _add(types, "DataType")
+        _add(kind, "Name", name)
+        _add(kind, "BitSize", str(bits))
+    for index, item in objects.items():
+        if item.record:
+            _add_record_type(types, index, item)
+    listed = _add(dictionary, "Objects")
+    for index, item in objects.items():
+        _add_object(listed, index, item)
+    messages = _add(profile, "DiagMessages")
+    for code, text in ERROR_TEXTS.items():
+        if code is not ErrorCode.RESET:
+            message = _add(messages, "DiagMessage")
+            _add(message, "TextId", _hex(code, 4))
+            _add(message, "MessageText", text, LcId=_ENGLISH)
+
+
+def _room_bits(sub: int, entry: ObjectEntry) -> int:
+    """Return how many bits an entry takes up in its record."""
+    # A bit takes a byte of its own, so that all other entries begin on a whole byte.
+    return max(8, entry.bits) if sub else _COUNT_BITS
+
+
+def _add_record_type(types: Element, index: int, item: DictionaryObject) -> None:
+    kind = _add(types, "DataType")
+    _add(kind, "Name", f"DT{index:04X}")
+    size = _add(kind, "BitSize")
+    at = 0
+    for sub, entry in item.entries.items():
+        part = _add(kind, "SubItem")
+        _add(part, "SubIdx", str(sub))
+        _add(part, "Name", entry.name)
+        _add(part, "Type", type_name(entry))
+        _add(part, "BitSize", str(entry.bits))
+        _add(part, "BitOffs", str(at))
+        _add_flags(part, index, entry)
+        at += _room_bits(sub, entry)
+    size.text = str(at)
+
+
+def _add_object(objects: Element, index: int, item: DictionaryObject) -> None:
+    element = _add(objects, "Object")
+    _add(element, "Index", _hex(index, 4))
+    _add(element, "Name", item.name)
+    first = item.entries[0]
+    _add(element, "Type", f"DT{index:04X}" if item.record else type_name(first))
+    if item.record:
+        size = sum(_room_bits(sub, entry) for sub, entry in item.entries.items())
+        _add(element, "BitSize", str(size))
+        info = _add(element, "Info")
+        for entry in item.entries.values():
+            part = _add(info, "SubItem")
+            _add(part, "Name", entry.name)
+            _add_default(part, entry)
+    else:
+        _add(element, "BitSize", str(first.bits))
+        _add_default(element, first)
+    _add_flags(element, index, first)
+
+
+def _add_default(parent: Element, entry: ObjectEntry) -> None:
+    if entry.live or not entry.value:
+        return
+    _add(_add(parent, "Info"), "DefaultData", entry.value.hex().upper())
+
+
+def _add_flags(parent: Element, index: int, entry: ObjectEntry) -> None:
+    flags = _add(parent, "Flags")
+    access = _add(flags, "Access", "rw" if entry.writable else "ro")
+    if entry.preop_only:
+        access.set("WriteRestrictions", "PreOP")
+    if entry.mapped:
+        is_output = index == OUTPUT_PDO.entries[0].index
+        _add(flags, "PdoMapping", "R" if is_output else "T")
+
+
+def _add_pdo(device: Element, tag: str, pdo: Pdo, sync_manager: int) -> None:
+    element = _add(device, tag, Fixed="1", Mandatory="1", Sm=str(sync_manager))
+    _add(element, "Index", _hex(pdo.index, 4))
+    _add(element, "Name", pdo.name)
+    for variable in pdo.entries:
+        entry = _add(element, "Entry")
+        _add(entry, "Index", _hex(variable.index, 4))
+        _add(entry, "SubIndex", str(variable.sub))
+        _add(entry, "BitLen", str(variable.bits))
+        _add(entry, "Name", variable.name)
+        _add(entry, "DataType", variable.kind.name)
+
+
+def _add_clock(device: Element) -> None:
+    clock = _add(device, "Dc")
+    synchronised = _add(clock, "OpMode")
+    _add(synchronised, "Name", "DcSync")
+    _add(
+        synchronised, "Desc",
+        f"Exposures at SYNC0, 8 in a bus cycle ({DEFAULT_FRAME_PERIOD_NS} ns at 1 ms)",
+    )  # fmt: skip
+    _add(synchronised, "AssignActivate", _hex(DC_ACTIVATE, 4))
+    # Negative: this part of the bus cycle.
+    _add(synchronised, "CycleTimeSync0", "0", Factor="-8")
+    _add(synchronised, "ShiftTimeSync0", "0")
+    _add(synchronised, "CycleTimeSync1", "0", Factor="1")
+    free = _add(clock, "OpMode")
+    _add(free, "Name", "FreeRun")
+    _add(free, "Desc", "Exposures by the camera's own clock; for commissioning")
+    _add(free, "AssignActivate", _hex(0, 4))

@@ -1,0 +1,185 @@
+"""What an object dictionary is made of: entries with type, access, limits, unit and meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from ocmm_core.fieldbus.device._camera_slave import DataType
+
+SIZES = {
+    DataType.BOOLEAN: 1,
+    DataType.USINT: 1,
+    DataType.INT: 2,
+    DataType.UINT: 2,
+    DataType.DINT: 4,
+    DataType.UDINT: 4,
+    DataType.ULINT: 8,
+}
+"""Bytes of the types of fixed length, in a transfer of a single entry."""
+_SIGNED = (DataType.INT, DataType.DINT)
+GENERAL_RECORD = 0x002A
+"""Data type of a record without a type of its own (ETG.1020)."""
+
+
+class Access(Enum):
+    """Who may change an entry, and when."""
+
+    READ = "ro"
+    """Nobody."""
+    WRITE = "rw"
+    """The master."""
+    WRITE_PREOP = "rw in PREOP"
+    """The master, while no frames are made."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectEntry:
+    """One value of the dictionary.
+
+    Attributes
+    ----------
+    name
+        For people.
+    kind
+        Its type.
+    value
+        What it holds at power-on, as on the wire.
+    writable, preop_only
+        The master may change it; only while no frames are made.
+    unit, text
+        For people: the unit of the number, and what it means.
+    low, high
+        Limits of a number that may be written; None where the type is the limit.
+    max_bytes
+        Of text or octets whose length may change; 0 for a fixed length.
+    live
+        It is worked out when it is read; ``value`` only shows its length.
+    mapped
+        It is part of the process data.
+    """
+
+    name: str
+    kind: DataType
+    value: bytes
+    writable: bool = False
+    preop_only: bool = False
+    unit: str = ""
+    text: str = ""
+    low: int | None = None
+    high: int | None = None
+    max_bytes: int = 0
+    live: bool = False
+    mapped: bool = False
+
+    @property
+    def access(self) -> Access:
+        """Return who may change it, and when."""
+        if not self.writable:
+            return Access.READ
+        return Access.WRITE_PREOP if self.preop_only else Access.WRITE
+
+    @property
+    def room(self) -> int:
+        """Return how many bytes it has at most."""
+        return max(len(self.value), self.max_bytes)
+
+    @property
+    def is_number(self) -> bool:
+        """Return whether it is a number, not text or octets."""
+        return self.kind in SIZES
+
+    @property
+    def bits(self) -> int:
+        """Return the size that descriptions give."""
+        return 1 if self.kind == DataType.BOOLEAN else 8 * self.room
+
+    def number(self, value: bytes) -> int:
+        """Return the number in ``value``."""
+        return int.from_bytes(value, "little", signed=self.kind in _SIGNED)
+
+
+@dataclass(frozen=True, slots=True)
+class DictionaryObject:
+    """One object: a single value (entry 0) or a record (entry 0 holds the number of the last).
+
+    Attributes
+    ----------
+    name
+        For people.
+    entries
+        By number.
+    record
+        It is a record.
+    kind
+        Data type for descriptions: of the single value, or of the record.
+    text
+        What it is for.
+    """
+
+    name: str
+    entries: Mapping[int, ObjectEntry]
+    record: bool
+    kind: int = GENERAL_RECORD
+    text: str = ""
+
+
+def number(
+    name: str,
+    kind: DataType,
+    value: int = 0,
+    text: str = "",
+    *,
+    unit: str = "",
+    access: Access = Access.READ,
+    low: int | None = None,
+    high: int | None = None,
+    live: bool = False,
+    mapped: bool = False,
+) -> ObjectEntry:
+    """Return an entry that holds a number."""
+    content = value.to_bytes(SIZES[kind], "little", signed=kind in _SIGNED)
+    return ObjectEntry(
+        name, kind, content, access is not Access.READ, access is Access.WRITE_PREOP,
+        unit, text, low, high, live=live, mapped=mapped,
+    )  # fmt: skip
+
+
+def words(name: str, value: str, text: str = "") -> ObjectEntry:
+    """Return an entry that holds ASCII text."""
+    return ObjectEntry(name, DataType.VISIBLE_STRING, value.encode("ascii"), text=text)
+
+
+def octets(
+    name: str,
+    max_bytes: int,
+    text: str = "",
+    *,
+    access: Access = Access.READ,
+    live: bool = True,
+    value: bytes = b"",
+) -> ObjectEntry:
+    """Return an entry that holds up to so many bytes."""
+    return ObjectEntry(
+        name, DataType.OCTET_STRING, value, access is not Access.READ, text=text,
+        max_bytes=max_bytes, live=live,
+    )  # fmt: skip
+
+
+def variable(entry: ObjectEntry) -> DictionaryObject:
+    """Return an object with one value."""
+    return DictionaryObject(entry.name, {0: entry}, record=False, kind=entry.kind, text=entry.text)
+
+
+def record(
+    name: str,
+    entries: Mapping[int, ObjectEntry] | list[ObjectEntry],
+    text: str = "",
+    *,
+    kind: int = GENERAL_RECORD,
+) -> DictionaryObject:
+    """Return a record; a list of entries is numbered from 1."""
+    numbered = dict(enumerate(entries, start=1)) if isinstance(entries, list) else dict(entries)
+    count = number("Highest entry", DataType.USINT, max(numbered))
+    return DictionaryObject(name, {0: count, **numbered}, record=True, kind=kind, text=text)

@@ -1,0 +1,258 @@
+"""The camera's own objects, 0x6000 to 0xA000: data, configuration, commands, information."""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag
+
+from ocmm_core.fieldbus.device._camera_slave import (
+    FRAME_PDOS,
+    HEADER_PDO,
+    N_SLOTS,
+    OUTPUT_PDO,
+    CameraConfig,
+    CameraMode,
+    DataType,
+    Pdo,
+)
+from ocmm_core.fieldbus.device._intrinsics import BLOB_BYTES
+from ocmm_core.fieldbus.device._object_entries import (
+    Access,
+    DictionaryObject,
+    ObjectEntry,
+    number,
+    octets,
+    record,
+    words,
+)
+
+CONFIGURATION = 0x8000
+WINDOWS = 0x8001
+CALIBRATION = 0x8010
+BLACK_IMAGE = 0x8020
+SNAPSHOT = 0x8030
+INFORMATION = 0x9000
+VERSIONS = 0x9010
+COUNTERS = 0xA000
+
+CHUNK_BYTES = 4096
+"""Of a snapshot, in one transfer."""
+NOTE_BYTES = 1200
+MAX_BLACK_FRAMES = 4096
+MAX_GREY_LEVEL = (1 << 14) - 1
+"""The sensor converts to 14 bits."""
+
+
+class BlackCommand(IntEnum):
+    """What can be done with the black image (0x8020:01)."""
+
+    MEASURE = 1
+    """Switch the LEDs off, average exposures and use the mean from then on."""
+    STORE = 2
+    """Keep the one in use across a loss of power."""
+    LOAD = 3
+    """Use the stored one."""
+    CLEAR = 4
+    """Use none and forget the stored one."""
+
+
+class SnapshotCommand(IntEnum):
+    """What can be done with the snapshot (0x8030:05)."""
+
+    TAKE = 1
+    """Take a raw picture of the region and hold it."""
+    RELEASE = 2
+    """Let go of it, or stop taking it."""
+
+
+class Work(IntEnum):
+    """State of a command that takes its time."""
+
+    IDLE = 0
+    BUSY = 1
+    DONE = 2
+    FAILED = 3
+
+
+class BlackImage(IntFlag):
+    """Which black images there are (0x8020:05)."""
+
+    IN_USE = 1
+    STORED = 2
+    SAME = 4
+    """The one in use is the one that is stored."""
+
+
+_WINDOW = (("left", "px"), ("top", "px"), ("width", "px"), ("height", "px"))
+
+
+def profile_objects(serial: int) -> dict[int, DictionaryObject]:
+    """Return the objects 0x6000 and above of the camera with this serial number, by index."""
+    objects = {
+        CONFIGURATION: _configuration(),
+        WINDOWS: record(
+            "Windows",
+            [
+                number(
+                    f"Window {slot} {name}", DataType.UINT, unit=unit, access=Access.WRITE_PREOP,
+                    text="All four zero: the camera chooses by itself." if name == "left" else "",
+                )
+                for slot in range(N_SLOTS)
+                for name, unit in _WINDOW
+            ],
+            "Where on the sensor the spot of each slot is looked for.",
+        ),
+        CALIBRATION: _calibration(),
+        BLACK_IMAGE: _black_image(),
+        SNAPSHOT: _snapshot(),
+        INFORMATION: _information(serial),
+        VERSIONS: record(
+            "Versions",
+            [
+                words("Firmware", "2.0.0"),
+                words("Sensor logic", "1.0.0"),
+                words("Boot loader", "1.0.0"),
+                number("Object table", DataType.UINT, 2, "Version of this table."),
+            ],
+            "What runs in the camera.",
+        ),
+        COUNTERS: _counters(),
+    }  # fmt: skip
+    for pdo in (HEADER_PDO, *FRAME_PDOS, OUTPUT_PDO):
+        objects[pdo.entries[0].index] = _mapped(pdo)
+    return objects
+
+
+def _mapped(pdo: Pdo) -> DictionaryObject:
+    entries = [
+        ObjectEntry(
+            entry.name, entry.kind, bytes(entry.bits // 8), unit=entry.unit, text=entry.text,
+            live=True, mapped=True,
+        )
+        for entry in pdo.entries
+    ]  # fmt: skip
+    side = "outputs" if pdo is OUTPUT_PDO else "inputs"
+    return record(f"{pdo.name} data", entries, f"The {side} of {pdo.index:#06x} as they are now.")
+
+
+def _configuration() -> DictionaryObject:
+    config = CameraConfig()
+    preop = Access.WRITE_PREOP
+    return record(
+        "Configuration",
+        [
+            number("Frame period", DataType.UDINT, config.frame_period_ns, unit="ns",
+                   access=preop, low=50_000, high=1_000_000_000,
+                   text="Between two exposures; with the clock in use SYNC0 decides."),
+            number("Exposure", DataType.UDINT, config.exposure_ns, unit="ns",
+                   access=preop, low=1, high=999_999_999,
+                   text="Shorter than the frame period."),
+            number("Threshold", DataType.UINT, config.threshold, unit="grey levels",
+                   access=preop, high=MAX_GREY_LEVEL,
+                   text="A pixel above it belongs to a spot."),
+            number("Mode", DataType.USINT, config.mode, access=preop, high=max(CameraMode),
+                   text="0: raw spots, px. 1: corrected image points, mm; needs intrinsics."),
+            number("LED strobe", DataType.UINT, config.strobe, access=preop,
+                   high=(1 << N_SLOTS) - 1, text="Bit s lights LED s; 0 lights all."),
+        ],
+        "In force from the change to SAFEOP on; the header shows its check sum.",
+    )  # fmt: skip
+
+
+def _calibration() -> DictionaryObject:
+    return record(
+        "Intrinsics",
+        [
+            octets("Intrinsics", BLOB_BYTES, "Block of data, see below; kept without power.",
+                   access=Access.WRITE),
+            number("Length", DataType.UDINT, unit="bytes", text="0: none stored.", live=True),
+            octets("SHA-256", 32, "Of the block; empty where there is none."),
+            number("CRC-32", DataType.UDINT, text="Of the block.", live=True),
+            octets("Note", NOTE_BYTES, "Free text beside the block, UTF-8; kept without power.",
+                   access=Access.WRITE),
+        ],
+        "What this camera's lens does to an image, found by calibration.",
+    )  # fmt: skip
+
+
+def _black_image() -> DictionaryObject:
+    return record(
+        "Black image",
+        [
+            number("Command", DataType.USINT, text="1 measure, 2 store, 3 load, 4 clear.",
+                   access=Access.WRITE, low=1, high=max(BlackCommand)),
+            number("Exposures", DataType.UINT, 64, "How many are averaged.",
+                   access=Access.WRITE, low=1, high=MAX_BLACK_FRAMES),
+            number("State", DataType.USINT, text="0 idle, 1 busy, 2 done, 3 failed.", live=True),
+            number("Progress", DataType.USINT, unit="%", live=True),
+            number("Images", DataType.USINT, live=True,
+                   text="Bit 0: one is in use; bit 1: one is stored; bit 2: it is the same."),
+            octets("SHA-256", 32, "Of the one in use; empty where there is none."),
+            number("CRC-32", DataType.UDINT, text="Of the one in use.", live=True),
+            number("Mean", DataType.UINT, unit="0.1 grey levels", live=True,
+                   text="Of the one in use."),
+        ],
+        "The dark pattern of the sensor, subtracted from every exposure. No spots while measuring.",
+    )  # fmt: skip
+
+
+def _snapshot() -> DictionaryObject:
+    region = [
+        number(name, DataType.UINT, unit="px", access=Access.WRITE,
+               text="Width or height 0: the whole sensor." if name == "Left" else "")
+        for name in ("Left", "Top", "Width", "Height")
+    ]  # fmt: skip
+    return record(
+        "Snapshot",
+        [
+            *region,
+            number("Command", DataType.USINT, text="1 take, 2 release.",
+                   access=Access.WRITE, low=1, high=max(SnapshotCommand)),
+            number("State", DataType.USINT, text="0 idle, 1 busy, 2 done, 3 failed.", live=True),
+            number("Progress", DataType.USINT, unit="%", live=True),
+            number("Total", DataType.UDINT, unit="bytes", text="Of the picture.", live=True),
+            number("Chunk offset", DataType.UDINT, unit="bytes", access=Access.WRITE,
+                   text="Where in the picture the chunk begins."),
+            octets("Chunk", CHUNK_BYTES,
+                   "Pixels row by row, two bytes each, low byte first; short at the end."),
+            number("CRC-32", DataType.UDINT, text="Of the whole picture.", live=True),
+            number("Picture width", DataType.UINT, unit="px", live=True),
+            number("Picture height", DataType.UINT, unit="px", live=True),
+        ],
+        "A raw picture as the sensor sees it, read in chunks.",
+    )  # fmt: skip
+
+
+def _information(serial: int) -> DictionaryObject:
+    return record(
+        "Information",
+        [
+            number("Sensor serial number", DataType.UDINT, serial),
+            number("Width", DataType.UINT, unit="px", live=True),
+            number("Height", DataType.UINT, unit="px", live=True),
+            number("Temperature", DataType.INT, unit="0.1 degC", text="Of the sensor.", live=True),
+            number("Operating hours", DataType.UDINT, unit="h", live=True,
+                   text="Since it was made, powered."),
+            number("Pixel pitch", DataType.UDINT, 12_000, unit="nm"),
+            number("Slots", DataType.USINT, N_SLOTS),
+            number("Grey levels", DataType.UINT, MAX_GREY_LEVEL + 1),
+        ],
+        "What the camera is.",
+    )  # fmt: skip
+
+
+def _counters() -> DictionaryObject:
+    return record(
+        "Counters",
+        [
+            number(name, DataType.UDINT, text=text, live=True)
+            for name, text in (
+                ("Frames lost", "Dropped because nobody took them."),
+                ("Watchdog events", "The master's outputs stayed away."),
+                ("Overruns", "How often the buffer began to drop frames."),
+                ("Bad mailboxes", "Answered with an error reply, or not at all."),
+                ("Link events", "Lost links of both ports."),
+                ("Emergencies", "Emergency messages, also those that nobody took."),
+            )
+        ],
+        "Since the camera was switched on; frames lost since the exposures began.",
+    )

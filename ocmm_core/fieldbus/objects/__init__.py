@@ -1,0 +1,102 @@
+"""Objects of the cameras beside the cycle: mailboxes, transfers, pictures, temperatures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.objects._camera_client import (
+        clear_error_history,
+        read_error_history,
+        read_intrinsics,
+        write_intrinsics,
+    )
+    from ocmm_core.fieldbus.objects._camera_pictures import (
+        BlackImageState,
+        clear_black_image,
+        load_black_image,
+        measure_black_image,
+        read_black_image,
+        store_black_image,
+        take_snapshot,
+    )
+    from ocmm_core.fieldbus.objects._emergency import Emergency
+    from ocmm_core.fieldbus.objects._mailbox_line import (
+        SYNC_MANAGER_BYTES,
+        SYNC_MANAGERS,
+        MailboxAreas,
+    )
+    from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress
+    from ocmm_core.fieldbus.objects._objects import ObjectService, Port
+    from ocmm_core.fieldbus.objects._requests import (
+        MAX_EEPROM_WORDS,
+        MAX_LINE_BYTES,
+        MAX_VALUE_BYTES,
+        CancelRequest,
+        EepromRequest,
+        ObjectReply,
+        ObjectRequest,
+        Request,
+        decode_reply,
+        decode_request,
+        encode_line,
+    )
+    from ocmm_core.fieldbus.objects._sdo import SERVICE_SDO_RESPONSE, coe_content
+    from ocmm_core.fieldbus.objects._thermometer import Thermometer
+else:
+    __getattr__ = door(
+        __name__,
+        _camera_client="clear_error_history read_error_history read_intrinsics write_intrinsics",
+        _camera_pictures=(
+            "BlackImageState clear_black_image load_black_image measure_black_image "
+            "read_black_image store_black_image take_snapshot"
+        ),
+        _emergency="Emergency",
+        _mailbox_line="MailboxAreas SYNC_MANAGERS SYNC_MANAGER_BYTES",
+        _object_access="ObjectAccess Progress",
+        _objects="ObjectService Port",
+        _requests=(
+            "CancelRequest EepromRequest MAX_EEPROM_WORDS MAX_LINE_BYTES MAX_VALUE_BYTES "
+            "ObjectReply ObjectRequest Request decode_reply decode_request encode_line"
+        ),
+        _sdo="SERVICE_SDO_RESPONSE coe_content",
+        _thermometer="Thermometer",
+    )
+
+__all__ = [
+    "MAX_EEPROM_WORDS",
+    "MAX_LINE_BYTES",
+    "MAX_VALUE_BYTES",
+    "SERVICE_SDO_RESPONSE",
+    "SYNC_MANAGERS",
+    "SYNC_MANAGER_BYTES",
+    "BlackImageState",
+    "CancelRequest",
+    "EepromRequest",
+    "Emergency",
+    "MailboxAreas",
+    "ObjectAccess",
+    "ObjectReply",
+    "ObjectRequest",
+    "ObjectService",
+    "Port",
+    "Progress",
+    "Request",
+    "Thermometer",
+    "clear_black_image",
+    "clear_error_history",
+    "coe_content",
+    "decode_reply",
+    "decode_request",
+    "encode_line",
+    "load_black_image",
+    "measure_black_image",
+    "read_black_image",
+    "read_error_history",
+    "read_intrinsics",
+    "store_black_image",
+    "take_snapshot",
+    "write_intrinsics",
+]

@@ -1,0 +1,194 @@
+"""What a host does with the objects of one camera: intrinsics, black image, snapshot, errors."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.device import (
+    BLOB_BYTES,
+    CALIBRATION,
+    COUNTERS,
+    HISTORY,
+    HISTORY_FIRST,
+    HISTORY_MESSAGES,
+    IDENTITY,
+    INFORMATION,
+    NOTE_BYTES,
+    VERSIONS,
+    DiagnosisMessage,
+    Intrinsics,
+)
+from ocmm_core.fieldbus.objects._camera_pictures import BlackImageState as BlackImageState
+from ocmm_core.fieldbus.objects._camera_pictures import clear_black_image as clear_black_image
+from ocmm_core.fieldbus.objects._camera_pictures import load_black_image as load_black_image
+from ocmm_core.fieldbus.objects._camera_pictures import measure_black_image as measure_black_image
+from ocmm_core.fieldbus.objects._camera_pictures import read_black_image as read_black_image
+from ocmm_core.fieldbus.objects._camera_pictures import store_black_image as store_black_image
+from ocmm_core.fieldbus.objects._camera_pictures import take_snapshot as take_snapshot
+from ocmm_core.fieldbus.objects._object_access import (
+    STRING_BYTES,
+    read_exactly,
+    read_number,
+    read_text,
+    unfit,
+)
+from ocmm_core.fieldbus.objects._object_access import ObjectAccess as ObjectAccess
+
+_HASH_BYTES = 32
+
+
+@dataclass(frozen=True, slots=True)
+class CameraTexts:
+    """What a camera says it is.
+
+    Attributes
+    ----------
+    name, hardware, software
+        Objects 0x1008, 0x1009, 0x100A.
+    serial
+        Of the device (0x1018:04).
+    firmware, sensor_logic, boot_loader
+        Versions (0x9010).
+    width, height
+        Sensor, px.
+    operating_hours
+        Powered since it was made.
+    """
+
+    name: str
+    hardware: str
+    software: str
+    serial: int
+    firmware: str
+    sensor_logic: str
+    boot_loader: str
+    width: int
+    height: int
+    operating_hours: int
+
+
+@dataclass(frozen=True, slots=True)
+class CameraCounters:
+    """Object 0xA000; see the page of the camera's objects."""
+
+    frames_lost: int
+    watchdog_events: int
+    overruns: int
+    bad_mailboxes: int
+    link_events: int
+    emergencies: int
+
+
+def read_identity_text(access: ObjectAccess) -> CameraTexts:
+    """Return names, versions and sizes of the camera."""
+    name, hardware, software = (read_text(access, index, 0) for index in (0x1008, 0x1009, 0x100A))
+    firmware, sensor_logic, boot_loader = (read_text(access, VERSIONS, sub) for sub in (1, 2, 3))
+    return CameraTexts(
+        name=name,
+        hardware=hardware,
+        software=software,
+        serial=read_number(access, IDENTITY, 4, 4),
+        firmware=firmware,
+        sensor_logic=sensor_logic,
+        boot_loader=boot_loader,
+        width=read_number(access, INFORMATION, 2, 2),
+        height=read_number(access, INFORMATION, 3, 2),
+        operating_hours=read_number(access, INFORMATION, 5, 4),
+    )
+
+
+def read_firmware(access: ObjectAccess) -> str:
+    """Return the version of the camera's firmware."""
+    return read_text(access, VERSIONS, 1)
+
+
+def read_temperature(access: ObjectAccess) -> float:
+    """Return the temperature of the sensor, degrees Celsius."""
+    return int.from_bytes(read_exactly(access, INFORMATION, 4, 2), "little", signed=True) / 10.0
+
+
+def read_counters(access: ObjectAccess) -> CameraCounters:
+    """Return what the camera counted since it was switched on."""
+    return CameraCounters(*(read_number(access, COUNTERS, sub, 4) for sub in range(1, 7)))
+
+
+def read_error_history(access: ObjectAccess) -> tuple[DiagnosisMessage, ...]:
+    """Return the errors that the camera remembers, oldest first."""
+    newest = read_number(access, HISTORY, 2, 1)
+    if newest == 0:
+        return ()
+    if not HISTORY_FIRST <= newest < HISTORY_FIRST + HISTORY_MESSAGES:
+        raise unfit(HISTORY, 2, f"it names message {newest}")
+    order = (
+        HISTORY_FIRST + (newest - HISTORY_FIRST + 1 + step) % HISTORY_MESSAGES
+        for step in range(HISTORY_MESSAGES)
+    )
+    contents = (access.read(HISTORY, place, room=STRING_BYTES) for place in order)
+    return tuple(DiagnosisMessage.decode(content) for content in contents if content)
+
+
+def clear_error_history(access: ObjectAccess) -> None:
+    """Let the camera forget its errors."""
+    access.write(HISTORY, 3, b"\x00")
+
+
+def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "") -> None:
+    """Store intrinsics in the camera and make sure that they are there.
+
+    Parameters
+    ----------
+    access
+        The camera.
+    intrinsics
+        What to store; the camera refuses those of another serial number.
+    note
+        Free text to keep beside them, at most 1200 bytes as UTF-8.
+
+    Raises
+    ------
+    BusError
+        ``bus.intrinsics`` where the camera holds something else afterwards; ``bus.refused`` where
+        it does not take them.
+    """
+    block, words = intrinsics.encode(), note.encode("utf-8")
+    if len(words) > NOTE_BYTES:
+        raise InputError(
+            "bus.note",
+            f"The note beside the intrinsics has {len(words)} bytes.",
+            f"Shorten it to {NOTE_BYTES} bytes.",
+        )
+    access.write(CALIBRATION, 1, block)
+    access.write(CALIBRATION, 5, words)
+    found = access.read(CALIBRATION, 1, room=BLOB_BYTES)
+    sha256 = access.read(CALIBRATION, 3, room=_HASH_BYTES)
+    if found != block or sha256 != hashlib.sha256(block).digest():
+        raise _lost_intrinsics()
+    if access.read(CALIBRATION, 5, room=NOTE_BYTES) != words:
+        raise _lost_intrinsics()
+
+
+def read_intrinsics(access: ObjectAccess) -> Intrinsics | None:
+    """Return the intrinsics that the camera stores, or None.
+
+    Raises
+    ------
+    BusError
+        ``bus.intrinsics`` where they are damaged.
+    """
+    block = access.read(CALIBRATION, 1, room=BLOB_BYTES)
+    sha256 = access.read(CALIBRATION, 3, room=_HASH_BYTES)
+    if not block:
+        return None
+    if sha256 != hashlib.sha256(block).digest():
+        raise _lost_intrinsics()
+    return Intrinsics.decode(block)
+
+
+def _lost_intrinsics() -> BusError:
+    return BusError(
+        "bus.intrinsics",
+        "The camera does not hold the intrinsics that were written to it.",
+        "Write them again; if that does not help, have the camera checked.",
+    )

@@ -1,0 +1,197 @@
+"""Black image and snapshot of one camera, as a host has them made and fetches them."""
+
+from __future__ import annotations
+
+import struct
+import time
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.device import (
+    BLACK_IMAGE,
+    CHUNK_BYTES,
+    MAX_BLACK_FRAMES,
+    SNAPSHOT,
+    BlackCommand,
+    BlackImage,
+    SnapshotCommand,
+    Window,
+    Work,
+)
+from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress, read_number
+
+_POLL_S = 0.02
+_STALL_S = 10.0
+"""A camera whose work gets no further for so long does not work any more."""
+_HASH_BYTES = 32
+
+
+@dataclass(frozen=True, slots=True)
+class BlackImageState:
+    """Which black images a camera has.
+
+    Attributes
+    ----------
+    images
+        In use, stored, the same.
+    sha256
+        Of the pixels in use, hexadecimal; empty where there is none.
+    mean
+        Of the pixels in use, grey levels.
+    """
+
+    images: BlackImage
+    sha256: str
+    mean: float
+
+
+def measure_black_image(
+    access: ObjectAccess, frames: int, progress: Progress | None = None
+) -> BlackImageState:
+    """Let the camera average so many exposures without light and use the mean from then on.
+
+    There are no spots meanwhile. The image is lost with the power until `store_black_image`.
+
+    Raises
+    ------
+    BusError
+        ``bus.black_image`` where the camera fails or gets no further.
+    """
+    if not 1 <= frames <= MAX_BLACK_FRAMES:
+        raise InputError(
+            "bus.black_image",
+            f"A black image cannot be the mean of {frames} exposures.",
+            f"Give 1 to {MAX_BLACK_FRAMES}.",
+        )
+    access.write(BLACK_IMAGE, 2, struct.pack("<H", frames))
+    return _black_command(access, BlackCommand.MEASURE, progress)
+
+
+def store_black_image(access: ObjectAccess) -> BlackImageState:
+    """Keep the black image in use across a loss of power."""
+    return _black_command(access, BlackCommand.STORE)
+
+
+def load_black_image(access: ObjectAccess) -> BlackImageState:
+    """Use the stored black image."""
+    return _black_command(access, BlackCommand.LOAD)
+
+
+def clear_black_image(access: ObjectAccess) -> BlackImageState:
+    """Use no black image and forget the stored one."""
+    return _black_command(access, BlackCommand.CLEAR)
+
+
+def read_black_image(access: ObjectAccess) -> BlackImageState:
+    """Return which black images there are."""
+    return BlackImageState(
+        BlackImage(read_number(access, BLACK_IMAGE, 5, 1)),
+        access.read(BLACK_IMAGE, 6, room=_HASH_BYTES).hex(),
+        read_number(access, BLACK_IMAGE, 8, 2) / 10.0,
+    )
+
+
+def take_snapshot(
+    access: ObjectAccess, region: Window | None = None, progress: Progress | None = None
+) -> NDArray[np.uint16]:
+    """Take a raw picture and fetch it.
+
+    Parameters
+    ----------
+    access
+        The camera.
+    region
+        Left, top, width and height, px; None for the whole sensor.
+    progress
+        Told bytes fetched and in all, often; what it raises ends the operation, and the camera
+        lets go of the picture.
+
+    Returns
+    -------
+    ndarray
+        (height, width), grey levels.
+
+    Raises
+    ------
+    BusError
+        ``bus.snapshot`` where the camera fails, gets no further or another picture arrived than
+        it took.
+    """
+    for sub, value in enumerate(region or (0, 0, 0, 0), start=1):
+        access.write(SNAPSHOT, sub, struct.pack("<H", value))
+    try:
+        access.write(SNAPSHOT, 5, bytes([SnapshotCommand.TAKE]))
+        _wait(access, SNAPSHOT, 6, "snapshot", None if progress is None else _before(progress))
+        width, height = (read_number(access, SNAPSHOT, sub, 2) for sub in (12, 13))
+        total = read_number(access, SNAPSHOT, 8, 4)
+        if total != 2 * width * height or not total or (region and region[2:] != (width, height)):
+            raise _failed("snapshot", "its size does not fit to the request")
+        content = bytearray()
+        while len(content) < total:
+            if progress is not None:
+                progress(len(content), total)
+            access.write(SNAPSHOT, 9, struct.pack("<I", len(content)))
+            chunk = access.read(SNAPSHOT, 10, room=CHUNK_BYTES)
+            if len(chunk) != min(CHUNK_BYTES, total - len(content)):
+                raise _failed("snapshot", f"a chunk has {len(chunk)} bytes")
+            content += chunk
+        if zlib.crc32(content) != read_number(access, SNAPSHOT, 11, 4):
+            raise _failed("snapshot", "its check sum is wrong")
+        if progress is not None:
+            progress(total, total)
+    except BaseException:
+        _release_after_failure(access)
+        raise
+    access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
+    return np.frombuffer(bytes(content), "<u2").reshape(height, width).astype(np.uint16)
+
+
+def _before(progress: Progress) -> Progress:
+    """Return a progress that reports nothing fetched yet, so that it may end the operation."""
+    return lambda _done, _total: progress(0, 0)
+
+
+def _release_after_failure(access: ObjectAccess) -> None:
+    try:
+        access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
+    except BusError:
+        # The first error says more; the camera lets go of the picture with the next one.
+        return
+
+
+def _black_command(
+    access: ObjectAccess, command: BlackCommand, progress: Progress | None = None
+) -> BlackImageState:
+    access.write(BLACK_IMAGE, 1, bytes([command]))
+    _wait(access, BLACK_IMAGE, 3, "black image", progress)
+    return read_black_image(access)
+
+
+def _wait(
+    access: ObjectAccess, index: int, state_sub: int, what: str, progress: Progress | None
+) -> None:
+    """Wait for the end of a command; the entry behind the state tells the progress in %."""
+    last, moved = -1, time.monotonic()
+    while (state := read_number(access, index, state_sub, 1)) == Work.BUSY:
+        percent = read_number(access, index, state_sub + 1, 1)
+        if progress is not None:
+            progress(percent, 100)
+        if percent != last:
+            last, moved = percent, time.monotonic()
+        if time.monotonic() - moved > _STALL_S:
+            raise _failed(what, f"it got no further for {_STALL_S:.0f} s")
+        time.sleep(_POLL_S)
+    if state != Work.DONE:
+        raise _failed(what, "the camera reports a failure")
+
+
+def _failed(what: str, why: str) -> BusError:
+    return BusError(
+        f"bus.{what.replace(' ', '_')}",
+        f"The {what} of the camera failed: {why}.",
+        "Try again; look into the error history of the camera.",
+    )

@@ -1,0 +1,185 @@
+"""The mailboxes of one camera, worked through the service channel (ETG.1000.4, 5.6.2 and 6.7).
+
+A mailbox is written and read with single datagrams. An answer that was lost on its way back took
+the mailbox with it; the camera keeps a copy, which the repeat bit of its sync manager asks for.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from ocmm_core.fieldbus.objects._sdo import MAX_COUNTER, mailbox_counter
+from ocmm_core.fieldbus.wire import Command, Datagram, Job
+
+SYNC_MANAGERS = 0x0800
+SYNC_MANAGER_BYTES = 16
+"""Registers of the two sync managers of the mailboxes."""
+_STATUS_IN = 0x080D
+_ACTIVATE_IN = 0x080E
+_FULL = 0x08
+_ACTIVE, _REPEAT = 0x01, 0x02
+_IDLE_CYCLES = 8
+"""Between two looks for a message that nobody asked for."""
+_UNSURE_CYCLES = 25
+"""A mailbox that may have arrived is not written again before its answer had time to come."""
+
+
+@dataclass(frozen=True, slots=True)
+class MailboxAreas:
+    """Where the mailboxes of a camera are, as its sync managers say.
+
+    Attributes
+    ----------
+    out_start, out_bytes, in_start, in_bytes
+        Of the mailbox to the camera, and of the one from it.
+    repeat
+        Present repeat bit of the second one.
+    """
+
+    out_start: int
+    out_bytes: int
+    in_start: int
+    in_bytes: int
+    repeat: bool
+
+    @classmethod
+    def decode(cls, content: bytes) -> MailboxAreas:
+        """Return what registers `SYNC_MANAGERS` and following say."""
+        out_start, out_bytes = struct.unpack_from("<HH", content, 0)
+        in_start, in_bytes = struct.unpack_from("<HH", content, 8)
+        return cls(out_start, out_bytes, in_start, in_bytes, bool(content[14] & _REPEAT))
+
+
+class MailboxLine:
+    """Mailboxes to and from one camera.
+
+    Parameters
+    ----------
+    station
+        Station address of the camera.
+    areas
+        Where its mailboxes are.
+    deliver
+        Gets every mailbox that came, once.
+
+    Attributes
+    ----------
+    repeats
+        How often a lost mailbox was asked for again.
+    """
+
+    def __init__(self, station: int, areas: MailboxAreas, deliver: Callable[[bytes], None]) -> None:
+        self.areas = areas
+        self.repeats = 0
+        self._station = station
+        self._deliver = deliver
+        self._out: bytes | None = None
+        self._writing = self._reading = self._asking = False
+        self._unsure = 0
+        self._expecting = False
+        self._full = False
+        self._repeat_bit = areas.repeat
+        self._repeating = False
+        self._after_repeat = False
+        self._counter = 0
+        self._seen_counter = 0
+        self._idle = 0
+
+    def next_counter(self) -> int:
+        """Return the counter for the next mailbox to the camera."""
+        self._counter = self._counter % MAX_COUNTER + 1
+        return self._counter
+
+    def send(self, content: bytes, *, expect: bool = True) -> None:
+        """Write a mailbox as soon as the camera has room; replaces one still waiting.
+
+        Parameters
+        ----------
+        content
+            The whole mailbox.
+        expect
+            The camera answers it, so look for the answer in every cycle.
+        """
+        self._out = content
+        self._unsure = 0
+        self._expecting = expect
+
+    def expect(self) -> None:
+        """Go on looking for an answer in every cycle: what came was something else."""
+        self._expecting = True
+
+    def stop_waiting(self) -> None:
+        """Expect no answer any more; one that comes is delivered all the same."""
+        self._out = None
+        self._expecting = False
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield the questions of this cycle."""
+        if self._unsure:
+            self._unsure -= 1
+        if self._out is not None and not self._writing and not self._unsure:
+            self._writing = True
+            datagram = Datagram(Command.FPWR, self._station, self.areas.out_start, self._out)
+            yield Job(datagram, self._written)
+        if self._repeating:
+            yield from self._repeat_jobs()
+        elif (self._expecting or self._full) and not self._reading:
+            self._reading = True
+            room = bytes(self.areas.in_bytes)
+            yield Job(Datagram(Command.FPRD, self._station, self.areas.in_start, room), self._read)
+        elif not self._expecting:
+            self._idle += 1
+            if self._idle >= _IDLE_CYCLES and not self._asking:
+                self._idle = 0
+                self._asking = True
+                yield Job(Datagram(Command.FPRD, self._station, _STATUS_IN, bytes(3)), self._status)
+
+    def _repeat_jobs(self) -> Iterator[Job]:
+        if self._asking:
+            return
+        self._asking = True
+        wanted = bytes([_ACTIVE | (_REPEAT if self._repeat_bit else 0)])
+        # Written again each time, which changes nothing where it arrived before.
+        yield Job(Datagram(Command.FPWR, self._station, _ACTIVATE_IN, wanted), lambda _answer: None)
+        yield Job(Datagram(Command.FPRD, self._station, _STATUS_IN, bytes(3)), self._status)
+
+    def _written(self, answer: Datagram | None) -> None:
+        self._writing = False
+        if answer is None:
+            self._unsure = _UNSURE_CYCLES
+        elif answer.working_counter == 1:
+            self._out = None
+
+    def _read(self, answer: Datagram | None) -> None:
+        self._reading = False
+        if answer is None:
+            self.repeats += 1
+            self._repeat_bit = not self._repeat_bit
+            self._repeating = True
+            return
+        self._full = False
+        if answer.working_counter != 1:
+            return
+        counter = mailbox_counter(answer.data)
+        again = self._after_repeat and counter != 0 and counter == self._seen_counter
+        self._after_repeat = False
+        if again:
+            return
+        self._seen_counter = counter
+        if self._unsure:
+            # Its answer proves that the mailbox arrived.
+            self._out, self._unsure = None, 0
+        self._expecting = False
+        self._deliver(answer.data)
+
+    def _status(self, answer: Datagram | None) -> None:
+        self._asking = False
+        if answer is None or answer.working_counter != 1:
+            return
+        status, _activate, acknowledged = answer.data
+        self._full = bool(status & _FULL)
+        if self._repeating and bool(acknowledged & _REPEAT) == self._repeat_bit:
+            self._repeating = False
+            self._after_repeat = True

@@ -1,0 +1,279 @@
+"""Requests for objects and EEPROM words of the cameras, served beside the cycle.
+
+Every camera has its own line: one that hangs makes only its own requests fail, each after half
+a second without progress. A transfer that was disturbed begins again from its start.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from typing import Protocol
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.objects._emergency import Emergency, parse_emergency
+from ocmm_core.fieldbus.objects._mailbox_line import MailboxAreas, MailboxLine
+from ocmm_core.fieldbus.objects._requests import EepromRequest, ObjectReply, ObjectRequest
+from ocmm_core.fieldbus.objects._sdo import SdoRead, SdoTransfer, SdoWrite, coe_content
+from ocmm_core.fieldbus.report import TEXTS, Alarm
+from ocmm_core.fieldbus.wire import EepromRead, Job
+
+STALL_NS = 500_000_000
+"""A transfer that gets no further for so long has failed."""
+_TRIES = 4
+_OUT_OF_STEP = (b"\x03\x05", b"\x04\x05")
+"""High words of abort codes: toggle bit, unknown command (ETG.1000.6, table 41)."""
+_TELL_NS = 100_000_000
+
+Request = ObjectRequest | EepromRequest
+
+
+class Port(Protocol):
+    """Where requests come from and answers go; nothing in it waits."""
+
+    def take(self) -> Request | None:
+        """Return the next request, or None."""
+        ...
+
+    def is_cancelled(self, number: int) -> bool:
+        """Return whether nobody waits for this request any more."""
+        ...
+
+    def reply(self, reply: ObjectReply) -> None:
+        """Send an answer."""
+        ...
+
+
+class CameraLine:
+    """The requests to one camera, one after the other.
+
+    Parameters
+    ----------
+    name
+        Of the camera, for messages.
+    station
+        Its station address.
+    areas
+        Its mailboxes.
+    on_emergency
+        Gets the camera's emergency messages.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        station: int,
+        areas: MailboxAreas,
+        on_emergency: Callable[[str, Emergency], None],
+    ) -> None:
+        self.queue: deque[Request] = deque()
+        self._name = name
+        self._station = station
+        self._mailbox = MailboxLine(station, areas, self._mail)
+        self._on_emergency = on_emergency
+        self._request: Request | None = None
+        self._sdo: SdoTransfer | None = None
+        self._eeprom: EepromRead | None = None
+        self._error: BusError | None = None
+        self._again = False
+        self._tries = 0
+        self._progress = (-1, 0)
+        self._moved_ns = self._told_ns = 0
+
+    def unfinished(self) -> list[Request]:
+        """Return all requests that are not answered, the one under way first."""
+        return ([] if self._request is None else [self._request]) + list(self.queue)
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield the questions of this cycle."""
+        yield from self._mailbox.jobs()
+        if self._eeprom is not None:
+            yield from self._eeprom.jobs()
+
+    def work(self, now_ns: int, port: Port) -> ObjectReply | None:
+        """Go on with the transfer; return the last answer of one that ended."""
+        if self._request is None:
+            if not self.queue:
+                return None
+            self._request = self.queue.popleft()
+            self._tries = 0
+            self._begin(now_ns)
+        number = self._request.number
+        if port.is_cancelled(number):
+            self._end()
+            return None
+        transfer = self._sdo or self._eeprom
+        if transfer is None:
+            return None
+        if isinstance(transfer, EepromRead) and transfer.error is not None:
+            self._error = transfer.error
+        done, total = transfer.progress
+        if self._error is not None:
+            self._tries += 1
+            if self._again and self._tries < _TRIES:
+                self._begin(now_ns)
+                return None
+            return self._finish(done, total, self._error)
+        if transfer.done:
+            value = transfer.result
+            self._end()
+            return ObjectReply(number, done, total, finished=True, value=value)
+        if (done, total) != self._progress:
+            self._progress = (done, total)
+            self._moved_ns = now_ns
+            if now_ns - self._told_ns > _TELL_NS:
+                self._told_ns = now_ns
+                port.reply(ObjectReply(number, done, total))
+        if now_ns - self._moved_ns > STALL_NS:
+            text = TEXTS[Alarm.OBJECT_TIMEOUT]
+            error = BusError(
+                Alarm.OBJECT_TIMEOUT,
+                f"Camera '{self._name}' did not answer a request within {STALL_NS / 1e9:.1f} s.",
+                text.remedy,
+            )
+            return self._finish(done, total, error)
+        return None
+
+    def _begin(self, now_ns: int) -> None:
+        request, size = self._request, self._mailbox.areas.out_bytes
+        self._error = None
+        self._again = False
+        self._progress = (-1, 0)
+        self._moved_ns = self._told_ns = now_ns
+        if isinstance(request, EepromRequest):
+            self._eeprom = EepromRead(self._station, request.word, request.words)
+            return
+        if request is None:
+            return
+        if request.value is None:
+            self._sdo = SdoRead(request.index, request.sub, request.room, mailbox_bytes=size)
+        else:
+            self._sdo = SdoWrite(request.index, request.sub, request.value, mailbox_bytes=size)
+        self._mailbox.send(self._sdo.request(self._mailbox.next_counter()))
+
+    def _finish(self, done: int, total: int, error: BusError) -> ObjectReply:
+        number = 0 if self._request is None else self._request.number
+        self._end()
+        return ObjectReply(
+            number, done, total, finished=True,
+            code=error.code, what=error.what, remedy=error.remedy,
+        )  # fmt: skip
+
+    def _end(self) -> None:
+        self._mailbox.stop_waiting()
+        if self._sdo is not None and not self._sdo.done:
+            counter = self._mailbox.next_counter()
+            self._mailbox.send(self._sdo.abandon(counter), expect=False)
+        self._request = self._sdo = self._eeprom = self._error = None
+
+    def _mail(self, content: bytes) -> None:
+        emergency = parse_emergency(content)
+        if emergency is not None:
+            self._on_emergency(self._name, emergency)
+            if self._sdo is not None:
+                self._mailbox.expect()
+            return
+        if self._sdo is None or self._error is not None:
+            return
+        try:
+            self._sdo.answer(content)
+        except BusError as error:
+            self._error = error
+            self._again = error.code == "bus.mailbox" or _is_disturbance(content)
+            return
+        if not self._sdo.done:
+            self._mailbox.send(self._sdo.request(self._mailbox.next_counter()))
+
+
+class ObjectService:
+    """Takes requests from a port and spreads them over the cameras.
+
+    Parameters
+    ----------
+    port
+        Where requests come from; None where nobody asks.
+    names
+        Of the cameras, in the order of the rig.
+
+    Attributes
+    ----------
+    done, failed
+        Transfers that went well, and those that did not; without our own questions, which have
+        negative numbers.
+    emergencies
+        Messages that came and were not yet taken: camera and message.
+    failures
+        Requests that failed and were not yet taken: camera and last answer.
+    """
+
+    def __init__(self, port: Port | None, names: tuple[str, ...]) -> None:
+        self._port = port
+        self._names = names
+        self._lines: dict[str, CameraLine] = {}
+        self._turn = 0
+        self.done = self.failed = 0
+        self.emergencies: deque[tuple[str, Emergency]] = deque(maxlen=64)
+        self.failures: deque[tuple[str, ObjectReply]] = deque(maxlen=64)
+
+    def attach(self, stations: Mapping[str, tuple[int, MailboxAreas]]) -> None:
+        """Begin to talk to the cameras at these stations; what was under way begins anew."""
+        before, self._lines = self._lines, {}
+        for name, (station, areas) in stations.items():
+            line = CameraLine(name, station, areas, self._emergency)
+            if name in before:
+                line.queue.extend(before[name].unfinished())
+            self._lines[name] = line
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield the questions of this cycle; the cameras take turns at being first."""
+        lines = list(self._lines.values())
+        self._turn = (self._turn + 1) % max(1, len(lines))
+        for line in lines[self._turn :] + lines[: self._turn]:
+            yield from line.jobs()
+
+    def work(self, now_ns: int) -> None:
+        """Take new requests and go on with those under way; never waits."""
+        port = self._port
+        if port is None:
+            return
+        while (request := port.take()) is not None:
+            line = self._lines.get(request.camera)
+            if line is None:
+                self.failed += request.number >= 0
+                port.reply(_no_camera(request, self._names))
+            else:
+                line.queue.append(request)
+        for name, line in self._lines.items():
+            reply = line.work(now_ns, port)
+            if reply is None:
+                continue
+            port.reply(reply)
+            if reply.number < 0:
+                continue
+            if reply.code:
+                self.failed += 1
+                self.failures.append((name, reply))
+            else:
+                self.done += 1
+
+    def _emergency(self, camera: str, emergency: Emergency) -> None:
+        self.emergencies.append((camera, emergency))
+
+
+def _is_disturbance(content: bytes) -> bool:
+    """Return whether a camera gave up because request and answer got out of step."""
+    parts = coe_content(content)
+    return parts is not None and parts[1][6:8] in _OUT_OF_STEP
+
+
+def _no_camera(request: Request, names: tuple[str, ...]) -> ObjectReply:
+    known = request.camera in names
+    return ObjectReply(
+        request.number,
+        finished=True,
+        code=Alarm.OBJECT_TIMEOUT if known else "bus.request",
+        what=f"Camera '{request.camera}' is not in operation."
+        if known
+        else f"There is no camera '{request.camera}'; there are: {', '.join(names)}.",
+        remedy="Wait until the bus is in operation." if known else "Give one of these names.",
+    )

@@ -1,0 +1,346 @@
+"""CANopen over EtherCAT, the master's side: transfers of objects as bytes in, bytes out.
+
+A transfer says what to write into the camera's mailbox next, and takes what the camera answers;
+when and how these travel is somebody else's business. Nothing here waits: a camera that says
+nothing leaves the transfer where it is. Source: ETG.1000.6, 5.6.2 (SDO services).
+"""
+
+from __future__ import annotations
+
+import struct
+from abc import ABC, abstractmethod
+from enum import IntEnum
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.objects._coe_texts import ABORT_TEXTS, MAILBOX_ERRORS
+
+MAILBOX_HEAD = struct.Struct("<HHBB")
+COE_HEAD = struct.Struct("<H")
+MAX_COUNTER = 7
+"""Mailbox counters run from 1 to this and begin again; 0 is not used."""
+SERVICE_EMERGENCY, SERVICE_SDO_REQUEST, SERVICE_SDO_RESPONSE = 1, 2, 3
+
+_KIND_ERROR, _KIND_COE = 0, 3
+_SDO_HEAD = struct.Struct("<BHB")
+_SDO_BYTES = 8
+_SEGMENT_BYTES = 7
+_ABORT = 0x80
+_ABORT_TIMEOUT = 0x05040000
+_SMALLEST_MAILBOX = MAILBOX_HEAD.size + COE_HEAD.size + _SDO_BYTES
+
+
+class _Client(IntEnum):
+    """Command specifiers of the requests."""
+
+    DOWNLOAD_SEGMENT = 0
+    DOWNLOAD = 1
+    UPLOAD = 2
+    UPLOAD_SEGMENT = 3
+
+
+class _Server(IntEnum):
+    """Command specifiers of the answers."""
+
+    UPLOAD_SEGMENT = 0
+    DOWNLOAD_SEGMENT = 1
+    UPLOAD = 2
+    DOWNLOAD = 3
+
+
+def sdo_mailbox(body: bytes, counter: int, size: int) -> bytes:
+    """Return a whole mailbox with an SDO request.
+
+    Parameters
+    ----------
+    body
+        The SDO, from its command on.
+    counter
+        1 to `MAX_COUNTER`; a camera leaves out a mailbox that comes twice with the same one.
+    size
+        Bytes of the mailbox; the camera takes it when its last byte is written.
+    """
+    content = COE_HEAD.pack(SERVICE_SDO_REQUEST << 12) + body
+    head = MAILBOX_HEAD.pack(len(content), 0, 0, _KIND_COE | counter << 4)
+    return (head + content).ljust(size, b"\x00")
+
+
+def mailbox_counter(content: bytes) -> int:
+    """Return the counter of a mailbox, by which one that comes twice is known; 0 without one."""
+    return content[5] >> 4 & 7 if len(content) >= MAILBOX_HEAD.size else 0
+
+
+def coe_content(content: bytes) -> tuple[int, bytes] | None:
+    """Return CoE service and body of a mailbox, or None where it holds no whole CoE message."""
+    if len(content) < MAILBOX_HEAD.size + COE_HEAD.size:
+        return None
+    length, _address, _channel, kind = MAILBOX_HEAD.unpack_from(content)
+    if kind & 0x0F != _KIND_COE or length < COE_HEAD.size:
+        return None
+    end = MAILBOX_HEAD.size + length
+    if end > len(content):
+        return None
+    (head,) = COE_HEAD.unpack_from(content, MAILBOX_HEAD.size)
+    return head >> 12, bytes(content[MAILBOX_HEAD.size + COE_HEAD.size : end])
+
+
+class SdoTransfer(ABC):
+    """One transfer: ask `request`, hand what comes to `answer`, until `done`.
+
+    Parameters
+    ----------
+    index, sub
+        Address of the entry.
+    mailbox_bytes
+        Size of the camera's mailboxes.
+    """
+
+    def __init__(self, index: int, sub: int, mailbox_bytes: int) -> None:
+        if mailbox_bytes < _SMALLEST_MAILBOX:
+            raise BusError(
+                "bus.mailbox",
+                f"Mailboxes of {mailbox_bytes} bytes are too small for objects.",
+                "Install the firmware of the camera that belongs to this program.",
+            )
+        self.index = index
+        self.sub = sub
+        self._mailbox_bytes = mailbox_bytes
+        self._toggle = 0
+        self._started = False
+        self._done = False
+
+    @property
+    def done(self) -> bool:
+        """Return whether the transfer is complete."""
+        return self._done
+
+    @property
+    @abstractmethod
+    def result(self) -> bytes:
+        """Return the value that was read so far; nothing where one is written."""
+
+    @property
+    @abstractmethod
+    def progress(self) -> tuple[int, int]:
+        """Return how many bytes of how many; the second is 0 while it is not known."""
+
+    def request(self, counter: int) -> bytes:
+        """Return the mailbox to write next; the same one until an answer was taken."""
+        return sdo_mailbox(self._body().ljust(_SDO_BYTES, b"\x00"), counter, self._mailbox_bytes)
+
+    def abandon(self, counter: int) -> bytes:
+        """Return the mailbox that tells the camera that nobody waits any more; no answer comes."""
+        body = _SDO_HEAD.pack(_ABORT, self.index, self.sub) + struct.pack("<I", _ABORT_TIMEOUT)
+        return sdo_mailbox(body, counter, self._mailbox_bytes)
+
+    def answer(self, content: bytes) -> None:
+        """Take the camera's answer.
+
+        Raises
+        ------
+        BusError
+            ``bus.refused`` where the camera aborts the transfer; ``bus.mailbox`` where the answer
+            does not fit to the request. The transfer is over then.
+        """
+        if self._done:
+            raise self._unfit("it comes after the end")
+        parts = coe_content(content)
+        if parts is None:
+            raise self._unfit(_complaint(content))
+        service, body = parts
+        if not body:
+            raise self._unfit("it is empty")
+        # The standard sends an abort as a request; not every device does.
+        if body[0] == _ABORT and service in (SERVICE_SDO_REQUEST, SERVICE_SDO_RESPONSE):
+            raise self._refused(body)
+        if service != SERVICE_SDO_RESPONSE:
+            raise self._unfit(f"it belongs to another service ({service})")
+        if self._started:
+            self._take_segment(body)
+        else:
+            if len(body) < _SDO_BYTES:
+                raise self._unfit("it is too short")
+            _command, index, sub = _SDO_HEAD.unpack_from(body)
+            if (index, sub) != (self.index, self.sub):
+                raise self._unfit(f"it is about {index:#06x}:{sub:02x}")
+            self._take_first(body)
+
+    @abstractmethod
+    def _body(self) -> bytes:
+        """Return the SDO to send."""
+
+    @abstractmethod
+    def _take_first(self, body: bytes) -> None:
+        """Take the answer to the first request; it has the right address and 8 bytes at least."""
+
+    @abstractmethod
+    def _take_segment(self, body: bytes) -> None:
+        """Take the answer to a segment; it has one byte at least."""
+
+    def _check_segment(self, command: int, specifier: _Server) -> None:
+        if command >> 5 != specifier:
+            raise self._unfit(f"its command {command:#04x} is no segment")
+        if command >> 4 & 1 != self._toggle:
+            raise self._unfit("a segment is missing or came twice")
+        self._toggle = 1 - self._toggle
+
+    def _refused(self, body: bytes) -> BusError:
+        code = int.from_bytes(body[4:8], "little")
+        text = ABORT_TEXTS.get(code, "no known reason")
+        return BusError(
+            "bus.refused",
+            f"Object {self.index:#06x}:{self.sub:02x} was refused by the camera: {text} "
+            f"({code:#010x}).",
+            "Check the object and its value; install the firmware that belongs to this program.",
+        )
+
+    def _unfit(self, why: str) -> BusError:
+        return BusError(
+            "bus.mailbox",
+            f"The camera's answer for object {self.index:#06x}:{self.sub:02x} cannot be used: "
+            f"{why}.",
+            "Repeat the request; if it happens again, have the camera checked.",
+        )
+
+
+class SdoRead(SdoTransfer):
+    """Read one entry.
+
+    Parameters
+    ----------
+    index, sub
+        Address of the entry.
+    room
+        How many bytes it may have; a longer one is an error before it is read.
+    mailbox_bytes
+        Size of the camera's mailboxes.
+    """
+
+    def __init__(self, index: int, sub: int, room: int, *, mailbox_bytes: int) -> None:
+        super().__init__(index, sub, mailbox_bytes)
+        self._room = room
+        self._total = 0
+        self._value = bytearray()
+
+    @property
+    def result(self) -> bytes:
+        """Return what was read so far; all of it once `done`."""
+        return bytes(self._value)
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Return how many bytes of how many; the second is 0 while it is not known."""
+        return len(self._value), self._total
+
+    def _body(self) -> bytes:
+        if self._started:
+            return bytes([_Client.UPLOAD_SEGMENT << 5 | self._toggle << 4])
+        return _SDO_HEAD.pack(_Client.UPLOAD << 5, self.index, self.sub)
+
+    def _take_first(self, body: bytes) -> None:
+        command = body[0]
+        if command >> 5 != _Server.UPLOAD:
+            raise self._unfit(f"its command {command:#04x} begins nothing that was asked for")
+        if command & 2:
+            self._total = 4 - (command >> 2 & 3) if command & 1 else 4
+            part = body[4 : 4 + self._total]
+        else:
+            (self._total,) = struct.unpack_from("<I", body, 4)
+            part = body[_SDO_BYTES:]
+        if self._total > self._room:
+            raise self._unfit(f"it has {self._total} bytes where {self._room} are expected")
+        self._started = True
+        self._append(part)
+
+    def _take_segment(self, body: bytes) -> None:
+        self._check_segment(body[0], _Server.UPLOAD_SEGMENT)
+        part = body[1:]
+        if len(part) <= _SEGMENT_BYTES:
+            part = part[: _SEGMENT_BYTES - (body[0] >> 1 & 7)]
+        last = bool(body[0] & 1)
+        if not part and not last:
+            raise self._unfit("a segment is empty")
+        self._append(part)
+        if last and not self._done:
+            raise self._unfit(f"it ends after {len(self._value)} of {self._total} bytes")
+        if self._done and not last:
+            raise self._unfit("it goes on after its end")
+
+    def _append(self, part: bytes) -> None:
+        if len(self._value) + len(part) > self._total:
+            raise self._unfit(f"it is longer than the {self._total} bytes that were announced")
+        self._value += part
+        self._done = len(self._value) == self._total
+
+
+class SdoWrite(SdoTransfer):
+    """Write one entry.
+
+    Parameters
+    ----------
+    index, sub
+        Address of the entry.
+    value
+        What to write.
+    mailbox_bytes
+        Size of the camera's mailboxes.
+    """
+
+    def __init__(self, index: int, sub: int, value: bytes, *, mailbox_bytes: int) -> None:
+        super().__init__(index, sub, mailbox_bytes)
+        self._value = value
+        self._acknowledged = 0
+        room = mailbox_bytes - MAILBOX_HEAD.size - COE_HEAD.size
+        self._expedited = 1 <= len(value) <= 4
+        self._first = len(value) if self._expedited else room - _SDO_BYTES
+        self._segment = room - 1
+
+    @property
+    def result(self) -> bytes:
+        """Return nothing: a value that is written brings none."""
+        return b""
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Return how many bytes the camera has taken, of how many."""
+        return self._acknowledged, len(self._value)
+
+    def _body(self) -> bytes:
+        if self._started:
+            return self._segment_body()
+        size = len(self._value)
+        if self._expedited:
+            command = _Client.DOWNLOAD << 5 | (4 - size) << 2 | 3
+            return _SDO_HEAD.pack(command, self.index, self.sub) + self._value
+        head = _SDO_HEAD.pack(_Client.DOWNLOAD << 5 | 1, self.index, self.sub)
+        return head + struct.pack("<I", size) + self._value[: self._first]
+
+    def _segment_body(self) -> bytes:
+        part = self._value[self._acknowledged : self._acknowledged + self._segment]
+        command = _Client.DOWNLOAD_SEGMENT << 5 | self._toggle << 4
+        command |= max(0, _SEGMENT_BYTES - len(part)) << 1
+        if self._acknowledged + len(part) == len(self._value):
+            command |= 1
+        return bytes([command]) + part.ljust(_SEGMENT_BYTES, b"\x00")
+
+    def _take_first(self, body: bytes) -> None:
+        if body[0] >> 5 != _Server.DOWNLOAD:
+            raise self._unfit(f"its command {body[0]:#04x} confirms nothing that was written")
+        self._started = True
+        self._take(self._first)
+
+    def _take_segment(self, body: bytes) -> None:
+        self._check_segment(body[0], _Server.DOWNLOAD_SEGMENT)
+        self._take(self._segment)
+
+    def _take(self, size: int) -> None:
+        self._acknowledged = min(self._acknowledged + size, len(self._value))
+        self._done = self._acknowledged == len(self._value)
+
+
+def _complaint(content: bytes) -> str:
+    """Return why a mailbox is no CoE message; the camera's own complaint where it is one."""
+    if len(content) >= MAILBOX_HEAD.size + 4 and content[5] & 0x0F == _KIND_ERROR:
+        (detail,) = struct.unpack_from("<H", content, MAILBOX_HEAD.size + 2)
+        text = MAILBOX_ERRORS.get(detail, "no known reason")
+        return f"the camera could not read the request ({text}, {detail})"
+    return "it is no CANopen message"

@@ -1,0 +1,71 @@
+"""What the bus says about itself: alarms, a snapshot, and both in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.report._alarms import TEXTS, Alarm
+    from ocmm_core.fieldbus.report._report import (
+        EDGES_US,
+        MAX_EVENTS,
+        BusEvent,
+        BusPhase,
+        BusReport,
+        CameraReport,
+        Histogram,
+        decode_report,
+        encode_report,
+    )
+    from ocmm_core.fieldbus.report._text import report_text
+    from ocmm_core.fieldbus.report._words import (
+        Link,
+        WirePicture,
+        is_present,
+        microseconds,
+        shares,
+        trouble_words,
+        unaccounted,
+        wire_picture,
+        within_us,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _alarms="Alarm TEXTS",
+        _report=(
+            "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS decode_report "
+            "encode_report"
+        ),
+        _text="report_text",
+        _words=(
+            "Link WirePicture is_present microseconds shares trouble_words unaccounted "
+            "wire_picture within_us"
+        ),
+    )
+
+__all__ = [
+    "EDGES_US",
+    "MAX_EVENTS",
+    "TEXTS",
+    "Alarm",
+    "BusEvent",
+    "BusPhase",
+    "BusReport",
+    "CameraReport",
+    "Histogram",
+    "Link",
+    "WirePicture",
+    "decode_report",
+    "encode_report",
+    "is_present",
+    "microseconds",
+    "report_text",
+    "shares",
+    "trouble_words",
+    "unaccounted",
+    "wire_picture",
+    "within_us",
+]

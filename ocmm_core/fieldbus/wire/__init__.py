@@ -1,0 +1,73 @@
+"""Frames and datagrams, sockets, the service channel, and the fence around pysoem."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.wire._datagrams import (
+        Command,
+        Datagram,
+        decode_frame,
+        encode_frame,
+        frame_index,
+        has_passed,
+    )
+    from ocmm_core.fieldbus.wire._eeprom import EepromRead
+    from ocmm_core.fieldbus.wire._interface import check_interface, is_virtual_interface
+    from ocmm_core.fieldbus.wire._mapping import check_mapping
+    from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
+    from ocmm_core.fieldbus.wire._port import Passage, Port
+    from ocmm_core.fieldbus.wire._scan import (
+        RawLine,
+        ScannedDevice,
+        decode_scan,
+        encode_scan,
+        scan_devices,
+    )
+    from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
+    from ocmm_core.fieldbus.wire._sockets import LinkWatch
+else:
+    __getattr__ = door(
+        __name__,
+        _datagrams="Command Datagram decode_frame encode_frame frame_index has_passed",
+        _eeprom="EepromRead",
+        _interface="check_interface is_virtual_interface",
+        _mapping="check_mapping",
+        _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
+        _port="Passage Port",
+        _scan="RawLine ScannedDevice decode_scan encode_scan scan_devices",
+        _service="Job ServiceChannel",
+        _sockets="LinkWatch",
+    )
+
+__all__ = [
+    "OP",
+    "PREOP",
+    "SAFEOP",
+    "STATE_NAMES",
+    "Command",
+    "Datagram",
+    "EepromRead",
+    "Job",
+    "LinkWatch",
+    "Master",
+    "Passage",
+    "Port",
+    "RawLine",
+    "ScannedDevice",
+    "ServiceChannel",
+    "al_text",
+    "check_interface",
+    "check_mapping",
+    "decode_frame",
+    "decode_scan",
+    "encode_frame",
+    "encode_scan",
+    "frame_index",
+    "has_passed",
+    "is_virtual_interface",
+    "scan_devices",
+]

@@ -1,0 +1,77 @@
+"""Does a camera map its process data as the device model says? Compared value by value."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.device import (
+    INPUT_DTYPE,
+    INPUT_PDOS,
+    OUTPUT_DTYPE,
+    OUTPUT_PDO,
+    SM_ASSIGNMENT,
+    SM_INPUTS,
+    SM_OUTPUTS,
+)
+
+IO_MAP_BYTES = 4096
+"""What pysoem can map; it writes over its own memory beyond that."""
+
+_REMEDY = "Install the firmware of the camera that belongs to this program, or update this program."
+
+
+def check_room(n_cameras: int) -> None:
+    """Raise BusError where the process data of so many cameras cannot be mapped."""
+    size = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.itemsize
+    if n_cameras * size > IO_MAP_BYTES:
+        raise BusError(
+            "bus.too_many",
+            f"There are {n_cameras} cameras on the bus; their process data of {size} bytes each "
+            f"do not fit into the {IO_MAP_BYTES} bytes of one bus.",
+            f"Leave at most {IO_MAP_BYTES // size} cameras on the bus.",
+        )
+
+
+def check_mapping(name: str, read: Callable[[int, int], bytes]) -> Iterator[None]:
+    """Compare what a camera maps with the device model, value by value.
+
+    Yields after each of them, so that the caller can do something else in between.
+
+    Parameters
+    ----------
+    name
+        Of the camera, for messages.
+    read
+        Returns a value of the camera's object dictionary, by index and entry.
+
+    Raises
+    ------
+    BusError
+        Something is mapped otherwise; the first difference is named.
+    """
+    for index, sub, layout, expected in _expected():
+        found = read(index, sub)
+        if found != struct.pack(layout, expected):
+            raise BusError(
+                "bus.mapping",
+                f"Camera '{name}' maps other process data than this program knows: object "
+                f"{index:#06x}:{sub:02x} is 0x{found[::-1].hex()}, "
+                f"but should be 0x{struct.pack(layout, expected)[::-1].hex()}.",
+                _REMEDY,
+            )
+        yield
+
+
+def _expected() -> Iterator[tuple[int, int, str, int]]:
+    """Yield index, entry, layout and value of every object that describes the mapping."""
+    for sync_manager, pdos in ((SM_OUTPUTS, (OUTPUT_PDO,)), (SM_INPUTS, INPUT_PDOS)):
+        assignment = SM_ASSIGNMENT + sync_manager
+        yield assignment, 0, "<B", len(pdos)
+        for position, pdo in enumerate(pdos, start=1):
+            yield assignment, position, "<H", pdo.index
+    for pdo in (OUTPUT_PDO, *INPUT_PDOS):
+        yield pdo.index, 0, "<B", len(pdo.entries)
+        for sub, entry in enumerate(pdo.entries, start=1):
+            yield pdo.index, sub, "<I", entry.mapping

@@ -1,0 +1,455 @@
+"""A fence around pysoem, the EtherCAT master, and the only module that imports it.
+
+pysoem does not check the size of the process image, the length of outputs or the interface
+name, leaves a socket open after a failed open, and waits 8 ms for an answer whatever it is asked
+(measured). Everything that could go wrong that way is checked here or by the modules beside it.
+One thread owns a master from open to close.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import struct
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
+
+import pysoem
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.device import (
+    IDENTITY,
+    IDENTITY_SERIAL,
+    INPUT_DTYPE,
+    OUTPUT_STRUCT,
+    FoundDevice,
+)
+from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
+from ocmm_core.fieldbus.wire._mapping import check_room
+from ocmm_core.fieldbus.wire._port import Passage, Port
+from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
+from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets
+
+INIT: int = pysoem.INIT_STATE
+PREOP: int = pysoem.PREOP_STATE
+SAFEOP: int = pysoem.SAFEOP_STATE
+OP: int = pysoem.OP_STATE
+STATE_NAMES = {INIT: "INIT", PREOP: "PREOP", SAFEOP: "SAFEOP", OP: "OP"}
+
+_SDO_TIMEOUT_US = 80_000
+_STATE_US = 100_000
+_STATE_TIMEOUT_S = 1.0
+_STATE_POLL_S = 0.002
+_SETTLE_US = 300
+_SETTLE_RING_US = 400
+_SETTLE_LINE_US = 60
+_FUSE_S = 0.1
+_FUSE_RET_US, _FUSE_RET_RING_US = 50, 1000
+_STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
+_FIRST_STATION = 0x1001
+"""What pysoem gives the first device; the others follow."""
+_TRIES = 2
+_OBJECT_BYTES = 512
+
+_CALL_ERRORS = (
+    pysoem.WkcError,
+    pysoem.MailboxError,
+    pysoem.PacketError,
+    pysoem.SdoError,
+    AssertionError,  # pysoem asserts on its shared error list instead of raising
+)
+
+
+class Master:
+    """One open EtherCAT master; devices are named by their position on the wire, 0 first.
+
+    Parameters
+    ----------
+    interface
+        A network interface that `check_interface` accepted.
+    redundant
+        A second one, at the other end of the ring; empty without a redundancy cable.
+
+    Raises
+    ------
+    BusError
+        It cannot be opened.
+    """
+
+    def __init__(self, interface: str, redundant: str = "") -> None:
+        self._interface = interface
+        self._devices: list[Any] = []
+        self._own: list[socket.socket] = []
+        self._port: Port | None = None
+        interfaces = [interface, redundant] if redundant else [interface]
+        _be_impatient()
+        before = packet_sockets()
+        self._master = pysoem.Master()
+        self._master.always_release_gil = True
+        self._master.sdo_read_timeout = self._master.sdo_write_timeout = _SDO_TIMEOUT_US
+        try:
+            try:
+                self._master.open(*interfaces)
+            except ConnectionError as error:
+                raise BusError(
+                    "bus.unusable",
+                    f"Interface '{' or '.join(interfaces)}' cannot be opened for EtherCAT.",
+                    "Check the adapter, its driver and that no other master uses it.",
+                ) from error
+            opened = packet_sockets() - before
+            if len(opened) != len(interfaces):
+                raise BusError(
+                    "bus.socket",
+                    "The socket of the EtherCAT master was not found.",
+                    "Install the version of pysoem that this program names.",
+                )
+            self._own = [socket.socket(fileno=os.dup(number)) for number in opened]
+            self._port = Port(interfaces)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def port(self) -> Port:
+        """Return our own end of the cable."""
+        if self._port is None:
+            raise _closed()
+        return self._port
+
+    @property
+    def clock_ns(self) -> int:
+        """Return the bus clock as of the last answer, ns."""
+        return int(self._master.dc_time)
+
+    @property
+    def expected_working_counter(self) -> int:
+        """Return the working counter of a cycle in which every device took part."""
+        return int(self._master.expected_wkc)
+
+    def scan(self) -> list[FoundDevice]:
+        """Find the devices, bring them to PREOP and return what they say they are."""
+        self.find()
+        self.reach(PREOP)
+        return [self.identify(position) for position in range(self.n_devices)]
+
+    @property
+    def n_devices(self) -> int:
+        """Return how many devices were found."""
+        return len(self._devices)
+
+    def find(self) -> None:
+        """Find the devices, give them addresses and ask them for PREOP."""
+        if self._master.config_init(False, release_gil=True) <= 0:
+            raise BusError(
+                "bus.no_cameras",
+                f"No camera answers on interface '{self._interface}'.",
+                "Check the cable and that the cameras are switched on.",
+            )
+        self._devices = list(self._master.slaves)
+        check_room(len(self._devices))
+        for position in range(len(self._devices)):
+            target = -position & 0xFFFF
+            answers = self.port.ask([Datagram(Command.APRD, target, _STATION_REGISTER, bytes(2))])
+            address = 0 if answers is None else int.from_bytes(answers[0].data, "little")
+            if address != self.station(position):
+                raise BusError(
+                    "bus.duplicate_address",
+                    f"The device at position {position + 1} of the bus has the station address "
+                    f"{address:#06x} where it was given {self.station(position):#06x}.",
+                    "Switch the cameras off and on.",
+                )
+
+    def station(self, position: int) -> int:
+        """Return the station address that a device was given."""
+        return _FIRST_STATION + position
+
+    def read_object(
+        self, position: int, name: str, index: int, sub: int, room: int = _OBJECT_BYTES
+    ) -> bytes:
+        """Return a value of a device's object dictionary.
+
+        Parameters
+        ----------
+        position, name
+            Which device, and what to call it in messages.
+        index, sub
+            Which value.
+        room
+            How many bytes it has at most.
+        """
+        device = self._devices[position]
+        return _call(lambda: bytes(device.sdo_read(index, sub, room)), name, f"object {index:#06x}")
+
+    def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
+        """Change a value of a device's object dictionary; ``name`` is for messages."""
+        device = self._devices[position]
+
+        def write() -> bytes:
+            device.sdo_write(index, sub, value)
+            return b""
+
+        _call(write, name, f"object {index:#06x}")
+
+    def read_register(self, position: int, name: str, address: int, length: int) -> bytes:
+        """Return registers of a device's controller; ``name`` is for messages."""
+        question = Datagram(Command.FPRD, self.station(position), address, bytes(length))
+        return self._register(question, name)
+
+    def write_register(self, position: int, name: str, address: int, value: bytes) -> None:
+        """Change registers of a device's controller; ``name`` is for messages."""
+        self._register(Datagram(Command.FPWR, self.station(position), address, value), name)
+
+    def _register(self, question: Datagram, name: str) -> bytes:
+        for _ in range(_TRIES):
+            answers = self.port.ask([question])
+            if answers is not None and answers[0].working_counter == 1:
+                return answers[0].data
+        raise BusError(
+            "bus.no_answer",
+            f"Camera {name} does not answer as it should (register {question.register:#06x}).",
+            "Check its cable; switch the camera off and on.",
+        )
+
+    def map(self) -> None:
+        """Lay out the process data and measure the delays of the distributed clocks."""
+        self._master.manual_state_change = 1
+        try:
+            with self._fuse():
+                self._master.config_map()
+        except pysoem.ConfigMapError as error:
+            raise BusError(
+                "bus.map",
+                "The process data of the cameras could not be mapped.",
+                "Switch the cameras off and on and start again.",
+            ) from error
+        sizes = {(len(device.input), len(device.output)) for device in self._devices}
+        if sizes != {(INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)}:
+            raise BusError(
+                "bus.map",
+                f"The process data of the cameras could not be mapped completely: {sizes}.",
+                "Check the cables of the cameras and start again.",
+            )
+        if not self._master.config_dc():
+            raise BusError(
+                "bus.clock",
+                "The cameras have no distributed clock.",
+                "Check that all devices on the bus are cameras of this kind.",
+            )
+
+    @contextlib.contextmanager
+    def _fuse(self) -> Iterator[None]:
+        """Keep pysoem from waiting where the cable breaks while it maps.
+
+        It would then ask for thousands of words of the EEPROM, wait 8 ms for each and hold the
+        GIL: 84 s without an end for this process (measured). After a moment a helper switches
+        the socket, which it shares, to not waiting; then the rest takes half a second.
+        """
+        timeouts = pysoem.settings.timeouts
+        kept = timeouts.ret, timeouts.eeprom
+        # Without effect while one socket waits, but not for two; the EEPROM is not needed.
+        ring = self.port.ring is not None
+        timeouts.ret = timeouts.eeprom = _FUSE_RET_RING_US if ring else _FUSE_RET_US
+        helper = _fork_quietly()
+        if helper == 0:
+            try:
+                time.sleep(_FUSE_S)
+                self._set_blocking(blocking=False)
+            finally:
+                os._exit(0)
+        try:
+            yield
+        finally:
+            os.kill(helper, signal.SIGKILL)
+            os.waitpid(helper, 0)
+            self._set_blocking(blocking=True)
+            timeouts.ret, timeouts.eeprom = kept
+
+    def _set_blocking(self, *, blocking: bool) -> None:
+        for own in self._own:
+            # Only the flag of the open file, which pysoem's own descriptor shares.
+            os.set_blocking(own.fileno(), blocking)
+
+    def request(self, state: int) -> None:
+        """Ask all devices for a state."""
+        self._master.state = state
+        self._master.write_state()
+
+    def reach(self, state: int, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """Wait until all devices are in a state; pysoem's own wait would hold the GIL."""
+        for _ in self.steps_to(state):
+            meanwhile()
+
+    def steps_to(self, state: int) -> Iterator[None]:
+        """Yield until all devices are in a state; whoever takes the steps decides how fast.
+
+        Raises
+        ------
+        BusError
+            One of them does not get there.
+        """
+        deadline = time.monotonic() + _STATE_TIMEOUT_S
+        while self._master.read_state() != state:
+            yield
+            if time.monotonic() > deadline:
+                raise BusError(
+                    "bus.state",
+                    self._stuck(state),
+                    "Switch the cameras off and on; if that does not help, call the service.",
+                )
+            time.sleep(_STATE_POLL_S)
+
+    def first_cycle(self) -> None:
+        """Exchange process data once, patiently, and from then on wait exactly as told.
+
+        While it configures, pysoem relies on waiting longer than it says; after that its socket
+        must not block.
+        """
+        service = ServiceChannel()
+        self.port.collect(service)
+        self._master.send_processdata()
+        self._master.receive_processdata(10_000)
+        self.port.tally.learn(self.port.collect(service))
+        self._set_blocking(blocking=False)
+
+    def pump_clock(self) -> None:
+        """Pass the reference time on once, without a look at what comes back."""
+        self._master.send_processdata()
+        self._master.receive_processdata(2000)
+
+    def set_output(self, position: int, content: bytes) -> None:
+        """Set what a device gets in the next cycle."""
+        if len(content) != OUTPUT_STRUCT.size:
+            raise BusError(
+                "bus.output",
+                f"Outputs of {len(content)} bytes do not fit.",
+                "Report this as a fault of the program.",
+            )
+        self._devices[position].output = content
+
+    def inputs(self, positions: Sequence[int]) -> tuple[bytes, ...]:
+        """Return what the devices sent in the last cycle."""
+        return tuple(self._devices[position].input for position in positions)
+
+    def cycle(
+        self, token: int, timeout_ns: int, service: ServiceChannel, jobs: Iterable[Job]
+    ) -> Passage:
+        """Exchange process data and, right behind it, what is to be asked beside it.
+
+        A cycle of several Ethernet frames is waited for on sockets of our own that see the same
+        answers: pysoem would spin for the second one and take the processor from the others.
+
+        Parameters
+        ----------
+        token
+            What the outputs of this cycle carry as heartbeat.
+        timeout_ns
+            How long to wait.
+        service, jobs
+            The service channel and its questions of this cycle.
+        """
+        port = self.port
+        port.begin(service, token)
+        for own in self._own:
+            drain(own)
+        sent_ns = time.monotonic_ns()
+        if self._master.send_processdata() <= 0:
+            return Passage(0, False, False, sent_ns, sent_ns)
+        port.send_service(service.compose(jobs))
+        deadline_ns = sent_ns + timeout_ns
+        if port.ring is None:
+            whole, any_came, answered_ns = port.await_answers(service, deadline_ns)
+            settle_us = _SETTLE_US
+        else:
+            # Halves of an answer are put together by pysoem, which sends them round once more.
+            # Frames that are 16 cycles old look fresh to it; the cameras' counters tell them.
+            whole, any_came, answered_ns = port.await_copies(service, deadline_ns)
+            settle_us = _SETTLE_RING_US if port.has_both_ends else _SETTLE_LINE_US
+        # Also without an answer, because pysoem frees its buffers here.
+        counter: int = self._master.receive_processdata(settle_us if whole else 0)
+        return Passage(counter if whole else 0, whole, any_came, sent_ns, answered_ns)
+
+    def close(self) -> None:
+        """Leave the devices in INIT and give the interface back; may be called twice."""
+        if self._port is not None:
+            # Answers could not be waited for, and need not: whoever comes next begins at INIT.
+            if self._devices:
+                content = INIT.to_bytes(2, "little")
+                self._port.ask([Datagram(Command.BWR, 0, _AL_CONTROL, content)])
+            self._port.close()
+            self._port = None
+        for own in self._own:
+            own.close()
+        self._own = []
+        self._devices = []
+        # Needed after a failed open as well: the socket stays open otherwise.
+        with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
+            self._master.close()
+
+    def identify(self, position: int) -> FoundDevice:
+        """Return what a device says it is."""
+        device = self._devices[position]
+        serial: int | None = None
+        with contextlib.suppress(*_CALL_ERRORS):
+            serial = struct.unpack("<I", device.sdo_read(IDENTITY, IDENTITY_SERIAL))[0]
+        alias = self.read_register(position, f"at position {position + 1}", _ALIAS_REGISTER, 2)
+        return FoundDevice(
+            device.man, device.id, device.rev, serial, int.from_bytes(alias, "little")
+        )
+
+    def _stuck(self, state: int) -> str:
+        for position, device in enumerate(self._devices, start=1):
+            if device.state != state:
+                why = pysoem.al_status_code_to_string(device.al_status)
+                return (
+                    f"The camera at position {position} of the bus does not reach the state "
+                    f"{STATE_NAMES[state]} (AL status {device.al_status:#06x}: {why})."
+                )
+        return f"The cameras do not reach the state {STATE_NAMES[state]}."
+
+
+def _fork_quietly() -> int:
+    """Fork; the warning about other threads is for children that do more than one system call."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
+
+
+def _be_impatient() -> None:
+    """Let no single call of pysoem wait for seconds; these settings exist only once a process."""
+    pysoem.settings.timeouts.rx_mailbox = _SDO_TIMEOUT_US
+    pysoem.settings.timeouts.state = _STATE_US
+
+
+def al_text(code: int) -> str:
+    """Return what an AL status code means."""
+    return str(pysoem.al_status_code_to_string(code)) if code else ""
+
+
+def _closed() -> BusError:
+    return BusError("bus.closed", "The camera bus is not open.", "Open it first.")
+
+
+def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:
+    """Try again what a lost frame may have spoiled; then say which camera did not answer."""
+    for attempt in range(_TRIES):
+        try:
+            return action()
+        except pysoem.SdoError as error:
+            raise BusError(
+                "bus.refused",
+                f"Camera {name} refuses {what} (abort code {error.abort_code:#010x}: "
+                f"{error.desc}).",
+                "Install the firmware of the camera that belongs to this program.",
+            ) from error
+        except _CALL_ERRORS as error:
+            if attempt == _TRIES - 1:
+                raise BusError(
+                    "bus.no_answer",
+                    f"Camera {name} does not answer as it should ({what}).",
+                    "Check its cable; switch the camera off and on.",
+                ) from error
+    raise AssertionError("the last try returns or raises")

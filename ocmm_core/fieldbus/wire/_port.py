@@ -1,0 +1,227 @@
+"""Our own raw sockets beside the master's: they see every answer and carry the service frames."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.wire._datagrams import Command, Datagram, frame_index
+from ocmm_core.fieldbus.wire._ring_cable import RingCable
+from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
+from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, receive, transmit
+from ocmm_core.fieldbus.wire._tally import N_INDICES, AnswerTally
+
+_SERVICE_WAIT_NS = 250_000
+"""After the process data are complete, the answer of the service frame is waited for so long."""
+_ASK_NS = 10_000_000
+_ASK_TRIES = 3
+_DL_INFORMATION = 0x0000
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """How one cycle went over the wire.
+
+    Attributes
+    ----------
+    working_counter
+        Of the process data; meaningless where they did not come back whole.
+    whole
+        All answers to the process data came.
+    any_came
+        At least one answer of any kind came.
+    sent_ns, answered_ns
+        Host times of the first frame going out and of the process data being complete, or of
+        the end of the wait.
+    """
+
+    working_counter: int
+    whole: bool
+    any_came: bool
+    sent_ns: int
+    answered_ns: int
+
+
+class Port:
+    """One end of the bus cable, or both where there is a redundancy cable.
+
+    Parameters
+    ----------
+    interfaces
+        One network interface, or two.
+
+    Attributes
+    ----------
+    tally
+        Answers to the process data.
+    links
+        State of the link of each interface.
+    ring
+        What a redundancy cable makes of the answers; None without one.
+    """
+
+    def __init__(self, interfaces: Sequence[str]) -> None:
+        self.tally = AnswerTally()
+        self.links = [LinkWatch(name) for name in interfaces]
+        self.ring = RingCable() if len(interfaces) > 1 else None
+        self._channels: list[socket.socket] = []
+        self._questions = ServiceChannel()
+        self._service_came = False
+        self._copies = 0
+        try:
+            for name in interfaces:
+                self._channels.append(listen(name))
+        except OSError as error:
+            self.close()
+            raise BusError(
+                "bus.unusable",
+                f"Interface '{interfaces[len(self._channels)]}' cannot be opened "
+                f"({error.strerror}).",
+                "Check the adapter and its driver.",
+            ) from error
+
+    def ask(self, datagrams: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
+        """Send datagrams outside of a cycle and wait a moment for their answer.
+
+        Blocks for 30 ms at most; returns None where nothing comes back.
+        """
+        service = self._questions
+        for _ in range(_ASK_TRIES):
+            answers: list[Datagram] = []
+
+            def keep(answer: Datagram | None, answers: list[Datagram] = answers) -> None:
+                if answer is not None:
+                    answers.append(answer)
+
+            self.collect(service)
+            frame = service.compose([Job(datagram, keep) for datagram in datagrams])
+            if frame is None or not self._send(frame):
+                return None
+            self._wait(lambda: service.waits, service, _ASK_NS)
+            if len(answers) == len(datagrams):
+                return tuple(answers)
+            service.abandon()
+        return None
+
+    def count_devices(self) -> int:
+        """Return how many devices answer; blocks for 30 ms at most."""
+        answers = self.ask([Datagram(Command.BRD, 0, _DL_INFORMATION, bytes(1))])
+        return 0 if answers is None else answers[0].working_counter
+
+    def link_trouble(self) -> str:
+        """Return why no frame can pass any interface; empty in good order."""
+        troubles = [link.trouble() for link in self.links]
+        return troubles[0] if all(troubles) else ""
+
+    @property
+    def has_both_ends(self) -> bool:
+        """Return whether every interface has a link."""
+        return not any(link.trouble() for link in self.links)
+
+    def begin(self, service: ServiceChannel, token: int) -> None:
+        """Sort what came late and expect the answers of the next cycle."""
+        self.tally.begin(token)
+        for frame in self.collect(service):
+            if self.ring is None:
+                self.tally.take_late(frame)
+        self._service_came = False
+        self._copies = 0
+
+    def send_service(self, frame: bytes | None) -> None:
+        """Send the service frame of this cycle."""
+        if frame is not None:
+            self._send(frame)
+
+    def await_answers(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
+        """Wait for the answers of this cycle.
+
+        Returns
+        -------
+        whole
+            The process data are complete.
+        any_came
+            Something came.
+        answered_ns
+            When they were complete, or when the wait ended.
+        """
+        tally = self.tally
+        self._wait(lambda: tally.missing > 0, service, deadline_ns - time.monotonic_ns())
+        answered_ns = time.monotonic_ns()
+        whole = tally.missing == 0
+        if whole and service.waits:
+            rest = min(_SERVICE_WAIT_NS, deadline_ns - answered_ns)
+            self._wait(lambda: service.waits, service, rest)
+        return whole, tally.any_came or self._service_came, answered_ns
+
+    def await_copies(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
+        """Wait for all that comes back on a ring; as `await_answers`.
+
+        The master library sends at both ends: its frame, and one that only tells where the ring
+        ends.
+        """
+        ends = sum(not link.trouble() for link in self.links)
+        wanted = ends * self.tally.frames
+        now_ns = time.monotonic_ns()
+        self._wait(lambda: self._copies < wanted or service.waits, service, deadline_ns - now_ns)
+        any_came = self._copies > 0 or self._service_came
+        return self._copies >= self.tally.frames, any_came, time.monotonic_ns()
+
+    def collect(self, service: ServiceChannel) -> list[bytes]:
+        """Take all frames that wait and give them to whom they belong; return the master's."""
+        own = []
+        for end, channel in enumerate(self._channels):
+            while (frame := receive(channel)) is not None:
+                index = frame_index(frame)
+                if index is None:
+                    continue
+                if index >= FIRST_INDEX:
+                    if self._is_whole(end, index, frame):
+                        self._service_came |= service.take(frame)
+                elif index < N_INDICES:
+                    own.append(frame)
+        return own
+
+    def close(self) -> None:
+        """Give the sockets back; may be called twice."""
+        for channel in self._channels:
+            channel.close()
+        for link in self.links:
+            link.close()
+        self._channels = []
+
+    def _send(self, frame: bytes) -> bool:
+        end = 0
+        if self.ring is not None:
+            end = int(bool(self.links[0].trouble()))
+            self.ring.sent(frame_index(frame) or 0, end)
+        return transmit(self._channels[end], frame)
+
+    def _is_whole(self, end: int, index: int, frame: bytes) -> bool:
+        """Say whether a frame is an answer; one that saw only a part of the ring is sent on."""
+        if self.ring is None:
+            return True
+        other = 1 - end
+        has_link = not self.links[other].trouble()
+        if self.ring.is_whole(index, end, frame, other_has_link=has_link):
+            return True
+        return not transmit(self._channels[other], frame)
+
+    def _wait(self, waiting: Callable[[], bool], service: ServiceChannel, time_ns: int) -> None:
+        deadline = time.monotonic_ns() + time_ns
+        while waiting():
+            rest = deadline - time.monotonic_ns()
+            ready: list[socket.socket] = []
+            with contextlib.suppress(OSError, ValueError):
+                ready, _, _ = select.select(self._channels, [], [], max(0.0, rest * 1e-9))
+            if not ready:
+                return
+            for frame in self.collect(service):
+                # On a ring the master puts the answers together itself, from copies.
+                self._copies += 1
+                if self.ring is None:
+                    self.tally.take(frame)

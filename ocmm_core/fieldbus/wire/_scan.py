@@ -1,0 +1,180 @@
+"""Who is on the wire: asked by position, before anything is configured and without changing it.
+
+Every device says in its EEPROM who made it, what it is and which serial number it has (ETG.1000.6
+SII, words 4 and 8 to 15); that is read through its registers (ETG.1000.4, 6.4), so that devices
+that are no cameras, and cameras that no rig knows, are listed as well.
+"""
+
+from __future__ import annotations
+
+import select
+import struct
+import time
+from collections.abc import Callable, Sequence
+
+import msgspec
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.device import FoundDevice
+from ocmm_core.fieldbus.wire._datagrams import (
+    Command,
+    Datagram,
+    decode_frame,
+    encode_frame,
+    frame_index,
+)
+from ocmm_core.fieldbus.wire._sockets import listen, receive
+
+_TYPE, _AL_STATUS = 0x0000, 0x0130
+_EEPROM_OWNER, _EEPROM_CONTROL = 0x0500, 0x0502
+_READ, _BUSY, _ERRORS = 0x0100, 0x8000, 0x7800
+_EEPROM_REQUEST = struct.Struct("<HI")
+_EEPROM_ANSWER = struct.Struct("<HI4s")
+_ALIAS_WORD, _IDENTITY_WORD = 4, 8
+_IDENTITY = struct.Struct("<IIII")
+_STATES = {1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
+_POLLS = 50
+_TRIES = 5
+_ANSWER_S = 0.02
+_MAX_DEVICES = 1000
+
+Exchange = Callable[[Datagram], Datagram]
+"""Sends a datagram over the wire and returns it as it came back."""
+
+
+class ScannedDevice(msgspec.Struct, frozen=True):
+    """What one device said.
+
+    Attributes
+    ----------
+    device
+        Who it is.
+    state
+        AL state, for people.
+    """
+
+    device: FoundDevice
+    state: str
+
+
+def scan_devices(exchange: Exchange) -> tuple[ScannedDevice, ...]:
+    """Return the devices in the order in which a frame passes them; none where nobody answers.
+
+    Raises
+    ------
+    BusError
+        A device stopped answering or does not give its EEPROM away.
+    """
+    count = exchange(Datagram(Command.BRD, 0, _TYPE, b"\x00")).working_counter
+    return tuple(_look_at(exchange, position) for position in range(min(count, _MAX_DEVICES)))
+
+
+class RawLine:
+    """Datagrams over a network interface, one by one; for use before a master runs there.
+
+    Parameters
+    ----------
+    interface
+        One that `check_interface` accepted.
+    """
+
+    def __init__(self, interface: str) -> None:
+        self._interface = interface
+        self._index = 0
+        self._channel = listen(interface)
+
+    def exchange(self, datagram: Datagram) -> Datagram:
+        """Send a datagram until it comes back.
+
+        Raises
+        ------
+        BusError
+            It does not come back.
+        """
+        for _ in range(_TRIES):
+            self._index = self._index % 0xFF + 1
+            self._channel.send(encode_frame(self._index, [datagram]))
+            answer = self._wait()
+            if answer is not None and answer.command == datagram.command:
+                return answer
+        raise BusError(
+            "bus.silent",
+            f"No camera answers on interface '{self._interface}'.",
+            "Check the cable and that the cameras are switched on.",
+        )
+
+    def close(self) -> None:
+        """Give the interface back."""
+        self._channel.close()
+
+    def _wait(self) -> Datagram | None:
+        deadline = time.monotonic() + _ANSWER_S
+        while (left := deadline - time.monotonic()) > 0.0:
+            if not select.select([self._channel], [], [], left)[0]:
+                break
+            frame = receive(self._channel)
+            if frame is not None and frame_index(frame) == self._index:
+                _index, datagrams = decode_frame(frame)
+                return datagrams[0]
+        return None
+
+
+def encode_scan(devices: Sequence[ScannedDevice]) -> bytes:
+    """Return the devices as one line of JSON."""
+    return msgspec.json.encode(list(devices)) + b"\n"
+
+
+def decode_scan(content: bytes) -> tuple[ScannedDevice, ...]:
+    """Return the devices in ``content``; raise BusError where there are none of this version."""
+    try:
+        return msgspec.json.decode(content, type=tuple[ScannedDevice, ...])
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise BusError(
+            "bus.scan",
+            f"The list of devices cannot be read ({error}).",
+            "Install the program completely; its parts are of different versions.",
+        ) from error
+
+
+def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
+    """Ask the device at a position, 0 first."""
+    target = -position & 0xFFFF
+
+    def ask(command: Command, register: int, data: bytes) -> bytes:
+        answer = exchange(Datagram(command, target, register, data))
+        if answer.working_counter != 1:
+            raise _lost(position, "does not answer any more")
+        return answer.data
+
+    (state,) = struct.unpack("<H", ask(Command.APRD, _AL_STATUS, bytes(2)))
+    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    words = b"".join(
+        _read_eeprom(ask, position, word)
+        for word in (_ALIAS_WORD, *range(_IDENTITY_WORD, _IDENTITY_WORD + _IDENTITY.size // 2, 2))
+    )
+    (alias,) = struct.unpack_from("<H", words)
+    vendor, product, revision, serial = _IDENTITY.unpack_from(words, 4)
+    name = _STATES.get(state & 0x0F, f"{state & 0x0F:#x}") + (" + error" if state & 0x10 else "")
+    return ScannedDevice(FoundDevice(vendor, product, revision, serial, alias), name)
+
+
+def _read_eeprom(ask: Callable[[Command, int, bytes], bytes], position: int, word: int) -> bytes:
+    """Return two words of a device's EEPROM."""
+    ask(Command.APWR, _EEPROM_CONTROL, _EEPROM_REQUEST.pack(_READ, word))
+    for _ in range(_POLLS):
+        answer = ask(Command.APRD, _EEPROM_CONTROL, bytes(_EEPROM_ANSWER.size))
+        status, place, data = _EEPROM_ANSWER.unpack(answer)
+        if status & _BUSY:
+            continue
+        if status & _ERRORS or place != word:
+            break
+        return bytes(data)
+    raise _lost(position, f"does not give its EEPROM away (word {word})")
+
+
+def _lost(position: int, why: str) -> BusError:
+    return BusError(
+        "bus.scan",
+        f"The device at position {position + 1} of the bus {why}.",
+        "Let no other master use the bus, then switch that device off and on.",
+    )

@@ -1,0 +1,126 @@
+"""The service channel: everything acyclic, in one frame of our own per cycle that never waits.
+
+States, clocks, error counters, mailboxes and EEPROM words of the cameras are asked for with
+datagrams that leave right behind the process data and whose answers are collected in the same
+wait. A question without an answer is given up after a few cycles and whoever asked decides what
+then; so a camera that is dead or hangs makes nobody wait.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.wire._datagrams import (
+    DATAGRAM_OVERHEAD,
+    FRAME_BYTES,
+    Datagram,
+    decode_frame,
+    encode_frame,
+)
+
+FIRST_INDEX = 0x80
+"""Of the frames of this channel; the master library ignores indices from 16 on."""
+_N_INDICES = 0x80
+_GIVE_UP_CYCLES = 6
+_ROOM = FRAME_BYTES - 16
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A question to the wire.
+
+    Attributes
+    ----------
+    datagram
+        What is sent.
+    answered
+        Called once: with the datagram that came back, or None where none came in time.
+    """
+
+    datagram: Datagram
+    answered: Callable[[Datagram | None], None]
+
+
+class ServiceChannel:
+    """Composes the service frames and hands their answers to whoever asked.
+
+    Attributes
+    ----------
+    answered, given_up
+        Frames whose answer came, and whose answer did not.
+    stray
+        Answers that nobody waited for any more.
+    """
+
+    def __init__(self) -> None:
+        self.answered = self.given_up = self.stray = 0
+        self._number = 0
+        self._waiting: dict[int, tuple[int, tuple[Job, ...]]] = {}
+        self._newest = -1
+
+    @property
+    def waits(self) -> bool:
+        """Return whether the answer to the newest frame is still out."""
+        return self._newest in self._waiting
+
+    def compose(self, jobs: Iterable[Job]) -> bytes | None:
+        """Return the frame of this cycle, or None where there is nothing to ask.
+
+        Jobs beyond the room of one frame are told at once that nobody took part in them.
+        """
+        self._number += 1
+        self._give_up()
+        room = _ROOM
+        chosen: list[Job] = []
+        refused: list[Job] = []
+        for job in jobs:
+            size = len(job.datagram.data) + DATAGRAM_OVERHEAD
+            (chosen if size <= room else refused).append(job)
+            room -= size if size <= room else 0
+        for job in refused:
+            job.answered(job.datagram)
+        if not chosen:
+            return None
+        self._newest = FIRST_INDEX + self._number % _N_INDICES
+        self._waiting[self._newest] = (self._number, tuple(chosen))
+        return encode_frame(self._newest, [job.datagram for job in chosen])
+
+    def take(self, frame: bytes) -> bool:
+        """Take an answer with an index of this channel; say whether it was waited for."""
+        try:
+            index, datagrams = decode_frame(frame)
+        except BusError:
+            self.stray += 1
+            return False
+        _number, jobs = self._waiting.get(index, (0, ()))
+        asked = [_shape(job.datagram) for job in jobs]
+        if not jobs or asked != [_shape(answer) for answer in datagrams]:
+            self.stray += 1
+            return False
+        del self._waiting[index]
+        self.answered += 1
+        for job, answer in zip(jobs, datagrams, strict=True):
+            job.answered(answer)
+        return True
+
+    def abandon(self) -> None:
+        """Give up all questions; the bus is set up anew."""
+        waiting, self._waiting = self._waiting, {}
+        for _number, jobs in waiting.values():
+            for job in jobs:
+                job.answered(None)
+
+    def _give_up(self) -> None:
+        for index, (number, jobs) in list(self._waiting.items()):
+            if self._number - number > _GIVE_UP_CYCLES:
+                del self._waiting[index]
+                self.given_up += 1
+                for job in jobs:
+                    job.answered(None)
+
+
+def _shape(datagram: Datagram) -> tuple[int, int, int]:
+    """Return what no slave changes; a broadcast counts the slaves in its target."""
+    return datagram.command, datagram.register, len(datagram.data)

@@ -1,0 +1,113 @@
+"""Jobs after they were measured: reopened, compared, doubted, and recalled."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import _reopen as reopen
+    from ocmm_core.inspection.archive._batch import (
+        SUFFIX,
+        BatchPart,
+        next_serial,
+        parts_of_batch,
+        require_new_serial,
+    )
+    from ocmm_core.inspection.archive._camera_history import is_known, settle_cameras
+    from ocmm_core.inspection.archive._compare import (
+        Comparison,
+        Trend,
+        all_simulated,
+        compare_folder,
+        compare_jobs,
+    )
+    from ocmm_core.inspection.archive._part_before import place_of_part_before
+    from ocmm_core.inspection.archive._recall import Places, decide, recall
+    from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
+    from ocmm_core.inspection.archive._recall_record import (
+        SCHEMA,
+        Outcome,
+        RecalledCharacteristic,
+        RecalledJob,
+        RecalledValue,
+        RecallRecord,
+    )
+    from ocmm_core.inspection.archive._recall_words import (
+        COLUMNS,
+        checked,
+        decided,
+        headline,
+        job_line,
+        not_judged,
+        rests_on,
+        row,
+        totals,
+        worst_first,
+    )
+    from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
+    from ocmm_core.inspection.archive._tip_doubts import last_good_utc
+    from ocmm_core.inspection.archive._tip_history import first_taken, settle_tip
+else:
+    __getattr__ = door(
+        __name__,
+        _batch="BatchPart SUFFIX next_serial parts_of_batch require_new_serial",
+        _camera_history="is_known settle_cameras",
+        _compare="Comparison Trend all_simulated compare_folder compare_jobs",
+        _part_before="place_of_part_before",
+        _recall="Places decide recall",
+        _recall_artefact="artefact_wrong",
+        _recall_record=(
+            "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA"
+        ),
+        _recall_words=(
+            "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
+        ),
+        _reopen="ReopenedJob Tell reopen reopen_job",
+        _tip_doubts="last_good_utc",
+        _tip_history="first_taken settle_tip",
+    )
+
+__all__ = [
+    "COLUMNS",
+    "SCHEMA",
+    "SUFFIX",
+    "BatchPart",
+    "Comparison",
+    "Outcome",
+    "Places",
+    "RecallRecord",
+    "RecalledCharacteristic",
+    "RecalledJob",
+    "RecalledValue",
+    "ReopenedJob",
+    "Tell",
+    "Trend",
+    "all_simulated",
+    "artefact_wrong",
+    "checked",
+    "compare_folder",
+    "compare_jobs",
+    "decide",
+    "decided",
+    "first_taken",
+    "headline",
+    "is_known",
+    "job_line",
+    "last_good_utc",
+    "next_serial",
+    "not_judged",
+    "parts_of_batch",
+    "place_of_part_before",
+    "recall",
+    "reopen",
+    "reopen_job",
+    "require_new_serial",
+    "rests_on",
+    "row",
+    "settle_cameras",
+    "settle_tip",
+    "totals",
+    "worst_first",
+]

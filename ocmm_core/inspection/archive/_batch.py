@@ -1,0 +1,113 @@
+"""The parts of a batch: one job file a part, all by the same plan, in one folder."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+from ocmm_core.inspection.session import NOT_GIVEN, header_of
+from ocmm_core.storage import JobFile, JobGlance, glance
+
+_LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
+SUFFIX = ".ocmm"
+
+
+@dataclass(frozen=True, slots=True)
+class BatchPart:
+    """One part of a batch.
+
+    Attributes
+    ----------
+    path
+        Its job file.
+    serial, batch, operator
+        From its header.
+    created_utc
+        ISO 8601 text.
+    plan_identity
+        SHA-256 of the plan that it was measured by.
+    points
+        How many points it has.
+    """
+
+    path: Path
+    serial: str
+    batch: str
+    operator: str
+    created_utc: str
+    plan_identity: str
+    points: int
+
+
+def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
+    """Return the parts of a batch in a folder, oldest first.
+
+    A file that somebody may be writing to is looked at in a copy, so that one that is being
+    measured is in the list, too. Files that are no job files or cannot be read are left out: a list
+    never keeps anybody from measuring.
+    """
+    found = []
+    for path in sorted(folder.glob(f"*{SUFFIX}")):
+        try:
+            seen = glance(path) or _glance_at_copy(path)
+        except StorageError:
+            continue
+        header = header_of(seen.head, seen.events)
+        if header.batch == batch:
+            found.append(
+                BatchPart(
+                    path,
+                    header.serial,
+                    header.batch,
+                    header.operator,
+                    seen.head.created_utc,
+                    seen.head.plan_identity,
+                    seen.n_points,
+                )
+            )
+    return tuple(sorted(found, key=lambda part: part.created_utc))
+
+
+def _glance_at_copy(path: Path) -> JobGlance:
+    """Return what is seen of a job that is being written; StorageError as `copy_of_job`."""
+    with copy_of_job(path) as copy, JobFile.open(copy) as job:
+        return JobGlance(job.head, tuple(job.events()), len(job.points()))
+
+
+def next_serial(serial: str) -> str:
+    """Return the serial number after this one: its last number, one more, as wide as before.
+
+    Raises
+    ------
+    InputError
+        It has no number.
+    """
+    match = _LAST_NUMBER.search(serial)
+    if match is None:
+        raise InputError(
+            "batch.serial",
+            f"The serial number {serial!r} has no number that could be counted on.",
+            "Give the serial number of every part.",
+        )
+    digits = match.group(1)
+    counted = str(int(digits) + 1).zfill(len(digits))
+    return f"{serial[: match.start()]}{counted}{serial[match.end() :]}"
+
+
+def require_new_serial(folder: Path, batch: str, serial: str) -> None:
+    """Raise InputError where a part of this serial number is in the batch already.
+
+    Measured again it would count twice in every statistic of the batch.
+    """
+    if not batch or serial == NOT_GIVEN:
+        return
+    for part in parts_of_batch(folder, batch):
+        if part.serial == serial:
+            raise InputError(
+                "batch.repeated",
+                f"Serial number {serial} of batch {batch} was measured already: {part.path}.",
+                "Give the serial number of this part, or go on with that job (--continue).",
+            )

@@ -1,0 +1,181 @@
+"""What became of the calibration of the cameras after a job was measured.
+
+A verification that failed puts every job since the last good one in doubt, not only the one at
+hand, and so do a doubt and an artefact that was wrong. The history of a calibration is on the
+computers that measure with it. It is asked only where it holds the very record that the job was
+measured with; elsewhere a job says what its own file says, and that the history is not here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    Event,
+    EventKind,
+    record_hash,
+    store_folder,
+)
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
+from ocmm_core.inspection.archive._recall_record import points_released
+from ocmm_core.inspection.archive._tip_history import first_taken, hold, sentences
+from ocmm_core.inspection.evaluation import Ward, held_back
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.storage import JobFile
+
+_VERIFIED = "The calibration was verified since and passed."
+_TAKEN_OVER = "The history of the calibration knows of it."
+_RECALLED = "A recall found that the verdicts hold."
+_SAME_ALARM = timedelta(minutes=1)
+"""The monitor holds points back and puts the calibration in doubt at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraHistory:
+    """What the history of the calibration says of a job, in sentences.
+
+    Attributes
+    ----------
+    against
+        Which points it puts in doubt, and why; they are held back.
+    unread
+        That it is here and cannot be read.
+    absent
+        That it is not on this computer; empty where it is, or where there is none.
+    """
+
+    against: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
+    absent: str = ""
+
+
+def settle_cameras(
+    session: InspectionSession, job: JobFile, store: CalibrationStore, calibration: str
+) -> bool:
+    """Hold back and release points by what happened to their calibration; say if any changed.
+
+    Parameters
+    ----------
+    calibration
+        Hash of the record that the points were taken with.
+
+    Raises
+    ------
+    StorageError
+        It could not be made durable; points are held back until the program ends.
+    CalibrationError
+        The record of a recall was changed.
+    """
+    events = store.events
+    doubts = points_in_doubt(events, calibration, first_taken(job))
+    recalled = points_released(store, calibration, job)
+    changed = [
+        bool(session.release_points(recalled, _RECALLED, Ward.FAILED_CALIBRATION)),
+        bool(session.release_points(recalled, _RECALLED, Ward.CALIBRATION)),
+        hold(session, _without(doubts.failed, recalled), Ward.FAILED_CALIBRATION),
+        hold(session, _without(doubts.open, recalled), Ward.CALIBRATION),
+    ]
+    over = [n for n in session.held_for(Ward.CALIBRATION) if n not in doubts.open]
+    changed.append(bool(session.release_points(over, _VERIFIED, Ward.CALIBRATION)))
+    alarms = _known_alarms(events, calibration, job)
+    held = doubts.open.keys() | doubts.failed.keys()
+    changed += [
+        bool(session.release_points(alarms.keys() & held, _TAKEN_OVER, Ward.CAMERAS)),
+        bool(
+            session.release_points(
+                [n for n, answered in alarms.items() if answered], _VERIFIED, Ward.CAMERAS
+            )
+        ),
+    ]
+    return any(changed)
+
+
+def settle_by_calibration(
+    session: InspectionSession, job: JobFile, record: CameraRecord | None, folder: Path
+) -> CameraHistory:
+    """Do so by the history of the calibration on this computer, where there is one.
+
+    Parameters
+    ----------
+    job
+        Own copy of a job file.
+    record
+        What the job was measured with; None for a rig document, which has no history.
+    folder
+        Where calibrations are kept, rig by rig.
+    """
+    if record is None:
+        return CameraHistory()
+    used = record_hash(record)
+    absent = (
+        f"The history of calibration {used[:12]} of rig '{record.rig}' is not on this computer: "
+        "whether it failed later is not known here."
+    )
+    try:
+        store = CalibrationStore(store_folder(folder, record.rig))
+        if not is_known(store.events, used):
+            return CameraHistory(absent=absent)
+        settle_cameras(session, job, store, used)
+    except InputError:
+        # No rig of such a name can have a history here.
+        return CameraHistory(absent=absent)
+    except (OcmmError, OSError) as error:
+        why = error.what if isinstance(error, OcmmError) else str(error)
+        sentence = (
+            f"The history of the calibration of rig '{record.rig}' cannot be read, so that nobody "
+            f"knows whether it failed since: {why}"
+        )
+        return CameraHistory(unread=(sentence,))
+    return CameraHistory(
+        against=tuple(
+            sentence
+            for ward in (Ward.FAILED_CALIBRATION, Ward.CALIBRATION)
+            for sentence in sentences(session.held_for(ward), ward)
+        )
+    )
+
+
+def is_known(events: Sequence[Event], calibration: str) -> bool:
+    """Return whether a calibration was in force by these events."""
+    return any(one.kind is EventKind.ACCEPTED and one.calibration == calibration for one in events)
+
+
+def _without(points: dict[int, str], numbers: frozenset[int]) -> dict[int, str]:
+    return {number: why for number, why in points.items() if number not in numbers}
+
+
+def _known_alarms(events: Sequence[Event], calibration: str, job: JobFile) -> dict[int, bool]:
+    """Return the points that the monitor held back for a doubt that the history knows.
+
+    The monitor holds back for other causes, too (the part has moved, the probe has changed), which
+    no verification of the cameras answers: only what the history tells in the same words at the
+    same time is its own. The value is whether a good check has answered it since.
+    """
+    own = [one for one in events if one.calibration == calibration]
+    checked = [datetime.fromisoformat(one.utc) for one in own if one.kind is EventKind.PASSED]
+    last = max(checked, default=None)
+    doubts = [
+        (datetime.fromisoformat(one.utc), one.reason)
+        for one in own
+        if one.kind is EventKind.SUSPECTED
+    ]
+    happened = job.events()
+    held = held_back(happened)
+    known: dict[int, bool] = {}
+    for event in happened:
+        if event.kind != Ward.CAMERAS.held:
+            continue
+        names, _, reason = event.text.partition(": ")
+        when = datetime.fromisoformat(event.time_utc)
+        same = [utc for utc, why in doubts if why == reason and abs(utc - when) < _SAME_ALARM]
+        for number in (int(name) for name in names.split(",")):
+            known.pop(number, None)
+            if same and number in held:
+                known[number] = last is not None and max(same) < last
+    return known

@@ -1,0 +1,345 @@
+"""Recall: which verdicts of older jobs stand after their calibration was found to be wrong.
+
+Every job whose points the history of its calibration puts in doubt is computed anew from its raw
+spots with the calibration in force now, which was made later (`recall_job`); what the spots exclude
+decides which of both counts (`recall_judge`). Job files are only read, in copies.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core import __version__
+from ocmm_core.blas import use_one_thread
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    load_named,
+    record_hash,
+    save,
+    store_folder,
+)
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.archive._batch import SUFFIX
+from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
+from ocmm_core.inspection.archive._camera_history import is_known
+from ocmm_core.inspection.archive._recall_job import Anew, JobFindings, Later, findings_of
+from ocmm_core.inspection.archive._recall_judge import Cases, cases_of, judgement, recalled, unknown
+from ocmm_core.inspection.archive._recall_record import (
+    SCHEMA,
+    Outcome,
+    RecalledCharacteristic,
+    RecalledJob,
+    RecallRecord,
+    points_digest,
+)
+from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+from ocmm_core.inspection.archive._stored_documents import StoredDocuments
+from ocmm_core.inspection.archive._tip_history import first_taken
+from ocmm_core.storage import JobFile
+
+Tell = Callable[[str, float], None]
+"""Told what is done next, and the share that is done."""
+
+_FEW = 4
+"""So many jobs are not worth the start of processes."""
+_LOOKING = 0.1
+"""Share of the time that the looking for jobs takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Where jobs, calibrations and probes are kept on this computer.
+
+    Attributes
+    ----------
+    jobs
+        Folders, looked through with those in them, and job files.
+    calibrations
+        Rig by rig.
+    probes
+        Probe by probe; None is the folder of this user.
+    """
+
+    jobs: tuple[Path, ...]
+    calibrations: Path
+    probes: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Touched:
+    """A job with points in doubt, by number and why, and what it is computed with."""
+
+    path: Path
+    later: Later
+    in_doubt: dict[int, str]
+
+
+def recall(
+    places: Places,
+    now: datetime,
+    tell: Tell = lambda what, share: None,
+    workers: int = 1,
+) -> RecallRecord:
+    """Return what becomes of all jobs that are in doubt because of their calibration.
+
+    Nothing is changed by it; `decide` does.
+
+    Parameters
+    ----------
+    workers
+        Processes that compute.
+
+    Raises
+    ------
+    InputError
+        There is no such folder or file, or no job in it.
+    """
+    paths = _paths(places.jobs)
+    touched, unread = _touched(paths, places, now, tell)
+    found: list[JobFindings] = []
+    for done, result in enumerate(_computed(touched, places, workers)):
+        if isinstance(result, JobFindings):
+            found.append(result)
+        else:
+            unread.append(result)
+        share = _LOOKING + (1.0 - _LOOKING) * (done + 1) / len(touched)
+        tell(f"Recalculated {done + 1} of {len(touched)} jobs", share)
+    return RecallRecord(
+        schema=SCHEMA,
+        made_utc=now.isoformat(timespec="microseconds"),
+        made_by="",
+        software=__version__,
+        folders=tuple(str(path) for path in places.jobs),
+        looked_at=len(paths),
+        jobs=tuple(_judged(found)),
+        unread=tuple(sorted(unread)),
+    )
+
+
+def _paths(jobs: Sequence[Path]) -> list[Path]:
+    found: dict[Path, None] = {}
+    for place in jobs:
+        if place.is_dir():
+            found |= dict.fromkeys(sorted(place.rglob(f"*{SUFFIX}")))
+        elif place.is_file():
+            found[place] = None
+        else:
+            raise InputError(
+                "recall.folder",
+                f"{place}: there is no such folder or job file.",
+                "Give the folder in which the jobs are kept.",
+            )
+    if not found:
+        raise InputError(
+            "recall.no_jobs",
+            f"There is no job in {', '.join(str(place) for place in jobs)}.",
+            "Give the folder in which the jobs are kept.",
+        )
+    return list(found)
+
+
+def _touched(
+    paths: Sequence[Path], places: Places, now: datetime, tell: Tell
+) -> tuple[list[_Touched], list[str]]:
+    """Return the jobs with points in doubt, each with what it is computed with, and faults."""
+    stores: dict[str, CalibrationStore] = {}
+    laters: dict[tuple[str, str], Later] = {}
+    touched: list[_Touched] = []
+    unread: list[str] = []
+    for done, path in enumerate(paths):
+        tell(f"Looking at {path.name}", _LOOKING * done / len(paths))
+        try:
+            record, in_doubt = _doubted(path, places.calibrations, stores)
+            if record is not None and in_doubt:
+                key = record.rig, record_hash(record)
+                if key not in laters:
+                    laters[key] = later_than(stores[record.rig], record, now)
+                touched.append(_Touched(path, laters[key], in_doubt))
+        except InputError as error:
+            unread.append(f"{error.what} {error.remedy}")
+        except OcmmError as error:
+            unread.append(error.what)
+    return touched, unread
+
+
+def _doubted(
+    path: Path, calibrations: Path, stores: dict[str, CalibrationStore]
+) -> tuple[CameraRecord | None, dict[int, str]]:
+    """Return the calibration of a job, and its points that are in doubt because of it.
+
+    Whatever an earlier recall has released: the last one decides about all of them.
+    """
+    with copy_of_job(path) as copy, JobFile.open(copy) as job:
+        record = StoredDocuments(path, job.head).camera_record()
+        if record is None:
+            return None, {}
+        if record.rig not in stores:
+            stores[record.rig] = CalibrationStore(store_folder(calibrations, record.rig))
+        events, used = stores[record.rig].events, job.head.rig_identity
+        if not is_known(events, used):
+            # Silence would say that it is not in doubt.
+            raise InputError(
+                "recall.unknown",
+                f"{path}: its calibration {used[:12]} is not in the history of rig "
+                f"'{record.rig}' in {calibrations}, so that nobody knows here whether it failed.",
+                "Give the folder of the calibrations that it was measured with.",
+            )
+        doubts = points_in_doubt(events, used, first_taken(job))
+        why = doubts.open | doubts.failed
+        return record, {p.number: why[p.number] for p in job.points() if p.number in why}
+
+
+def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
+    """Return the calibration that jobs of an earlier one are computed with, or why there is none.
+
+    It is the one in force, if it was verified and is of the same cameras.
+    """
+    try:
+        later = store.active()
+        if later is None or store.active_hash == record_hash(record):
+            return Later(None, why_not="There is no later calibration: calibrate and verify first.")
+        standing = store.standing(now)
+    except OcmmError as error:
+        return Later(None, why_not=error.what)
+    if not standing.state.usable:
+        return Later(
+            None,
+            why_not=f"The calibration in force cannot be used: {standing.reason} {standing.remedy}",
+        )
+    if _cameras(later) != _cameras(record):
+        return Later(None, why_not="The calibration in force is of other cameras.")
+    # Noise that a calibration left over beyond that of the rig is no sign of a change.
+    scale = max(record.chi2_per_dof, later.chi2_per_dof, 1.0) ** 0.5
+    return Later(later, record_hash(later), scale=scale)
+
+
+def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
+    return [(one.name, one.serial) for one in record.cameras]
+
+
+def _computed(
+    touched: Sequence[_Touched], places: Places, workers: int
+) -> Iterator[JobFindings | str]:
+    """Give what was found of each job, or why it could not be opened."""
+    compute = partial(_findings, calibrations=places.calibrations, probes=places.probes)
+    if workers <= 1 or len(touched) <= _FEW:
+        yield from map(compute, touched)
+        return
+    use_one_thread()
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        futures: list[Future[JobFindings | str]] = [pool.submit(compute, one) for one in touched]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _findings(job: _Touched, calibrations: Path, probes: Path | None) -> JobFindings | str:
+    try:
+        return findings_of(job.path, job.later, job.in_doubt, calibrations, probes)
+    except OcmmError as error:
+        return error.what
+
+
+def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
+    """Give the jobs as they are judged, in the order in which they were begun."""
+    ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
+    groups: dict[tuple[str, str, str], list[tuple[JobFindings, Anew]]] = {}
+    for job in ordered:
+        if job.anew is not None:
+            key = job.rig, job.calibration, job.later_calibration
+            groups.setdefault(key, []).append((job, job.anew))
+    cases: dict[int, Cases] = {}
+    for group in groups.values():
+        cases |= {id(job): case for (job, _), case in zip(group, cases_of(group), strict=True)}
+    for job in ordered:
+        if job.anew is None:
+            yield _as_record(job, unknown(job, job.why_not), job.why_not)
+        else:
+            case = cases[id(job)]
+            yield _as_record(job, recalled(job, job.anew, case), judgement(job, case))
+
+
+def _as_record(
+    job: JobFindings, found: tuple[RecalledCharacteristic, ...], sentence: str
+) -> RecalledJob:
+    kept = {
+        job.points[place].number
+        for one, rests_on in zip(found, job.rests_on, strict=True)
+        if not one.released
+        for place in rests_on
+    }
+    # A point on which nothing rests was not judged.
+    judged = {job.points[place].number for rests_on in job.rests_on for place in rests_on}
+    released = sorted((job.in_doubt.keys() & judged) - kept)
+    return RecalledJob(
+        path=str(job.path),
+        sha256=job.sha256,
+        job_uuid=job.head.job_uuid,
+        part=job.head.part,
+        serial=job.head.serial,
+        created_utc=job.head.created_utc,
+        rig=job.rig,
+        calibration=job.calibration,
+        simulated=job.simulated,
+        in_doubt=tuple(sorted(job.in_doubt)),
+        why=tuple(dict.fromkeys(job.in_doubt.values())),
+        later=job.later_calibration,
+        judgement=sentence,
+        characteristics=found,
+        released=tuple(released),
+        points_sha256=points_digest(job.points, released),
+    )
+
+
+def decide(record: RecallRecord, places: Places, who: str, now: datetime) -> RecallRecord:
+    """Let the points whose results hold count again, and return the recall with who decided so.
+
+    It is stored with the calibrations that it is about; wherever their history is asked, it is
+    found.
+
+    Parameters
+    ----------
+    record
+        What `recall` found, as somebody has looked at it.
+
+    Raises
+    ------
+    InputError
+        Nobody is named, or something happened to the calibrations since.
+    StorageError, CalibrationError
+        It cannot be stored.
+    """
+    if not who:
+        raise InputError(
+            "recall.nobody", "Nobody is named who decides.", "Give the name of who decides."
+        )
+    about = dict.fromkeys((job.rig, job.calibration) for job in record.jobs)
+    stores = {rig: CalibrationStore(store_folder(places.calibrations, rig)) for rig, _ in about}
+    for rig, store in stores.items():
+        if any(one.utc > record.made_utc for one in store.events):
+            raise InputError(
+                "recall.overtaken",
+                f"Something happened to the calibrations of rig '{rig}' since the recall.",
+                "Recall the jobs again.",
+            )
+    decided = msgspec.structs.replace(record, made_by=who)
+    found = [one for one in Outcome if record.count(one)]
+    words = ", ".join(f"{record.count(one)} {one.value}" for one in found)
+    for rig, calibration in about:
+        path = save(stores[rig].folder, decided)
+        # What cannot be read back must not be named by the history.
+        load_named(stores[rig].folder, path.stem, RecallRecord)
+        stores[rig].recalled(calibration, path.stem, who, f"Jobs: {words}.", now)
+    return decided

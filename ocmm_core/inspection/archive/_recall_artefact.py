@@ -1,0 +1,113 @@
+"""An artefact that was found to be wrong: what rests on it falls.
+
+A length bar or a sphere whose certified value was wrong since some day makes every calibration and
+every verification wrong that used it since. Each of them gets a line in the history of its rig;
+what follows for standing, points and jobs follows from these lines alone
+(`calibration.history.judgements`, `inspection.camera_doubts`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, EventKind, record_hash
+from ocmm_core.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class Fallen:
+    """A calibration or a verification that fell.
+
+    Attributes
+    ----------
+    rig, made_utc
+        Of which rig, and when it was made.
+    kind
+        ``"calibration"`` or ``"verification"``.
+    calibration
+        Hash of the calibration that it is, or that it was about.
+    """
+
+    rig: str
+    made_utc: str
+    kind: str
+    calibration: str
+
+
+def artefact_wrong(
+    calibrations: Path, serial: str, since: datetime, who: str, now: datetime
+) -> tuple[Fallen, ...]:
+    """Let fall whatever rests on an artefact since a moment, and return what did.
+
+    What has fallen before falls no second time.
+
+    Parameters
+    ----------
+    calibrations
+        Where calibrations are kept, rig by rig.
+    serial
+        Of the artefact, as in its document.
+    since
+        When it was wrong: records made before are not touched.
+
+    Raises
+    ------
+    InputError
+        No record here rests on such an artefact since then.
+    OcmmError
+        A history or a record cannot be read, or written.
+    """
+    chains = sorted(calibrations.glob("*/events.jsonl"))
+    stores = [CalibrationStore(chain.parent) for chain in chains]
+    # All are read before the first line is written.
+    found = [(store, *_resting_on(store, serial, since)) for store in stores]
+    if not any(records or checks for _, records, checks in found):
+        raise InputError(
+            "recall.artefact",
+            f"No calibration or verification in {calibrations} rests on an artefact with serial "
+            f"number {serial!r} since {since.date().isoformat()}.",
+            "Check the serial number and the date; the page Calibration names the artefacts.",
+        )
+    fallen: list[Fallen] = []
+    reason = f"Artefact {serial} was found to be wrong since {since.date().isoformat()}."
+    for store, records, checks in found:
+        known = {
+            (one.calibration, one.evidence) for one in store.events if one.kind is EventKind.FALLEN
+        }
+        rig = store.folder.name
+        lines = [(digest, "", made, "calibration") for digest, made in records]
+        lines += [(about, digest, made, "verification") for about, digest, made in checks]
+        for about, evidence, made, kind in lines:
+            if (about, evidence) not in known:
+                store.fall(about, evidence, who=who, reason=reason, since=since, now=now)
+                fallen.append(Fallen(rig, made, kind, about))
+    return tuple(fallen)
+
+
+def _resting_on(
+    store: CalibrationStore, serial: str, since: datetime
+) -> tuple[list[tuple[str, str]], list[tuple[str, str, str]]]:
+    """Return calibrations (hash, made) and verifications (about, hash, made) on an artefact."""
+    records = [
+        (record_hash(one), one.made_utc)
+        for one in store.records()
+        if _uses(one.artefacts, serial) and _time(one.made_utc) >= since
+    ]
+    checks = [
+        (one.calibration, record_hash(one), one.made_utc)
+        for one in store.verifications()
+        if _uses(one.artefacts, serial) and _time(one.made_utc) >= since
+    ]
+    return records, checks
+
+
+def _uses(artefacts: Sequence[ArtefactUse], serial: str) -> bool:
+    return any(one.serial.strip().casefold() == serial.strip().casefold() for one in artefacts)
+
+
+def _time(utc: str) -> datetime:
+    found = datetime.fromisoformat(utc)
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)

@@ -1,0 +1,263 @@
+"""A job opened read-only from its own file, computed anew and compared with what is stored.
+
+Plan, cameras, probe, reference body and temperatures are in the job file, as they were. Nothing
+else is needed: no document of this computer, no record, no clock. Only what became known later of
+the tip and of the cameras is looked up where their history is on this computer
+(`inspection.tip_history`, `inspection.camera_history`). The file is copied first
+(`inspection.reopen_copy`), so that it may lie where nobody can write, come from another computer or
+an older version, or be measured by another program at the moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design import ContactForce
+from ocmm_core.calibration.records import default_folder, default_probe_folder
+from ocmm_core.camera import Rig
+from ocmm_core.errors import OcmmError
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.archive._camera_history import CameraHistory, settle_by_calibration
+from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+from ocmm_core.inspection.archive._stored_documents import StoredDocuments, named
+from ocmm_core.inspection.archive._tip_history import TipHistory, settle_by_history
+from ocmm_core.inspection.evaluation import JobView, SessionOptions, Ward, methods_used
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.session import InspectionSession, ReferenceUse
+from ocmm_core.measuring import Climate, MeasuredPoint
+from ocmm_core.storage import JobEvent, JobFile, JobHead
+from ocmm_core.tolerances.decisions import not_proven
+from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+Tell = Callable[[str, float], None]
+"""Told what is done next, and the share that is done."""
+
+SAME_TIP_MM = 0.01
+"""The stored mean tip of the frames and the tip of their mean spots differ by what is not
+linear between them: 0.002 mm at most in the demonstration job."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReopenedJob:
+    """A job as its own file says it is; the file is closed again.
+
+    Attributes
+    ----------
+    path
+        The file.
+    head
+        What the job says about itself, with all documents.
+    plan, rig, body
+        What was measured, and with what: by the file alone. ``body`` has the geometry of the
+        temperatures of the job.
+    options
+        Limits, temperatures, contact and reference body of the job.
+    view
+        The job, computed anew from the points; nothing in it is proven where there are doubts.
+    T_part_from_world
+        The part frame; None while its datums are not measured.
+    points
+        Not annulled, as they are stored: ball centres in the world of the job, as warm as it was.
+    sensitivities
+        Of each point, computed anew from its raw spots.
+    taken_back
+        The points that were taken back, as they are stored, and why.
+    events, taken_utc
+        What happened; when each point was stored, also annulled ones.
+    faults
+        One sentence for everything in which the file disagrees with its own audit.
+    differences
+        One sentence for every point that comes out otherwise than it is stored.
+    history
+        What the history of the probe says of the job, where it is on this computer.
+    cameras
+        What the history of the calibration says of the job, or that it is not on this computer.
+    held
+        The points that are held back, for what and why, by the file and by these histories.
+    """
+
+    path: Path
+    head: JobHead
+    plan: Plan
+    rig: Rig
+    body: ProbeBody
+    options: SessionOptions
+    view: JobView
+    T_part_from_world: RigidTransform | None
+    points: tuple[MeasuredPoint, ...]
+    sensitivities: tuple[TipSensitivity, ...]
+    taken_back: tuple[tuple[MeasuredPoint, str], ...]
+    events: tuple[JobEvent, ...]
+    taken_utc: dict[int, str]
+    faults: tuple[str, ...]
+    differences: tuple[str, ...]
+    history: TipHistory = field(default_factory=TipHistory)
+    cameras: CameraHistory = field(default_factory=CameraHistory)
+    held: Mapping[Ward, Mapping[int, str]] = field(default_factory=dict)
+
+    @property
+    def annulled(self) -> tuple[int, ...]:
+        """Return the numbers of the points that were taken back."""
+        return tuple(point.number for point, _ in self.taken_back)
+
+    @property
+    def climate(self) -> Climate:
+        """Return the temperatures that the job was measured with."""
+        return self.options.climate
+
+    @property
+    def contact(self) -> ContactForce | None:
+        """Return what the hand's force did; None where the design of the probe is not known."""
+        return self.options.contact
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Return all that speaks against the job, in sentences."""
+        tip = (*self.history.unread, *self.history.against)
+        cameras = (*self.cameras.unread, *self.cameras.against)
+        return (*self.faults, *self.differences, *cameras, *tip)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what a reader should know and what speaks against nothing, in sentences."""
+        return (self.cameras.absent,) if self.cameras.absent else ()
+
+
+def reopen_job(
+    path: Path | str,
+    probes: Path | None = None,
+    tell: Tell = lambda what, share: None,
+    calibrations: Path | None = None,
+) -> ReopenedJob:
+    """Open a job read-only and compute everything in it anew.
+
+    Parameters
+    ----------
+    path
+        The job file.
+    probes
+        Where histories of probes are kept on this computer; None is the folder of this user.
+    tell
+        Told what is done next; whoever opens many points wants to see how far it is.
+    calibrations
+        Where histories of calibrations are kept on this computer; None is the folder of this user.
+
+    Raises
+    ------
+    StorageError
+        The file is missing, no job file, newer than this program, damaged or cannot be read.
+    InputError
+        A document in the file cannot be used.
+    OcmmError
+        The points do not belong to the documents in the file.
+    """
+    path = Path(path)
+    tell("Copying the job", 0.0)
+    with copy_of_job(path) as copy:
+        try:
+            # The copy is our own: one of an older version is brought up to date by this.
+            with JobFile.open(copy) as job:
+                return _reopened(
+                    path,
+                    job,
+                    probes or default_probe_folder(),
+                    calibrations or default_folder(),
+                    tell,
+                )
+        except OcmmError as error:
+            raise named(error, str(copy), str(path)) from error
+
+
+def _reopened(
+    path: Path, job: JobFile, probes: Path, calibrations: Path, tell: Tell
+) -> ReopenedJob:
+    tell("Reading the documents", 0.05)
+    head, events = job.head, job.events()
+    stored = StoredDocuments(path, head)
+    plan, rig, records = stored.plan(), stored.rig(), stored.probe_records()
+    body, options = stored.measured_with(events, job.reference())
+    points = job.points()
+    use = ReferenceUse(rig, body, options.reference, job, begun=bool(points))
+    sensitivities = []
+    for number, point in enumerate(points):
+        tell(f"Computing point {number + 1} of {len(points)}", 0.1 + 0.4 * number / len(points))
+        sensitivities.append(use.sensitivity(point.spots, point.reference_spots))
+    tell("Checking the audit of the file", 0.5)
+    session = InspectionSession(plan, rig, body, job, options)
+    session.know({p.number: one for p, one in zip(points, sensitivities, strict=True)})
+    faults = tuple(job.verify())
+    history = settle_by_history(session, job, records, probes)
+    cameras = settle_by_calibration(session, job, stored.camera_record(), calibrations)
+    tell("Comparing with what is stored", 0.6)
+    anew = [[one.tip_world] for one in sensitivities]
+    if "thesis" in methods_used(events):
+        for tips, point in zip(anew, points, strict=True):
+            tips.append(use.thesis_tip(point.spots, point.reference_spots))
+    differences = tuple(_differences(points, anew, plan, body))
+    tell("Computing the results anew", 0.7)
+    return ReopenedJob(
+        path=path,
+        head=head,
+        plan=plan,
+        rig=rig,
+        body=body,
+        options=options,
+        view=_judged(session.view, (*faults, *differences, *cameras.unread, *history.unread)),
+        T_part_from_world=session.T_part_from_world,
+        points=tuple(points),
+        sensitivities=tuple(sensitivities),
+        taken_back=tuple(job.annulled()),
+        events=tuple(events),
+        taken_utc=job.taken_utc(),
+        faults=faults,
+        differences=differences,
+        history=history,
+        cameras=cameras,
+        held={ward: session.held_for(ward) for ward in Ward},
+    )
+
+
+def _judged(view: JobView, doubts: Sequence[str]) -> JobView:
+    """Return the view, nothing in it proven where something speaks against the file."""
+    if not doubts:
+        return view
+    why = f"The job file is in doubt: {doubts[0]}"
+    results = tuple(not_proven(result, why) for result in view.characteristics)
+    return replace(view, unproven=why, characteristics=results)
+
+
+def _differences(
+    points: Sequence[MeasuredPoint],
+    anew: Sequence[Sequence[Float]],
+    plan: Plan,
+    body: ProbeBody,
+) -> list[str]:
+    """Return where a point is not the one that is stored.
+
+    Parameters
+    ----------
+    anew
+        For every point where its raw spots put it, by each method that the job was measured with.
+    """
+    found = []
+    known = {feature.name for feature in plan.features}
+    for point, tips in zip(points, anew, strict=True):
+        apart = float(np.nanmin(np.linalg.norm(np.array(tips) - point.tip_world, axis=1)))
+        if not apart <= SAME_TIP_MM:
+            found.append(
+                f"Point {point.number} lies {apart:.4f} mm from where its raw spots put it."
+            )
+        if point.tip_radius != body.tip_radius:
+            found.append(
+                f"Point {point.number} was stored with a ball of radius {point.tip_radius:.6f} mm, "
+                f"but that of the probe in the file is {body.tip_radius:.6f} mm."
+            )
+        if point.feature not in known:
+            found.append(
+                f"Point {point.number} belongs to {point.feature!r}, which is not in the plan."
+            )
+    return found

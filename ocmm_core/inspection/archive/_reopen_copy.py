@@ -1,0 +1,119 @@
+"""A copy of a job file to look at, made without touching the file or the program that measures it.
+
+Even opening an SQLite file for reading makes files beside it, and its last close writes into it.
+A job that is looked at is therefore copied first: the file and its write-ahead log, into a folder
+of its own. The log only grows while the file stays as it is, so a copy whose file and whose head
+of the log were the same before and after is one moment of the job; what was being written just
+then is not in it, and nothing that was acknowledged before is missing (SQLite, "The WAL File
+Format": a frame counts only with the salts of the head and a checksum that follows from the frames
+before it).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from ocmm_core.errors import StorageError
+from ocmm_core.storage import damaged, no_job, not_writable
+
+_TRIES = 50
+_PAUSE_S = 0.02
+_DOUBTS = 5
+"""A file that cannot be read so many times and once more is damaged."""
+
+_WAL_HEAD = 32
+"""Bytes of the head of the log; its salts change when the log begins anew."""
+
+
+@contextlib.contextmanager
+def copy_of_job(path: Path) -> Iterator[Path]:
+    """Give a copy of the job at ``path`` under the same name, removed again at the end.
+
+    Raises
+    ------
+    StorageError
+        The file is missing, cannot be read, is none of SQLite, or changes faster than it can be
+        copied.
+    """
+    if not path.is_file():
+        raise StorageError(
+            "job.missing", f"{path}: there is no such file.", "Check the name and the folder."
+        )
+    try:
+        folder = tempfile.TemporaryDirectory(prefix="ocmm-job-")
+    except OSError as error:
+        raise not_writable(Path(tempfile.gettempdir()), error.strerror or str(error)) from error
+    with folder as name:
+        copy = Path(name) / path.name
+        _copy(path, copy)
+        yield copy
+
+
+def _copy(path: Path, copy: Path) -> None:
+    log = path.with_name(f"{path.name}-wal")
+    for attempt in range(_TRIES):
+        try:
+            before, head = _content(path), _log(log)[:_WAL_HEAD]
+            content = _log(log)
+            same = _content(path) == before
+        except StorageError:
+            # A file that is just being made or moved together cannot be read for a moment.
+            if attempt >= _DOUBTS:
+                raise
+            same = False
+        if same and _log(log)[:_WAL_HEAD] == head == content[:_WAL_HEAD]:
+            try:
+                copy.write_bytes(before)
+                if content:
+                    copy.with_name(f"{copy.name}-wal").write_bytes(content)
+            except OSError as error:
+                raise not_writable(copy, error.strerror or str(error)) from error
+            return
+        time.sleep(_PAUSE_S)
+    raise StorageError(
+        "job.busy",
+        f"{path}: the job changes faster than it can be copied.",
+        "Open it again when less is stored at a time.",
+    )
+
+
+def _content(path: Path) -> bytes:
+    """Return the content of the file itself, without its log.
+
+    SQLite reads it: were it opened and closed beside SQLite, the locks that this same process may
+    hold on it would be gone (POSIX advisory locks; SQLite, "How To Corrupt An SQLite Database
+    File", 2.2).
+    """
+    address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
+    try:
+        with contextlib.closing(sqlite3.connect(address, uri=True)) as db:
+            return db.serialize()
+    except sqlite3.Error as error:
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+        if code == sqlite3.SQLITE_NOTADB:
+            raise no_job(path) from error
+        if code in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM):
+            raise StorageError(
+                "job.unreadable",
+                f"{path}: the file cannot be read ({error}).",
+                "Check that you may read it.",
+            ) from error
+        raise damaged(path, str(error)) from error
+
+
+def _log(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return b""
+    except OSError as error:
+        raise StorageError(
+            "job.unreadable",
+            f"{path}: the log of the job cannot be read ({error.strerror}).",
+            "Check that you may read it, also the file beside the job whose name ends in -wal.",
+        ) from error

@@ -1,0 +1,145 @@
+"""The documents in a job file: what was measured, and with what."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from ocmm_core.calibration.probe_design import body_in_use, contact_force, load_design
+from ocmm_core.calibration.records import SCHEMA as CAMERA_RECORD_SCHEMA
+from ocmm_core.calibration.records import (
+    TEXT_SCHEMA,
+    CameraRecord,
+    ProbeText,
+    probe_from_records,
+    rig_from_record,
+)
+from ocmm_core.camera import Rig, load_rig
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.evaluation import SessionOptions, with_stored_limits
+from ocmm_core.inspection.plan import Plan, load_plan
+from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text
+from ocmm_core.storage import JobEvent, JobHead, JobReference
+from ocmm_core.tracking import ProbeBody, ReferenceBody, load_probe, load_reference
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class StoredDocuments:
+    """Read the documents of a job; all methods raise InputError where one cannot be used.
+
+    Attributes
+    ----------
+    path
+        The file that the person opened, for what is said.
+    head
+        Holds the texts.
+    """
+
+    path: Path
+    head: JobHead
+
+    def plan(self) -> Plan:
+        """Return what was measured."""
+        return self._from_text("plan", self.head.plan_text, load_plan)
+
+    def rig(self) -> Rig:
+        """Return the cameras, of a calibration record or of the rig document itself."""
+        record = self.camera_record()
+        if record is None:
+            return self._from_text("rig", self.head.rig_text, load_rig)
+        return rig_from_record(record)
+
+    def camera_record(self) -> CameraRecord | None:
+        """Return the calibration; None where the rig document itself stands for it."""
+        text = self.head.rig_text
+        if _schema(text) != CAMERA_RECORD_SCHEMA:
+            return None
+        return self._record("rig", text, CameraRecord)
+
+    def probe_records(self) -> ProbeText | None:
+        """Return the records of the probe; None where it was measured with its document."""
+        if _schema(self.head.probe_text) != TEXT_SCHEMA:
+            return None
+        return self._record("probe", self.head.probe_text, ProbeText)
+
+    def probe(self) -> ProbeBody:
+        """Return the probe, of its records or of the probe document itself."""
+        text = self.probe_records()
+        if text is None:
+            return self._from_text("probe", self.head.probe_text, load_probe)
+        design = self._from_text("probe", text.document, load_probe)
+        body = probe_from_records(design, text.calibration, text.qualification)
+        return replace(body, identity=self.head.probe_identity)
+
+    def measured_with(
+        self, events: Sequence[JobEvent], stored: JobReference | None
+    ) -> tuple[ProbeBody, SessionOptions]:
+        """Return the probe as warm as it was, and what the session counted with.
+
+        Parameters
+        ----------
+        events
+            Of the job file, oldest first.
+        stored
+            The reference body of the job.
+        """
+        body = self.probe()
+        recorded = [event.text for event in events if event.kind == CLIMATE_EVENT]
+        climate = climate_of_text(recorded[-1]) if recorded else Climate()
+        contact = None
+        if climate.probe_design:
+            cold = body
+            design = self._from_text(
+                "design of the probe", climate.probe_design, lambda file: load_design(file, cold)
+            )
+            contact = contact_force(design, body)
+            body = body_in_use(body, design, climate.probe)
+        reference: ReferenceBody | None = None
+        if stored is not None:
+            reference = self._from_text("reference body", stored.text, load_reference)
+        options = SessionOptions(climate=climate, contact=contact, reference=reference)
+        return body, with_stored_limits(options, events)
+
+    def _record(self, what: str, text: str, kind: type[T]) -> T:
+        try:
+            return msgspec.json.decode(text.encode("utf-8"), type=kind)
+        except msgspec.MsgspecError as error:
+            raise InputError(
+                "job.record",
+                f"{self.path}: the record of the {what} in the job cannot be read: {error}.",
+                "Open the job with the program that wrote it.",
+            ) from error
+
+    def _from_text(self, what: str, text: str, load: Callable[[Path], T]) -> T:
+        """Return what a document in the job says; ``load`` takes it from a file."""
+        with tempfile.TemporaryDirectory(prefix="ocmm-document-") as folder:
+            file = Path(folder) / "document.toml"
+            file.write_bytes(text.encode("utf-8"))
+            try:
+                return load(file)
+            except OcmmError as error:
+                raise named(error, str(file), f"{self.path} ({what})") from error
+
+
+def named(error: OcmmError, name: str, told: str) -> OcmmError:
+    """Return an error that names what the person opened instead of a copy of it."""
+    return type(error)(error.code, error.what.replace(name, told), error.remedy.replace(name, told))
+
+
+class _Head(msgspec.Struct, frozen=True):
+    schema: str = ""
+
+
+def _schema(text: str) -> str:
+    """Return the ``schema`` of a record; empty where the text is a document, which is no JSON."""
+    try:
+        return msgspec.json.decode(text.encode("utf-8"), type=_Head).schema
+    except msgspec.MsgspecError:
+        return ""

@@ -1,0 +1,97 @@
+"""Which points of a job are in doubt because of the tip: from the history of the tip alone.
+
+A doubt - a blow, a long pause, a tip that was mounted - holds back the points since the tip was
+last known to be good, or since the blow; a check that passes lets them count again. A check that
+fails leaves nobody knowing since when the tip is wrong: the points since the last good check have
+to be taken again, whatever the next check says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+from ocmm_core.calibration.records import TipEvent, TipEventKind
+
+GOOD = (TipEventKind.QUALIFIED, TipEventKind.PASSED)
+_FAILED = (TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED)
+_DOUBTED = (TipEventKind.DOUBTED, TipEventKind.MOUNTED)
+
+
+@dataclass(frozen=True, slots=True)
+class TipDoubts:
+    """Points that must not count, by number, and why.
+
+    Attributes
+    ----------
+    open
+        Until the tip is checked.
+    failed
+        For good.
+    """
+
+    open: dict[int, str]
+    failed: dict[int, str]
+
+
+def last_good_utc(events: Sequence[TipEvent], tip: str) -> datetime | None:
+    """Return when a tip was last found to be good, or None where it never was."""
+    found = [one.utc for one in events if one.tip == tip and one.kind in GOOD]
+    return datetime.fromisoformat(found[-1]) if found else None
+
+
+def points_in_doubt(
+    events: Sequence[TipEvent], tip: str, taken: Mapping[int, datetime]
+) -> TipDoubts:
+    """Return the points of a job that must not count because of its tip.
+
+    Parameters
+    ----------
+    events
+        Of the probe, oldest first.
+    tip
+        That the points were taken with.
+    taken
+        When each point was stored, by number.
+    """
+    doubts = TipDoubts({}, {})
+    good: datetime | None = None
+    failures: list[tuple[datetime | None, str]] = []
+    for one in (one for one in events if one.tip == tip):
+        now = datetime.fromisoformat(one.utc)
+        if one.kind in GOOD:
+            # What failed before this good check may have been wrong up to it.
+            doubts.failed.update(_between(taken, failures, now))
+            doubts.open.clear()
+            failures.clear()
+            good = now
+        elif one.kind in _FAILED:
+            failures.append((good, _FAILED_WORDS[one.kind].format(tip=tip, utc=one.utc[:16])))
+        elif one.kind in _DOUBTED:
+            since = datetime.fromisoformat(one.since_utc) if one.since_utc else good
+            why = one.reason if one.kind is TipEventKind.DOUBTED else _MOUNTED.format(tip=tip)
+            doubts.open.update(_between(taken, [(since, why)], None))
+    doubts.failed.update(_between(taken, failures, None))
+    return doubts
+
+
+_MOUNTED = "Tip '{tip}' was mounted anew."
+_FAILED_WORDS = {
+    TipEventKind.FAILED: "The check of tip '{tip}' failed ({utc} UTC).",
+    TipEventKind.NOT_QUALIFIED: "The qualification of tip '{tip}' failed ({utc} UTC).",
+}
+
+
+def _between(
+    taken: Mapping[int, datetime],
+    spans: Sequence[tuple[datetime | None, str]],
+    end: datetime | None,
+) -> dict[int, str]:
+    """Return the points from the beginning of a span up to a moment, both open where None."""
+    return {
+        number: why
+        for since, why in spans
+        for number, when in taken.items()
+        if (since is None or when >= since) and (end is None or when < end)
+    }

@@ -1,0 +1,67 @@
+"""By how much a value is out, and where it or its uncertainty would have to be."""
+
+from __future__ import annotations
+
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+from ocmm_core.tolerances.zones import Characteristic
+
+
+def limits_of(item: Characteristic, result: CharacteristicResult) -> tuple[float, float]:
+    """Return the limits of a value, its bonus included; the lower one may be infinite."""
+    low = float("-inf") if item.one_sided else item.nominal + item.lower
+    return low, item.nominal + item.upper + result.bonus
+
+
+def is_low(item: Characteristic, result: CharacteristicResult) -> bool:
+    """Return whether the lower limit is the nearer one."""
+    low, high = limits_of(item, result)
+    value = result.measured
+    return value is not None and low - value > value - high
+
+
+def way_to_good(item: Characteristic, result: CharacteristicResult) -> float | None:
+    """Return how far a value is from where it would conform, U included; None without a value."""
+    beyond, uncertainty = beyond_limit(item, result), result.uncertainty
+    if beyond is None or uncertainty is None:
+        return None
+    return beyond + uncertainty
+
+
+def beyond_limit(item: Characteristic, result: CharacteristicResult) -> float | None:
+    """Return by how much a value lies beyond the nearer limit; negative inside, None without."""
+    value = result.measured
+    if value is None:
+        return None
+    low, high = limits_of(item, result)
+    return max(low - value, value - high)
+
+
+def amount_words(item: Characteristic, result: CharacteristicResult) -> str:
+    """Return by how much a value is out, or what U or the value would have to be, beside U."""
+    beyond, u, value = beyond_limit(item, result), result.uncertainty, result.measured
+    if beyond is None or u is None or value is None:
+        return result.note
+    unit = "°" if result.unit == "deg" else " mm"
+    low, high = limits_of(item, result)
+    above = value - high >= low - value
+    limit, word = (high, "upper") if above else (low, "lower")
+    of_limit = f"the {word} limit {limit:.4f}{unit}"
+    if result.verdict is Verdict.NOT_CONFORM:
+        times = f" ({beyond / u:.1f} times U)" if u > 0.0 and beyond > 0.0 else ""
+        return f"{beyond:.4f}{unit} beyond {of_limit}; U is {u:.4f}{unit}{times}."
+    if high - low < 2.0 * u and low > float("-inf"):
+        return (
+            f"U is {u:.4f}{unit}, but the tolerance is only {high - low:.4f}{unit} wide: U would "
+            f"have to be below {0.5 * (high - low):.4f}{unit}."
+        )
+    edge = limit - u if above else limit + u
+    if beyond > 0.0:
+        return (
+            f"{beyond:.4f}{unit} beyond {of_limit}, less than U ({u:.4f}{unit}): neither good nor "
+            "bad is proven."
+        )
+    side = "above" if not above else "below"
+    return (
+        f"{-beyond:.4f}{unit} inside {of_limit}, but U is {u:.4f}{unit}: U would have to be below "
+        f"{-beyond:.4f}{unit}, or the value {side} {edge:.4f}{unit}."
+    )

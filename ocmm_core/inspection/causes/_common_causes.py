@@ -1,0 +1,232 @@
+"""Errors that a whole job shares: the ball, the warmth of the part, the frame, the noise.
+
+Each is accepted only where several features show it that have nothing else in common, and no
+feature speaks against it. What one feature alone shows may as well be the part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.causes._deviations import (
+    FLAT,
+    Pattern,
+    Surface,
+    misfits_in,
+    rigid,
+    surfaces_of,
+    with_ball,
+    with_growth,
+)
+from ocmm_core.inspection.evaluation import EvaluatedJob, whereabouts
+from ocmm_core.tolerances.uncertainty import FormSample
+
+STEEL_PER_K = 11.5e-6
+"""Expansion that a change of temperature is told with where that of the part is not known."""
+
+_LIMIT_K = 40.0
+"""A part that would have to be so much warmer or colder is not: something else is wrong."""
+_SURE = 6.0
+"""Standard uncertainties by which a pattern must differ from nothing."""
+_REMAINS = 0.75
+"""Part of the features that may follow a pattern as little as they did without it."""
+_GAIN, _MANY = 0.3, 3
+"""Part of its misfit by which a witness comes nearer; and how many come for one that goes away."""
+_FOLLOWS, _STRAYS = 1.5, 2.5
+"""Misfit against the usual one up to which a feature follows a pattern, and beyond which not."""
+_LEAST_WITNESSES, _LEAST_SIZES = 2, 3
+_NOTHING = 1e-12
+_NOISY = 5.0
+"""Square of the scatter against that of the noise beyond which points scatter for a reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class Common:
+    """What the features of a job have in common.
+
+    Attributes
+    ----------
+    surfaces
+        Touches that are used, without those that their own feature speaks against.
+    place
+        The nominals where most features have them, misfits beside.
+    scale
+        mm: how far features are off that follow the best pattern.
+    ball
+        mm: by what the ball is greater than it is held for; None where nothing says so.
+    both_sides
+        Inner and outer features agree on the ball.
+    growth
+        By what share the part is longer than its nominals; None where nothing says so.
+    shifted
+        mm: by what the frame of the plan is off where features are; None where it is not.
+    """
+
+    surfaces: tuple[Surface, ...]
+    place: Pattern
+    scale: float
+    ball: float | None = None
+    both_sides: bool = False
+    growth: float | None = None
+    shifted: float | None = None
+
+    def stands_out(self, name: str) -> bool:
+        """Return whether a feature lies elsewhere than the others want it."""
+        return self.place.misfits.get(name, 0.0) > _STRAYS * self.scale
+
+
+def common_causes(job: EvaluatedJob, left_out: Collection[int]) -> Common | None:
+    """Return what the features of a job have in common; None while it is not known where it is.
+
+    Parameters
+    ----------
+    left_out
+        Places of points that do not belong to what the others of their feature show.
+    """
+    found = whereabouts(job.plan, job.found)
+    surfaces = surfaces_of(job.actual, left_out)
+    if found is None or not surfaces:
+        return None
+    start = found.T_nominal_from_world
+    plain, ball, growth = (fit(surfaces, start) for fit in (rigid, with_ball, with_growth))
+    place, scale = plain, plain.scale()
+    by_ball = _explains(plain, ball) and _is_ball(plain, ball, surfaces)
+    by_growth = _explains(plain, growth) and abs(growth.amount) < _LIMIT_K * expansion(job)
+    if by_ball and by_growth:
+        least = min(ball.scale(), growth.scale())
+        by_ball = ball.unexplained(least) <= growth.unexplained(least)
+        by_growth = not by_ball
+    common = by_ball or by_growth
+    if common:
+        place = ball if by_ball else growth
+        scale = place.scale()
+    return Common(
+        surfaces=surfaces,
+        place=place,
+        scale=scale,
+        ball=ball.amount if by_ball else None,
+        both_sides=by_ball and len({_is_inner(item) for item in _sized(surfaces)}) > 1,
+        growth=growth.amount if by_growth else None,
+        shifted=None if found.approximate or common else _shift(surfaces, start, place, scale),
+    )
+
+
+def expansion(job: EvaluatedJob) -> float:
+    """Return the expansion of the part, 1/K; that of steel where nobody knows it."""
+    known = job.options.climate.part.expansion
+    if known is not None:
+        return known.per_k
+    material = job.plan.material
+    return STEEL_PER_K if material is None else 1e-6 * material.expansion_ppm
+
+
+def ball_taken_off(job: EvaluatedJob, common: Common) -> Float:
+    """Return what ball centres must move by, (N, 3), mm, world, if the ball is greater."""
+    moved = np.zeros((len(job.points), 3))
+    back = common.place.T_nominal_from_world.rotation
+    for surface in common.surfaces:
+        _, normals, _ = surface.lies(common.place.T_nominal_from_world)
+        moved[surface.places] = -(common.ball or 0.0) * normals @ back
+    return moved
+
+
+def growth_taken_off(job: EvaluatedJob, common: Common) -> Float:
+    """Return what ball centres must move by, (N, 3), mm, world, if the part has grown."""
+    moved = np.zeros((len(job.points), 3))
+    back = common.place.T_nominal_from_world.rotation
+    for surface in common.surfaces:
+        _, normals, _ = surface.lies(common.place.T_nominal_from_world)
+        contacts = surface.tips - surface.tip_radius * normals @ back
+        moved[surface.places] = -(common.growth or 0.0) * contacts
+    return moved
+
+
+def brought_home(job: EvaluatedJob, common: Common, name: str) -> Float:
+    """Return what ball centres of a feature must move by, (N, 3), mm, to lie on its nominal.
+
+    Its nominal is where the other features have it.
+    """
+    others = [surface for surface in common.surfaces if surface.name != name]
+    T = common.place.T_nominal_from_world
+    if len(others) > 1:
+        T = rigid(others, T).T_nominal_from_world
+    moved = np.zeros((len(job.points), 3))
+    for surface in common.surfaces:
+        if surface.name == name:
+            off, normals, _ = surface.lies(T)
+            moved[surface.places] = -(off[:, None] * normals) @ T.rotation
+    return moved
+
+
+def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
+    """Return how many times more than their noise the points of nearly all features scatter.
+
+    None where they do not, or too few features show it: the form of one surface is its own.
+    """
+    samples = [item for item in job.samples if item.feature not in leave_out]
+    ratios = [scatter_ratio(item) for item in samples]
+    weights = [item.degrees for item in samples]
+    if len(samples) < 3:
+        return None
+    noisy = sum(ratio > 0.5 * _NOISY for ratio in ratios)
+    mean = float(np.average(ratios, weights=weights))
+    if mean < _NOISY or noisy < 0.7 * len(samples):
+        return None
+    return float(np.sqrt(mean))
+
+
+def scatter_ratio(sample: FormSample) -> float:
+    """Return the mean square of a feature's residuals against what noise alone would give."""
+    return max(sample.scatter, _NOTHING) / max(sample.scatter - sample.variance, _NOTHING)
+
+
+def _explains(plain: Pattern, pattern: Pattern) -> bool:
+    """Return whether a pattern brings several features nearer, and takes none of weight away."""
+    scale = min(plain.scale(), pattern.scale())
+    before, after = plain.unexplained(scale), pattern.unexplained(scale)
+    if abs(pattern.amount) < _SURE * pattern.sigma or after > _REMAINS * before:
+        return False
+    nearer = {name: off - pattern.misfits[name] for name, off in plain.misfits.items()}
+    won = sum(gain > _GAIN * max(plain.misfits[name], scale) for name, gain in nearer.items())
+    lost = sum(-gain > _GAIN * max(pattern.misfits[name], scale) for name, gain in nearer.items())
+    return won >= _LEAST_WITNESSES and won >= _MANY * lost
+
+
+def _is_ball(plain: Pattern, ball: Pattern, surfaces: Collection[Surface]) -> bool:
+    """Return whether sizes speak for the ball: inner and outer ones, or enough of one kind."""
+    agree = [
+        item for item in _sized(surfaces)
+        if ball.misfits[item.name] < _FOLLOWS * ball.scale()
+        and ball.misfits[item.name] < plain.misfits[item.name]
+    ]  # fmt: skip
+    sides = {_is_inner(item) for item in agree}
+    return len(agree) >= (_LEAST_WITNESSES if len(sides) > 1 else _LEAST_SIZES)
+
+
+def _sized(surfaces: Collection[Surface]) -> list[Surface]:
+    return [item for item in surfaces if item.nominal.shape not in FLAT]
+
+
+def _is_inner(surface: Surface) -> bool:
+    return surface.nominal.side == "inner"
+
+
+def _shift(
+    surfaces: tuple[Surface, ...], planned: RigidTransform, place: Pattern, scale: float
+) -> float | None:
+    """Return what the frame of the plan is off by at the features, mm; None where it is not."""
+    there = misfits_in(surfaces, planned)
+    won = sum(
+        there[name] > _STRAYS * scale and off < _FOLLOWS * scale
+        for name, off in place.misfits.items()
+    )
+    if won < _LEAST_WITNESSES:
+        return None
+    places = np.array([surface.geometry[:3] for surface in surfaces])
+    world = planned.inverse().apply(places)
+    apart = np.linalg.norm(place.T_nominal_from_world.apply(world) - places, axis=1)
+    return float(np.median(apart))

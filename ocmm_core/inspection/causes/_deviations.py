@@ -1,0 +1,241 @@
+"""How all points of a job lie to the nominal surfaces, and what many features have in common.
+
+A bad feature is bad alone. A wrong ball, a warm part or a wrong frame moves the points of every
+feature after one pattern: all outwards from the material, all away from one place, all rigidly. The
+patterns are fitted so that features which follow none of them count little (Geman and McClure's
+estimator, a weight a feature), because one of them may be what is wrong with the part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, NominalFeature, Shape, nominal_geometry
+from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, unit
+from ocmm_core.tolerances.zones import nominal_distances
+
+FLAT = (Shape.PLANE, Shape.POINT, Shape.LINE)
+"""Shapes that have one side, and no inside."""
+
+LEAST_SCALE_MM = 0.008
+"""Features that lie nearer to a pattern follow it: no part is made better."""
+
+_STEPS = 15
+_FAR_MM = 20.0
+"""Scale from which the estimator comes down, so that a frame that is far off is found, too."""
+_BESIDE = 0.2
+_RIDGE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """The touches of one feature against its nominal surface.
+
+    Attributes
+    ----------
+    name
+        Of the feature.
+    nominal
+        What the plan says; the direction of a line is the normal of its face.
+    geometry
+        (12,), frame of the nominals.
+    places
+        (n,): of its points among all of the job.
+    tips
+        (n, 3), mm, world: ball centres.
+    tip_radius
+        mm.
+    direction
+        (3,), unit, world: mean direction from the material as it was probed.
+    """
+
+    name: str
+    nominal: NominalFeature
+    geometry: Float
+    places: Int
+    tips: Float
+    tip_radius: float
+    direction: Float
+
+    def lies(self, T_nominal_from_world: RigidTransform) -> tuple[Float, Float, Float]:
+        """Return how far its points stand out of the nominal material.
+
+        Returns
+        -------
+        deviations
+            (n,), mm, positive outside of the material.
+        normals
+            (n, 3), unit: out of the material, frame of the nominals.
+        balls
+            (n, 3), mm: ball centres in that frame.
+        """
+        balls = T_nominal_from_world.apply(self.tips)
+        geometry = self.geometry
+        if self.nominal.shape is Shape.LINE:
+            geometry = geometry.copy()
+            along = geometry[DIRECTION]
+            seen = T_nominal_from_world.rotation @ self.direction
+            beside = seen - (seen @ along) * along
+            length = float(np.linalg.norm(beside))
+            geometry[DIRECTION] = beside / length if length > _BESIDE else seen
+        distances, normals = nominal_distances(self.nominal.shape, geometry, balls)
+        inner = self.nominal.shape not in FLAT and self.nominal.side == "inner"
+        sign = -1.0 if inner else 1.0
+        return sign * distances - self.tip_radius, sign * normals, balls
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """What all features have in common.
+
+    Attributes
+    ----------
+    T_nominal_from_world
+        Where the nominals are.
+    amount, sigma
+        Of the pattern beside the rigid motion, and its standard uncertainty by the scatter of
+        the features: mm for a ball, a plain number for a scale. Zero for no such pattern.
+    misfits
+        mm, root mean square, of each feature by its name.
+    """
+
+    T_nominal_from_world: RigidTransform
+    amount: float
+    sigma: float
+    misfits: Mapping[str, float]
+
+    def scale(self) -> float:
+        """Return what a feature that follows the pattern is off by, mm, as most of them are."""
+        values = np.array(list(self.misfits.values()))
+        return max(1.5 * float(np.median(values)), LEAST_SCALE_MM) if len(values) else 0.0
+
+    def unexplained(self, scale: float) -> float:
+        """Return how many features do not follow, those in part included."""
+        ratios = np.array(list(self.misfits.values())) / scale
+        return float(np.sum(ratios**2 / (1.0 + ratios**2)))
+
+
+def surfaces_of(
+    actual: Mapping[str, ActualFeature], leave_out: Collection[int] = ()
+) -> tuple[Surface, ...]:
+    """Return the probed features; points whose places are in ``leave_out`` are not among them."""
+    found = []
+    for name, feature in actual.items():
+        touches = feature.touches
+        if touches is None:
+            continue
+        kept = [row for row, place in enumerate(touches.places) if place not in leave_out]
+        if not kept:
+            continue
+        direction = touches.directions.mean(axis=0)
+        direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
+        if feature.fit.shape is Shape.PLANE:
+            direction = feature.fit.direction
+        found.append(
+            Surface(
+                name=name,
+                nominal=feature.nominal,
+                geometry=_geometry(feature.nominal),
+                places=np.array([touches.places[row] for row in kept], dtype=np.int64),
+                tips=touches.tips[kept],
+                tip_radius=touches.tip_radius,
+                direction=direction,
+            )
+        )
+    return tuple(found)
+
+
+def _geometry(nominal: NominalFeature) -> Float:
+    geometry = nominal_geometry(nominal)
+    if nominal.shape is Shape.POINT:
+        geometry[DIRECTION] = unit(np.array(nominal.direction))
+    return geometry
+
+
+def rigid(surfaces: Sequence[Surface], start: RigidTransform) -> Pattern:
+    """Return where the nominals are by all features that agree."""
+    return _fitted(surfaces, start, None)
+
+
+def with_ball(surfaces: Sequence[Surface], start: RigidTransform) -> Pattern:
+    """Return the same where the ball may be greater than it is held for, by ``amount``, mm."""
+    return _fitted(surfaces, start, lambda normals, contacts: np.ones(len(normals)))
+
+
+def with_growth(surfaces: Sequence[Surface], start: RigidTransform) -> Pattern:
+    """Return the same where the part may be longer than its nominals, by a share ``amount``."""
+    middle = np.mean([surface.geometry[:3] for surface in surfaces], axis=0)
+
+    def grown(normals: Float, contacts: Float) -> Float:
+        along: Float = np.sum(normals * (contacts - middle), axis=1)
+        return along
+
+    return _fitted(surfaces, start, grown)
+
+
+def misfits_in(surfaces: Sequence[Surface], T: RigidTransform) -> dict[str, float]:
+    """Return how far each feature is off where the nominals are at ``T``, mm."""
+    return {item.name: float(np.sqrt(np.mean(item.lies(T)[0] ** 2))) for item in surfaces}
+
+
+def _fitted(
+    surfaces: Sequence[Surface],
+    start: RigidTransform,
+    pattern: Callable[[Float, Float], Float] | None,
+) -> Pattern:
+    """Return the motion and the amount of a pattern, by Gauss-Newton with a weight a feature.
+
+    Parameters
+    ----------
+    pattern
+        From normals and contact points, (n, 3) each, frame of the nominals, to what one unit of
+        the amount adds to the deviations, (n,).
+    """
+    T, amount, sigma = start, 0.0, 0.0
+    owner = np.repeat(np.arange(len(surfaces)), [len(item.tips) for item in surfaces])
+    counts = np.bincount(owner)
+
+    def seen(T: RigidTransform) -> tuple[Float, Float]:
+        rows, off = [], []
+        for surface in surfaces:
+            deviations, normals, balls = surface.lies(T)
+            row = [np.cross(balls, normals), normals]
+            if pattern is not None:
+                contacts = balls - surface.tip_radius * normals
+                row.append(-pattern(normals, contacts)[:, None])
+            rows.append(np.hstack(row))
+            off.append(deviations)
+        return np.vstack(rows), np.concatenate(off)
+
+    for step in range(_STEPS):
+        matrix, off = seen(T)
+        left = off + amount * matrix[:, 6] if pattern is not None else off
+        own = np.sqrt(np.bincount(owner, left**2) / counts)
+        calm = max(1.5 * float(np.median(own)), LEAST_SCALE_MM)
+        scale = max(_FAR_MM * 0.25**step, calm)
+        weights = (1.0 / (1.0 + (own / (2.0 * scale)) ** 2) ** 2 / counts)[owner]
+        arms = 1.0 / np.maximum(np.linalg.norm(matrix, axis=0), _RIDGE)
+        design = matrix * arms
+        inverse = np.linalg.inv(
+            design.T @ (weights[:, None] * design) + _RIDGE * np.eye(matrix.shape[1])
+        )
+        change = -arms * (inverse @ (design.T @ (weights * off)))
+        T = RigidTransform(rotation_from_vector(change[:3]), change[3:6]).compose(T)
+        if pattern is not None:
+            amount = float(change[6])
+            # Points of one feature share its error: features are what is counted (a sandwich of
+            # clusters), and one degree of freedom is the pattern's own.
+            pulls = np.zeros((len(surfaces), matrix.shape[1]))
+            np.add.at(pulls, owner, design * (weights * left)[:, None])
+            spread = inverse @ pulls.T @ pulls @ inverse
+            share = len(surfaces) / max(len(surfaces) - 1.0, 1.0)
+            sigma = float(arms[6] * np.sqrt(max(spread[6, 6], 0.0) * share))
+    matrix, off = seen(T)
+    left = off + amount * matrix[:, 6] if pattern is not None else off
+    own = np.sqrt(np.bincount(owner, left**2) / counts)
+    names = [surface.name for surface in surfaces]
+    return Pattern(T, amount, sigma, dict(zip(names, own.tolist(), strict=True)))

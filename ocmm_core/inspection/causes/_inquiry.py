@@ -1,0 +1,242 @@
+"""Questions to one job: what its points show, and what results would be if they were others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ocmm_core.alignment import unknown_frame
+from ocmm_core.errors import MeasuringError, OcmmError
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.causes._amounts import is_low, way_to_good
+from ocmm_core.inspection.causes._common_causes import (
+    Common,
+    common_causes,
+    scatter_of,
+    scatter_ratio,
+)
+from ocmm_core.inspection.causes._suspects import Suspects, suspects_of
+from ocmm_core.inspection.evaluation import EvaluatedJob, JobView, held_below
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+from ocmm_core.tolerances.kinds import needs_part_frame
+from ocmm_core.tolerances.uncertainty import Budget, budget_of
+from ocmm_core.tolerances.zones import FORMS, Characteristic, Evaluation
+
+MOST_POINTS = 5
+"""Points that are named at most."""
+
+CURED = 0.4
+"""Part of the way to the limit that may remain where a cause explains a value."""
+_WEAKEST = 0.5
+"""Part of the strongest push below which a point is not named beside it."""
+
+Results = Mapping[str, CharacteristicResult]
+
+
+class Inquiry:
+    """All questions to one job; what several characteristics ask is computed once.
+
+    Parameters
+    ----------
+    job
+        As it was evaluated.
+    view
+        As it stands: verdicts, coverage, points that are held back.
+    """
+
+    def __init__(self, job: EvaluatedJob, view: JobView) -> None:
+        self.job = job
+        self.view = view
+        asked = {
+            result.name
+            for result in view.characteristics
+            if result.verdict in (Verdict.NOT_CONFORM, Verdict.NOT_PROVEN)
+        }
+        self.items = [item for item in job.plan.characteristics if item.name in asked]
+        self.numbers = np.array([point.number for point in job.points])
+        self._trials: dict[str, Results] = {}
+
+    # What is known of the job.
+
+    @cached_property
+    def suspects(self) -> dict[str, Suspects]:
+        """Return the points that their own feature speaks against, by feature."""
+        found = {}
+        for sample in self.job.samples:
+            # Noise differs with the way a face looks: features are compared by it.
+            others = [scatter_ratio(item) for item in self.job.samples if item is not sample]
+            noise = sample.scatter / scatter_ratio(sample)
+            usual = max(float(np.median(others)), 1.0) * noise if len(others) > 1 else None
+            seen = suspects_of(self.job.actual[sample.feature], noise, usual)
+            if seen is not None:
+                found[sample.feature] = seen
+        return found
+
+    @cached_property
+    def common(self) -> Common | None:
+        """Return what the features have in common; None while it is not known where the part is."""
+        out = {number for item in self.suspects.values() for number in item.numbers}
+        places = np.flatnonzero(np.isin(self.numbers, list(out)))
+        return common_causes(self.job, places.tolist())
+
+    @cached_property
+    def as_measured(self) -> Results:
+        """Return the results in question as they were measured."""
+        return self._named(self.job.results_of(self.items))
+
+    @cached_property
+    def noisy(self) -> float | None:
+        """Return how many times more than their noise nearly all points scatter; None where not."""
+        return scatter_of(self.job, self.suspects.keys())
+
+    @cached_property
+    def held_by(self) -> tuple[str, ...]:
+        """Return the features that hold the part frame, each of which more than one value feels."""
+        bound = self.job.plan.bound_alignment
+        return () if bound is None else bound.features
+
+    def is_doubted(self, item: Characteristic, result: CharacteristicResult) -> bool:
+        """Return whether something else than the value decides: its note says what to do."""
+        if result.verdict is not Verdict.NOT_PROVEN:
+            return False
+        if self.view.unproven or held_below(result, self.job.plan, self.view):
+            return True
+        return bool(unknown_frame(self.job.alignment)) and needs_part_frame(item)
+
+    # What would be without a cause.
+
+    @staticmethod
+    def _named(results: Sequence[CharacteristicResult]) -> Results:
+        return {result.name: result for result in results}
+
+    def trial(self, key: str, make: Callable[[], Sequence[CharacteristicResult]]) -> Results:
+        """Return the results in question as ``make`` gives them, made once for each key."""
+        if key not in self._trials:
+            try:
+                self._trials[key] = self._named(make())
+            except OcmmError:
+                # What cannot be evaluated without a cause is not explained by it.
+                self._trials[key] = {}
+        return self._trials[key]
+
+    def moved(self, key: str, by: Callable[[], Float]) -> Results:
+        """Return the results in question with ball centres moved by (N, 3), mm."""
+        job = self.job
+        return self.trial(key, lambda: job.results_of(self.items, job.moved(by())))
+
+    def cured(self, item: Characteristic, trial: Results) -> float | None:
+        """Return what remains of the way to the limit, 0 to `CURED`; None where more does."""
+        before, after = self.as_measured.get(item.name), trial.get(item.name)
+        if before is None or after is None:
+            return None
+        way, left = way_to_good(item, before), way_to_good(item, after)
+        if way is None or left is None or way <= 0.0 or left > CURED * way:
+            return None
+        return max(left, 0.0) / way
+
+    def turned(self, name: str) -> tuple[MeasuredPoint, ...]:
+        """Return the points of the job, those of one feature compensated to the other side."""
+        return tuple(
+            replace(point, direction=-point.direction) if point.feature == name else point
+            for point in self.job.points
+        )
+
+    # Points and features.
+
+    def rests_on(self, item: Characteristic) -> list[str]:
+        """Return the probed features that a value rests on."""
+        return self.job.plan.rests_on(item)
+
+    def own_features(self, item: Characteristic) -> tuple[str, ...]:
+        """Return the probed features that are toleranced; a datum that is, too, is one of them."""
+        return tuple(
+            dict.fromkeys(name for one in item.features for name in self.job.plan.probed(one))
+        )
+
+    def own_points(self, name: str) -> tuple[int, ...]:
+        """Return the numbers of a feature's points."""
+        feature = self.job.actual.get(name)
+        return () if feature is None else feature.numbers
+
+    def slopes(self, rows: Float, name: str) -> Float:
+        """Return how a value answers to its feature's points along their normals, (n,)."""
+        for sample in self.job.samples:
+            if sample.feature == name:
+                slopes = sample.slopes(rows)
+                strongest = int(np.argmax(np.sum(slopes**2, axis=1)))
+                found: Float = slopes[strongest]
+                return found
+        return np.zeros(0)
+
+    def strongest(self, item: Characteristic, result: CharacteristicResult) -> tuple[int, ...]:
+        """Return the points that push the value most towards where it is."""
+        evaluation, common = self.job.evaluations.get(item.name), self.common
+        if item.kind in FORMS:
+            return self.extremes(item.features[0])
+        if evaluation is None:
+            return ()
+        sign = -1.0 if is_low(item, result) else 1.0
+        if common is None:
+            # Where the part is nobody knows: each point counts by how far it is off its element.
+            return self._foremost(self._by_residuals(evaluation, sign))
+        back = common.place.T_nominal_from_world
+        pushes: list[tuple[float, int]] = []
+        gradient = evaluation.gradient[:-1].reshape(-1, 3)
+        for surface in common.surfaces:
+            off, normals, _ = surface.lies(back)
+            push = sign * off * np.sum(gradient[surface.places] * (normals @ back.rotation), axis=1)
+            pushes += zip(push.tolist(), self.numbers[surface.places].tolist(), strict=True)
+        return self._foremost(pushes)
+
+    def _by_residuals(self, evaluation: Evaluation, sign: float) -> list[tuple[float, int]]:
+        pushes: list[tuple[float, int]] = []
+        for sample in self.job.samples:
+            residuals = self.job.actual[sample.feature].fit.residuals
+            slopes = sample.slopes(evaluation.gradient[None])[0]
+            # A line is off in two directions across it, and its residuals have no sign.
+            if len(slopes) == len(residuals):
+                numbers = self.numbers[sample.places].tolist()
+                pushes += zip((sign * slopes * residuals).tolist(), numbers, strict=True)
+        return pushes
+
+    @staticmethod
+    def _foremost(pushes: list[tuple[float, int]]) -> tuple[int, ...]:
+        pushes.sort(reverse=True)
+        least = _WEAKEST * pushes[0][0] if pushes else 0.0
+        return tuple(number for push, number in pushes[:MOST_POINTS] if push > max(least, 0.0))
+
+    def extremes(self, name: str) -> tuple[int, ...]:
+        """Return the two points of a feature between which its form lies."""
+        feature = self.job.actual.get(name)
+        if feature is None or feature.touches is None:
+            return ()
+        residuals = feature.fit.residuals
+        highest, lowest = int(np.argmax(residuals)), int(np.argmin(residuals))
+        return tuple(dict.fromkeys((feature.numbers[highest], feature.numbers[lowest])))
+
+    def farthest(self, name: str) -> tuple[int, ...]:
+        """Return the points of a feature that lie farthest from their nominal."""
+        common = self.common
+        for surface in common.surfaces if common is not None else ():
+            if common is not None and surface.name == name:
+                off = np.abs(surface.lies(common.place.T_nominal_from_world)[0])
+                order = surface.places[np.argsort(-off)][:MOST_POINTS]
+                return tuple(self.numbers[order].tolist())
+        return ()
+
+    def budget(self, item: Characteristic) -> Budget | None:
+        """Return where the uncertainty of a value comes from; None where it has none."""
+        evaluation = self.job.evaluations.get(item.name)
+        if evaluation is None:
+            return None
+        try:
+            return budget_of(
+                item, evaluation, self.job.actual, self.job.parts, self.job.covariance,
+                self.job.samples,
+            )  # fmt: skip
+        except MeasuringError:
+            return None

@@ -1,0 +1,156 @@
+"""What remains where no error explains a value: too little to tell, or the part itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ocmm_core.inspection.causes._amounts import beyond_limit
+from ocmm_core.inspection.causes._cause import Cause, Finding
+from ocmm_core.inspection.causes._common_causes import scatter_ratio
+from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+from ocmm_core.tolerances.uncertainty import gradients_of
+from ocmm_core.tolerances.zones import FORMS, Characteristic
+
+_AMPLIFIED = 1.8
+"""Noise against that of as many points all round beyond which their places are what is bad."""
+_MOST_OF_U = 0.5
+_ROUGH, _ENOUGH = 9.0, 3
+"""Square of the scatter of one surface against the usual one, of so many features at least."""
+_CHANCE = 3.0
+"""Standard deviations by which the scatter of the points may move a value by chance."""
+
+_REMEDIES = {
+    "Image noise": "take more points",
+    "Sensor pattern": "take more points, with the probe turned between them",
+    "Cameras": "measure near the middle of the volume, or calibrate the cameras again",
+    "Reference body": "calibrate the reference body again",
+    "Probe geometry": "calibrate the probe and its tip again",
+    "Probe temperature": "measure the temperature of the probe, or let it settle",
+    "Probe weight": "hold the probe as it was calibrated",
+    "Hand force": "touch with less force, or take more points",
+    "Tip radius": "qualify the tip",
+    "Saved frame": "measure the features of the frame in this job",
+    "Part temperature": "measure the temperature of the part more accurately",
+}
+
+
+def few_points(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> Finding | None:
+    """Return that points lie where they say little of the value."""
+    evaluation = inquiry.job.evaluations.get(item.name)
+    if evaluation is None or result.uncertainty is None:
+        return None
+    way = beyond_limit(item, result)
+    if result.verdict is Verdict.NOT_CONFORM and (way or 0.0) > 2.0 * result.uncertainty:
+        return None
+    rows = gradients_of(evaluation, bonus=False)
+    for view in inquiry.view.features:
+        coverage = view.coverage
+        if view.name not in inquiry.rests_on(item) or not coverage or not coverage.warning:
+            continue
+        slopes = inquiry.slopes(rows, view.name)
+        if (
+            not len(slopes)
+            or float(np.linalg.norm(slopes)) * np.sqrt(len(slopes)) < _AMPLIFIED * 2.0
+        ):
+            continue
+        return Finding(
+            Cause.COVERAGE, (view.name,), inquiry.own_points(view.name)[:MOST_POINTS],
+            f"Probe more of {view.name}: {coverage.words} have points. {coverage.warning}",
+            "The places of the points make every error of theirs count more.",
+        )  # fmt: skip
+    return None
+
+
+def scatter(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding | None:
+    """Return that the points scatter too much for the tolerance, all of them or one surface's."""
+    budget = inquiry.budget(item)
+    if budget is None or result.measured is None:
+        return None
+    own = inquiry.rests_on(item)
+    names = " and ".join(inquiry.own_features(item)[:2])
+    random = sum(row.share for row in budget.rows if row.kind == "A")
+    noisy = inquiry.noisy
+    words = f"Points scatter {noisy:.1f} times more than the cameras' noise. " if noisy else ""
+    if result.verdict is Verdict.NOT_PROVEN and random > _MOST_OF_U:
+        shape = _own_shape(inquiry, own) if noisy is None else None
+        if shape is not None and budget.rows[0].name == f"Form of {shape}":
+            form = inquiry.job.actual[shape].fit.form
+            return Finding(
+                Cause.PART, (shape,), inquiry.extremes(shape),
+                f"Most likely the part: {shape} has a form error of {form:.3f} mm. More points on "
+                "it settle the value.",
+                f"Its points scatter more than those of the other features; they are "
+                f"{100.0 * min(random, 1.0):.0f} % of the variance of U.",
+            )  # fmt: skip
+        evidence = f"{words}Scatter is {100.0 * min(random, 1.0):.0f} % of the variance of U."
+    elif noisy is not None and _by_chance(inquiry, item, result):
+        evidence = words.strip()
+    else:
+        return None
+    hold = "Hold the probe still, and take" if noisy else "Take"
+    return Finding(
+        Cause.NOISE, tuple(own), inquiry.strongest(item, result),
+        f"{hold} more points on {names}: their scatter is most of the uncertainty.", evidence,
+    )  # fmt: skip
+
+
+def _own_shape(inquiry: Inquiry, names: Sequence[str]) -> str | None:
+    """Return the feature whose surface alone scatters; None where others do, too."""
+    samples = {item.feature: scatter_ratio(item) for item in inquiry.job.samples}
+    usual = float(np.median(list(samples.values())))
+    rough = [name for name in names if samples.get(name, 0.0) > _ROUGH * usual]
+    return rough[0] if len(rough) == 1 and len(samples) > _ENOUGH else None
+
+
+def _by_chance(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> bool:
+    """Return whether points that scatter as these do may show the value by chance."""
+    evaluation, beyond = inquiry.job.evaluations.get(item.name), beyond_limit(item, result)
+    if evaluation is None or beyond is None:
+        return False
+    if item.kind in FORMS:
+        return True
+    rows = gradients_of(evaluation, bonus=False)
+    variance = 0.0
+    for sample in inquiry.job.samples:
+        variance += sample.scatter * float(np.sum(sample.slopes(rows) ** 2))
+    return beyond < _CHANCE * float(np.sqrt(variance))
+
+
+def uncertainty(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> Finding | None:
+    """Return what most of U is where the value is inside, or could not be told to be."""
+    too_tight = result.tur is not None and result.tur < 1.0
+    if result.verdict is not Verdict.NOT_PROVEN or (result.leaning != "in" and not too_tight):
+        return None
+    budget = inquiry.budget(item)
+    if budget is None or not budget.rows:
+        return None
+    row = budget.rows[0]
+    return Finding(
+        Cause.UNCERTAINTY, inquiry.own_features(item), inquiry.strongest(item, result),
+        f"Lower the uncertainty: {_REMEDIES.get(row.name, 'take more points')}.",
+        f"{row.name} is {100.0 * min(row.share, 1.0):.0f} % of the variance of U.",
+    )  # fmt: skip
+
+
+def the_part(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding:
+    """Return that no error of measuring fits what the points show."""
+    beyond, u = beyond_limit(item, result), result.uncertainty
+    small = "°" if result.unit == "deg" else " mm"
+    names = inquiry.own_features(item)
+    if beyond is None or u is None:
+        said = "The part"
+    elif result.verdict is Verdict.NOT_CONFORM:
+        said = f"Most likely the part: {beyond:.3f}{small} out, {beyond / u:.1f} times U"
+    else:
+        said = "Most likely the part: it is at its limit, nearer than U can tell"
+    return Finding(
+        Cause.PART, names, inquiry.strongest(item, result),
+        f"{said}. The points agree.", "No error of measuring fits what the points show.",
+    )  # fmt: skip

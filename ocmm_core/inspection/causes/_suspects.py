@@ -1,0 +1,189 @@
+"""Points of one feature that the others speak against: one, two, or a group side by side.
+
+`features.outliers` takes the worst point first, so that a burr under two or three neighbouring
+points can hide itself: each of them is the others' witness. Here groups are judged as a whole, by
+what the sum of squared residuals loses when they are left out (R. D. Cook and S. Weisberg,
+Residuals and Influence in Regression, 1982, 2.2.2), with Bonferroni's bound over all groups of
+that size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.special import fdtrc
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements import distance_derivatives
+from ocmm_core.features.measured import ActualFeature, fit_shape
+from ocmm_core.features.search import unambiguous
+from ocmm_core.features.shapes import Criterion, Fit, Shape
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.causes._deviations import FLAT
+
+SMALLEST_MM = 0.02
+"""Nearer than this to what the others show no point is suspected: form does that."""
+
+FALSE_ALARM = 0.01
+_MOST_POINTS = 3
+_ALL_PAIRS = 40
+"""Up to so many points of a feature any two are tried, else neighbours only."""
+_PRIOR = 8.0
+_NEIGHBOUR = 1.5
+"""Neighbours are nearer than so many usual distances to the nearest point."""
+
+
+@dataclass(frozen=True, slots=True)
+class Suspects:
+    """Points that do not belong to what the others of their feature show.
+
+    Attributes
+    ----------
+    feature
+        Its name.
+    numbers
+        Of the points.
+    off
+        mm, in the same order: how far each stands out of the material that the others show.
+    probability
+        That points of a good feature look so.
+    together
+        They lie side by side.
+    """
+
+    feature: str
+    numbers: tuple[int, ...]
+    off: tuple[float, ...]
+    probability: float
+    together: bool
+
+    @property
+    def is_burr(self) -> bool:
+        """Return whether neighbouring points stand out of the material."""
+        return self.together and len(self.numbers) > 1 and min(self.off) > 0.0
+
+
+def suspects_of(
+    feature: ActualFeature, noise: float, usual: float | None = None
+) -> Suspects | None:
+    """Return the points of a feature that the others speak against; None where they agree.
+
+    Parameters
+    ----------
+    noise
+        mm^2: mean square of a residual by the noise of the points alone; less scatter is chance.
+    usual
+        mm^2: mean square of the residuals of the other features of the job. Where a feature
+        scatters no more once points are left out, it counts as if it had been seen on some points
+        more (a prior of `_PRIOR` degrees of freedom): few points left could say little of it.
+    """
+    touches = feature.touches
+    fit = _least_squares(feature)
+    if fit is None or touches is None or fit.shape is Shape.POINT:
+        return None
+    tips, residuals = touches.tips, fit.residuals
+    n = len(tips)
+    by_geometry, normals = distance_derivatives(fit, tips)
+    blocks = np.einsum("kni,ni->kn", fit.jacobian.reshape(-1, n, 3), normals)
+    kept = by_geometry @ blocks + np.diag(np.sum(normals**2, axis=1))
+    kept = 0.5 * (kept + kept.T)
+    freedom = round(float(np.trace(kept)))
+    most = min(_MOST_POINTS, freedom - (2 if usual is None else 1), n // 2)
+    squares = float(residuals @ residuals)
+    near = _neighbours(tips)
+    chosen: tuple[int, ...] = ()
+    gained, probability = 0.0, 1.0
+    for size in range(1, most + 1):
+        groups = _groups(n, size, near)
+        if not groups:
+            continue
+        loss, best = max((_loss(group, kept, residuals), group) for group in groups)
+        left = freedom - size
+        scatter, degrees = max((squares - loss) / left, noise), float(left)
+        if usual is not None and float(fdtrc(left, _PRIOR, scatter / usual)) > FALSE_ALARM:
+            scatter = (left * scatter + _PRIOR * usual) / (left + _PRIOR)
+            degrees += _PRIOR
+        more = size - len(chosen)
+        ratio = max(loss - gained, 0.0) / more / scatter
+        chance = float(fdtrc(more, degrees, ratio)) * len(groups)
+        if chance < FALSE_ALARM:
+            chosen, gained, probability = best, loss, min(chance, 1.0)
+    if not chosen:
+        return None
+    rows = list(chosen)
+    off = np.linalg.solve(kept[np.ix_(rows, rows)], residuals[rows])
+    if float(np.abs(off).min()) < SMALLEST_MM:
+        return None
+    inner = fit.shape not in FLAT and feature.nominal.side == "inner"
+    together = len(rows) == 1 or _connected(rows, near)
+    signed = -off if inner else off
+    return Suspects(
+        feature.nominal.name,
+        tuple(feature.numbers[row] for row in rows),
+        tuple(float(value) for value in signed),
+        probability,
+        together,
+    )
+
+
+def _least_squares(feature: ActualFeature) -> Fit | None:
+    if feature.raw is None or feature.touches is None:
+        return None
+    if feature.raw.criterion is Criterion.LEAST_SQUARES:
+        return feature.raw
+    try:
+        fit = fit_shape(
+            feature.raw.shape, feature.touches.tips, direction_hint=feature.raw.direction
+        )
+        return unambiguous(fit)
+    except FitError:
+        return None
+
+
+def _loss(group: Sequence[int], kept: Float, residuals: Float) -> float:
+    """Return what the sum of squares loses without these points; zero where all rests on them."""
+    rows = list(group)
+    own = kept[np.ix_(rows, rows)]
+    if float(np.linalg.eigvalsh(own)[0]) < 1e-3:
+        return 0.0
+    return float(residuals[rows] @ np.linalg.solve(own, residuals[rows]))
+
+
+def _neighbours(tips: Float) -> Float:
+    apart = np.linalg.norm(tips[:, None] - tips[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    usual = float(np.median(apart.min(axis=1)))
+    found: Float = (apart < _NEIGHBOUR * usual).astype(np.float64)
+    return found
+
+
+def _groups(n: int, size: int, near: Float) -> list[tuple[int, ...]]:
+    if size == 1:
+        return [(i,) for i in range(n)]
+    pairs: list[tuple[int, ...]] = [
+        pair for pair in combinations(range(n), 2) if near[pair] or n <= _ALL_PAIRS
+    ]
+    if size == 2:
+        return pairs
+    side_by_side = [pair for pair in pairs if near[pair]]
+    found = {
+        tuple(sorted((*pair, third)))
+        for pair in side_by_side
+        for third in np.flatnonzero(near[list(pair)].any(axis=0)).tolist()
+        if third not in pair
+    }
+    return sorted(found)
+
+
+def _connected(rows: Sequence[int], near: Float) -> bool:
+    reached, rest = {rows[0]}, set(rows[1:])
+    while rest:
+        further = {row for row in rest if any(near[row, other] for other in reached)}
+        if not further:
+            return False
+        reached |= further
+        rest -= further
+    return True

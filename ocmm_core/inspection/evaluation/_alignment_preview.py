@@ -1,0 +1,49 @@
+"""The alignment of a job as it stands, to be looked at before it is accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ocmm_core.alignment import AlignmentReport, doubt_of, preview_alignment
+from ocmm_core.camera import Rig
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.evaluation._evaluation import checked_features
+from ocmm_core.inspection.evaluation._options import SessionOptions
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import MeasuredPoint, joint_covariance, reported_points
+from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+def alignment_of_points(
+    plan: Plan,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> AlignmentReport:
+    """Return residuals, their uncertainty and open degrees of freedom of the plan's alignment.
+
+    Parameters
+    ----------
+    points, sensitivities
+        Of the job so far, as they are stored; in the same order.
+
+    Raises
+    ------
+    InputError
+        The plan has no alignment.
+    """
+    bound = plan.bound_alignment
+    if bound is None:
+        raise InputError(
+            "alignment.none",
+            f"The plan {plan.name} has no alignment: all its results hold in any frame.",
+            "Add an alignment to the plan if coordinates or positions are wanted.",
+        )
+    reported = reported_points(points, options.climate.part)
+    covariance = joint_covariance(
+        reported, sensitivities, rig, body, options.contact, options.climate.part,
+        doubt_of(bound),
+    )  # fmt: skip
+    return preview_alignment(bound, checked_features(plan, reported, options), covariance)

@@ -1,0 +1,165 @@
+"""A job with all that its results rest on, and what it would say if its points were others.
+
+The results of a job are enough for a screen. Whoever asks where they come from, for a budget or a
+cause, wants the features, the parts of the covariance and the gradients behind them, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.alignment import AnyAlignment, BoundAlignment, doubt_of
+from ocmm_core.camera import Rig
+from ocmm_core.errors import FitError, OcmmError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features
+from ocmm_core.inspection.evaluation._options import SessionOptions
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import (
+    Contribution,
+    MeasuredPoint,
+    ProbeState,
+    contributions,
+    reported_points,
+    sum_of,
+)
+from ocmm_core.tolerances.decisions import CharacteristicResult, evaluate_all
+from ocmm_core.tolerances.kinds import evaluate, involved_features
+from ocmm_core.tolerances.uncertainty import FormSample, form_samples
+from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames
+from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluatedJob:
+    """A job with all that its results rest on.
+
+    Attributes
+    ----------
+    plan, options
+        What is measured, and by which limits.
+    points
+        N points as they are reported.
+    found
+        Every feature, or why there is none.
+    alignment
+        Bound and settled; None without one.
+    parts, covariance
+        Parts of the joint covariance, and their sum, (3 N + 1, 3 N + 1), mm^2.
+    samples
+        What the features show of their form.
+    evaluations, missing
+        Values with their gradients by the name of the characteristic, and why others have none.
+    """
+
+    plan: Plan
+    options: SessionOptions
+    points: tuple[MeasuredPoint, ...]
+    found: Mapping[str, ActualFeature | FitError]
+    alignment: BoundAlignment | None
+    parts: tuple[Contribution, ...]
+    covariance: Float
+    samples: tuple[FormSample, ...]
+    evaluations: Mapping[str, Evaluation]
+    missing: Mapping[str, str]
+
+    @property
+    def actual(self) -> dict[str, ActualFeature]:
+        """Return the features that are known."""
+        return {k: v for k, v in self.found.items() if isinstance(v, ActualFeature)}
+
+    def results_of(
+        self, items: Sequence[Characteristic], points: Sequence[MeasuredPoint] | None = None
+    ) -> tuple[CharacteristicResult, ...]:
+        """Return the results of characteristics, as measured or if the points were others.
+
+        Parameters
+        ----------
+        points
+            As many as the job has, in their order; None for those of the job.
+        """
+        if points is None:
+            found, alignment = self.found, self.alignment
+        else:
+            found = checked_features(self.plan, points, self.options)
+            alignment = alignment_of(self.plan, found)
+        return evaluate_all(items, alignment, found, self.covariance, self.plan.rule)
+
+    def results_without(
+        self, items: Sequence[Characteristic], numbers: Collection[int]
+    ) -> tuple[CharacteristicResult, ...]:
+        """Return the results of characteristics if points had not been taken."""
+        kept = [i for i, point in enumerate(self.points) if point.number not in numbers]
+        columns = [3 * i + k for i in kept for k in range(3)] + [3 * len(self.points)]
+        found = checked_features(self.plan, [self.points[i] for i in kept], self.options)
+        covariance = self.covariance[np.ix_(columns, columns)]
+        alignment = alignment_of(self.plan, found)
+        return evaluate_all(items, alignment, found, covariance, self.plan.rule)
+
+    def results_in(
+        self, items: Sequence[Characteristic], alignment: AnyAlignment
+    ) -> tuple[CharacteristicResult, ...]:
+        """Return the results of characteristics if the part frame were another."""
+        return evaluate_all(items, alignment, self.found, self.covariance, self.plan.rule)
+
+    def moved(self, by: Float) -> tuple[MeasuredPoint, ...]:
+        """Return the points with ball centres moved by (N, 3), mm."""
+        return tuple(
+            replace(point, tip_world=point.tip_world + shift)
+            for point, shift in zip(self.points, by, strict=True)
+        )
+
+
+def evaluated_job(
+    plan: Plan,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+    probe: ProbeState | None = None,
+) -> EvaluatedJob:
+    """Return a job with all that its results rest on; arguments as `evaluation.evaluate_job`.
+
+    Parameters
+    ----------
+    probe
+        Tells warmth and weight of the probe from its calibration; None names them together.
+    """
+    reported = tuple(reported_points(points, options.climate.part))
+    found = checked_features(plan, reported, options)
+    actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
+    alignment = alignment_of(plan, found)
+    parts = contributions(
+        reported, sensitivities, rig, body, options.contact, options.climate.part, probe,
+        doubt_of(alignment),
+    )  # fmt: skip
+    covariance = sum_of(parts, len(reported))
+    frames = Frames(actual, alignment)
+    evaluations: dict[str, Evaluation] = {}
+    missing: dict[str, str] = {}
+    for item in plan.characteristics:
+        try:
+            for name in involved_features(item, alignment):
+                require_measured(name, found)
+            evaluations[item.name] = evaluate(item, actual, alignment, frames)
+        except OcmmError as error:
+            missing[item.name] = error.what
+    return EvaluatedJob(
+        plan, options, reported, found, alignment, parts, covariance,
+        form_samples(found, covariance), evaluations, missing,
+    )  # fmt: skip
+
+
+def require_measured(name: str, found: Mapping[str, ActualFeature | FitError]) -> ActualFeature:
+    """Return a feature; raise FitError if it is not known."""
+    feature = found.get(name)
+    if isinstance(feature, ActualFeature):
+        return feature
+    if feature is not None:
+        raise feature
+    raise FitError("uncertainty.feature", f"{name} is not measured.", f"Measure {name}.")

@@ -1,0 +1,206 @@
+"""Where the next point is wanted, and the cue that leads the ball there.
+
+Guidance needs to know only roughly where the part is: no result rests on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.alignment import nominal_frame
+from ocmm_core.errors import FitError, OcmmError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import Shape, nominal_geometry
+from ocmm_core.geometry import Float, RigidTransform, rigid_fit, unit
+from ocmm_core.inspection.evaluation._evaluation import frame_of
+from ocmm_core.inspection.evaluation._surfaces import places_of
+from ocmm_core.inspection.evaluation._view import Target
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import MeasuredPoint
+
+FAR_MM, NEAR_MM = 100.0, 1.0
+"""Beyond the first the ring has its full size; within the second it is closed."""
+_LOWEST_HZ, _HIGHEST_HZ = 220.0, 1760.0
+_SMALLEST_RING = 0.06
+_WHOLE = (Shape.POINT, Shape.SPHERE, Shape.TORUS)
+_CENTRED = (
+    Shape.POINT, Shape.CIRCLE, Shape.SPHERE, Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT,
+    Shape.RECTANGLE, Shape.TORUS,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Cue:
+    """What leads the ball to its place.
+
+    Attributes
+    ----------
+    ring_px_fraction
+        Radius of the ring, as a part of its largest one.
+    tone_hz
+        Pitch of the tone; three octaves higher at the place than far from it.
+    arrived
+        The ball is there.
+    """
+
+    ring_px_fraction: float
+    tone_hz: float
+    arrived: bool
+
+
+def cue(distance_mm: float) -> Cue:
+    """Return ring and tone for a distance, mm: the ring shrinks and the tone rises.
+
+    Both follow the logarithm of the distance, so that the last millimetres are told as clearly as
+    the first hundred. A distance that is not a number is as far as can be.
+    """
+    distance = distance_mm if np.isfinite(distance_mm) else FAR_MM
+    share = float(np.log(np.clip(distance, NEAR_MM, FAR_MM) / NEAR_MM) / np.log(FAR_MM / NEAR_MM))
+    return Cue(
+        ring_px_fraction=_SMALLEST_RING + (1.0 - _SMALLEST_RING) * share,
+        tone_hz=float(_HIGHEST_HZ * (_LOWEST_HZ / _HIGHEST_HZ) ** share),
+        arrived=distance <= NEAR_MM,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Whereabouts:
+    """Where the nominals of the plan are in the world.
+
+    Attributes
+    ----------
+    T_nominal_from_world
+        The motion.
+    approximate
+        From features that are not the datums of the plan, or fewer of them.
+    """
+
+    T_nominal_from_world: RigidTransform
+    approximate: bool
+
+
+def whereabouts(plan: Plan, actual: Mapping[str, ActualFeature | FitError]) -> Whereabouts | None:
+    """Return where the nominals are by the features measured so far; None where that is open.
+
+    With the alignment of the plan, once its datums are measured; before that by whatever planes
+    and centres there are, if they leave no freedom.
+    """
+    aligned = aligned_nominals(plan, actual)
+    if aligned is not None:
+        return Whereabouts(aligned, approximate=False)
+    near = _by_features(plan, actual)
+    return None if near is None else Whereabouts(near, approximate=True)
+
+
+def aligned_nominals(
+    plan: Plan, actual: Mapping[str, ActualFeature | FitError]
+) -> RigidTransform | None:
+    """Return the motion from the world to the frame of the nominals, by the plan's alignment.
+
+    Nominals may be written in another frame than the one that the alignment makes; the alignment
+    of the nominals themselves is the way between the two.
+    """
+    T_part_from_world = frame_of(plan, actual)
+    bound = plan.bound_alignment
+    if T_part_from_world is None or bound is None:
+        return None
+    try:
+        T_part_from_nominal = nominal_frame(bound)
+    except OcmmError:
+        return None
+    return T_part_from_nominal.inverse().compose(T_part_from_world)
+
+
+def _by_features(
+    plan: Plan, actual: Mapping[str, ActualFeature | FitError]
+) -> RigidTransform | None:
+    """Return the motion by normals of planes and centres, or None where it is not determined."""
+    normals, centres = [], []
+    for nominal in plan.features:
+        feature = actual.get(nominal.name)
+        if not isinstance(feature, ActualFeature):
+            continue
+        geometry = nominal_geometry(nominal)
+        if nominal.shape is Shape.PLANE:
+            normals.append((geometry, feature.fit.geometry))
+        elif nominal.shape in _CENTRED:
+            plane = actual.get(nominal.projection)
+            if isinstance(plane, ActualFeature):
+                # How deep a bore was touched says nothing about where it is.
+                up = plane.fit.direction
+                depth = float((feature.fit.point - plane.fit.point) @ up)
+                centres.append((geometry[0:3], feature.fit.point - depth * up))
+            elif nominal.shape in _WHOLE:
+                centres.append((geometry[0:3], feature.fit.point))
+    pairs = [(there[3:6], here[3:6]) for there, here in normals]
+    for there, here in centres[1:]:
+        if float(np.linalg.norm(there - centres[0][0])) > 1.0:
+            pairs.append((unit(there - centres[0][0]), unit(here - centres[0][1])))
+    if len(pairs) < 2 or (not centres and len(normals) < 3):
+        return None
+    there = np.array([pair[0] for pair in pairs])
+    here = np.array([pair[1] for pair in pairs])
+    if np.linalg.svd(there, compute_uv=False)[1] < 0.1:
+        return None
+    # Directions have no place: each with its opposite, so that only the turn is fitted.
+    rotation, _ = rigid_fit(np.concatenate([here, -here]), np.concatenate([there, -there]))
+    rows = [np.eye(3)] * len(centres)
+    rest = [there_c - rotation @ here_c for there_c, here_c in centres]
+    for there_p, here_p in normals:
+        rows.append(there_p[None, 3:6])
+        rest.append(there_p[None, 3:6] @ (there_p[0:3] - rotation @ here_p[0:3]))
+    matrix = np.concatenate(rows)
+    if np.linalg.svd(matrix, compute_uv=False)[-1] < 0.1:
+        return None
+    shift = np.asarray(np.linalg.pinv(matrix) @ np.concatenate(rest), dtype=np.float64)
+    return RigidTransform(rotation, shift)
+
+
+def targets_of(
+    plan: Plan,
+    name: str,
+    points: Sequence[MeasuredPoint],
+    place: Whereabouts | None,
+    tip_radius: float,
+    last_world: Float | None,
+) -> tuple[Target, ...]:
+    """Return where points of a feature are still wanted, the one nearest to the last point first.
+
+    Parameters
+    ----------
+    points
+        Those that the feature has; each covers the target nearest to it.
+    place
+        Where the nominals are; nothing is wanted anywhere while that is not known.
+    tip_radius
+        mm.
+    last_world
+        (3,), mm: ball centre of the last point of the job, or None.
+    """
+    if place is None:
+        return ()
+    nominal = plan.feature(name)
+    places = places_of(nominal, nominal.points)
+    T_world = place.T_nominal_from_world.inverse()
+    surface = T_world.apply(places.points)
+    normals = places.normals @ T_world.rotation.T
+    balls = surface + tip_radius * normals
+    free = list(range(len(balls)))
+    for point in points:
+        if free:
+            apart = np.linalg.norm(balls[free] - point.tip_world, axis=1)
+            del free[int(np.argmin(apart))]
+    if last_world is not None:
+        free.sort(key=lambda index: float(np.linalg.norm(balls[index] - last_world)))
+    return tuple(
+        Target(name, surface[index], normals[index], balls[index], place.approximate)
+        for index in free
+    )
+
+
+def nearest(targets: Sequence[Target], tip_world: Float) -> Target | None:
+    """Return the target that the ball, (3,), mm, is nearest to; None where there is none."""
+    return min(targets, key=lambda target: target.distance(tip_world), default=None)

@@ -1,0 +1,156 @@
+"""Budgets and the task of a simulation of a job, from what its results were computed with."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.alignment import Relocation, SavedFrame, saved_frame_in
+from ocmm_core.calibration.probe_design import load_design
+from ocmm_core.camera import Rig
+from ocmm_core.errors import MeasuringError
+from ocmm_core.features.measured import ActualFeature, nominal_geometries
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation._evaluated import EvaluatedJob, evaluated_job
+from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features
+from ocmm_core.inspection.evaluation._options import SessionOptions
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import MeasuredPoint, ProbeState, joint_covariance, reported_points
+from ocmm_core.tolerances.monte_carlo import Task
+from ocmm_core.tolerances.uncertainty import (
+    Budget,
+    FormSample,
+    budget_of,
+    form_samples,
+    of_own_form,
+    widened,
+)
+from ocmm_core.tolerances.zones import Characteristic, Frames
+from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+@dataclass(frozen=True, slots=True)
+class JobUncertainty:
+    """Where the uncertainties of a job come from.
+
+    Attributes
+    ----------
+    budgets
+        By name of the characteristic, in the order of the plan.
+    missing
+        Why a characteristic has none.
+    tasks
+        What a simulation does: values in which the form of a surface is an uncertainty, and those
+        of which it is the measurand itself. Empty where nothing can be simulated.
+    """
+
+    budgets: Mapping[str, Budget]
+    missing: Mapping[str, str]
+    tasks: tuple[Task, ...]
+
+
+def job_uncertainty(
+    plan: Plan,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> JobUncertainty:
+    """Return budgets and tasks; see `evaluation.evaluate_job` for the arguments."""
+    job = evaluated_job(plan, points, sensitivities, rig, body, options, probe_state(options, body))
+    return uncertainty_of(job)
+
+
+def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
+    """Return budgets and tasks of a job that was evaluated already."""
+    plan, actual, covariance, samples = job.plan, job.actual, job.covariance, job.samples
+    budgets: dict[str, Budget] = {}
+    missing = dict(job.missing)
+    plain: list[Characteristic] = []
+    of_form: list[Characteristic] = []
+    for item in plan.characteristics:
+        evaluation = job.evaluations.get(item.name)
+        if evaluation is not None:
+            try:
+                budgets[item.name] = budget_of(
+                    item, evaluation, actual, job.parts, covariance, samples
+                )
+            except MeasuringError as error:
+                missing[item.name] = error.what
+            (of_form if of_own_form(item, actual) else plain).append(item)
+    nominals = nominal_geometries(plan.features, plan.constructions)
+    tasks = tuple(
+        Task(
+            tuple(group), job.alignment, job.points, actual, covariance,
+            _of_surfaces(taken, len(job.points)), tuple(plan.constructions), nominals,
+        )
+        for group, taken in ((plain, samples), (of_form, ()))
+        if group
+    )  # fmt: skip
+    return JobUncertainty(budgets, missing, tasks)
+
+
+def frame_covariance(
+    plan: Plan,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> Float | None:
+    """Return how well the frame of the nominals is known that a job would hand on, (6, 6).
+
+    Of a small turn, rad, about the axes of the frame through its origin, and a shift, mm, along
+    them: from the errors of the points, and from the form of the features where points show it.
+    None where a frame was taken over whose own uncertainty is not known, or not carried through:
+    control points, and fits that only start at a saved frame.
+
+    Raises
+    ------
+    OcmmError
+        The features do not say where the part is.
+    """
+    climate = options.climate
+    reported = reported_points(points, climate.part)
+    found = checked_features(plan, reported, options)
+    alignment = alignment_of(plan, found)
+    if isinstance(plan.alignment, SavedFrame):
+        return np.array(plan.alignment.covariance) if plan.alignment.covariance else None
+    if saved_frame_in(alignment) is not None or isinstance(plan.alignment, Relocation):
+        return None
+    covariance = joint_covariance(reported, sensitivities, rig, body, options.contact, climate.part)
+    actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
+    slopes = Frames(actual, alignment).of_part(plan.name).by_coordinates
+    tips = np.array([point.tip_world for point in reported])
+    # A turn counts by what it moves at the size of the part, mm, and is held beside a shift.
+    arm = max(float(np.linalg.norm(np.ptp(tips, axis=0))), 1.0)
+    scale = np.array([arm] * 3 + [1.0] * 3)
+    samples = form_samples(found, covariance)
+    moved = widened(scale[:, None] * slopes, covariance, samples).covariance
+    of_frame: Float = moved / np.outer(scale, scale)
+    return 0.5 * (of_frame + of_frame.T)
+
+
+def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
+    """Return what the form of surfaces adds to each point, (N, 3, 3), mm^2."""
+    added = np.zeros((count, 3, 3))
+    for sample in samples:
+        squares = np.einsum("nij,nkj->nik", sample.normals, sample.normals)
+        added[sample.places] += max(sample.variance, 0.0) * squares
+    return added
+
+
+def probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
+    """Return what warmth and weight have added to the probe; None where its design is unknown."""
+    text = options.climate.probe_design
+    if not text:
+        return None
+    with tempfile.TemporaryDirectory(prefix="ocmm-document-") as folder:
+        file = Path(folder) / "design.toml"
+        file.write_bytes(text.encode("utf-8"))
+        return ProbeState(load_design(file, body), options.climate.probe)

@@ -1,0 +1,97 @@
+"""The plan: its document, its checks, its changes, and what fills it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.plan._climate import climate_for, material_expansion
+    from ocmm_core.inspection.plan._csv import features_from_csv, number
+    from ocmm_core.inspection.plan._doubts import nominal_doubts
+    from ocmm_core.inspection.plan._edit import (
+        EDITED,
+        HEAD_FIELDS,
+        add_characteristic,
+        add_construction,
+        add_feature,
+        move_item,
+        new_plan,
+        remove_item,
+        replace_item,
+        usual_points,
+        with_alignment,
+        with_head,
+    )
+    from ocmm_core.inspection.plan._file import save_plan
+    from ocmm_core.inspection.plan._picture import carry_pictures, with_picture, without_file
+    from ocmm_core.inspection.plan._plan import (
+        MAX_EXPANSION_PPM,
+        NAME_PATTERN,
+        Material,
+        Plan,
+        check_plan,
+        load_plan,
+    )
+    from ocmm_core.inspection.plan._shelf import PlanCard, plan_card, plans_in
+    from ocmm_core.inspection.plan._step import features_from_step
+    from ocmm_core.inspection.plan._step_checks import step_fault
+    from ocmm_core.inspection.plan._stored_plan import stored_plan
+    from ocmm_core.inspection.plan._teach import taught_plan
+else:
+    __getattr__ = door(
+        __name__,
+        _climate="climate_for material_expansion",
+        _csv="features_from_csv number",
+        _doubts="nominal_doubts",
+        _edit=(
+            "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
+            "new_plan remove_item replace_item usual_points with_alignment with_head"
+        ),
+        _file="save_plan",
+        _picture="carry_pictures with_picture without_file",
+        _plan="MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
+        _shelf="PlanCard plan_card plans_in",
+        _step="features_from_step",
+        _step_checks="step_fault",
+        _stored_plan="stored_plan",
+        _teach="taught_plan",
+    )
+
+__all__ = [
+    "EDITED",
+    "HEAD_FIELDS",
+    "MAX_EXPANSION_PPM",
+    "NAME_PATTERN",
+    "Material",
+    "Plan",
+    "PlanCard",
+    "add_characteristic",
+    "add_construction",
+    "add_feature",
+    "carry_pictures",
+    "check_plan",
+    "climate_for",
+    "features_from_csv",
+    "features_from_step",
+    "load_plan",
+    "material_expansion",
+    "move_item",
+    "new_plan",
+    "nominal_doubts",
+    "number",
+    "plan_card",
+    "plans_in",
+    "remove_item",
+    "replace_item",
+    "save_plan",
+    "step_fault",
+    "stored_plan",
+    "taught_plan",
+    "usual_points",
+    "with_alignment",
+    "with_head",
+    "with_picture",
+    "without_file",
+]

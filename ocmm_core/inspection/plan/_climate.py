@@ -1,0 +1,39 @@
+"""What a plan says about the growth of its part."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ocmm_core.calibration.probe_design import Expansion
+from ocmm_core.inspection.plan._plan import Plan
+from ocmm_core.measuring import Climate, check_part
+
+_PPM = 1e-6
+
+
+def material_expansion(plan: Plan) -> Expansion | None:
+    """Return the expansion of the plan's material; None where it names none."""
+    material = plan.material
+    if material is None:
+        return None
+    return Expansion(
+        material.name, _PPM * material.expansion_ppm, _PPM * material.expansion_sigma_ppm
+    )
+
+
+def climate_for(climate: Climate, before: Plan, plan: Plan) -> Climate:
+    """Return the climate of a job by another plan than the one before.
+
+    An expansion that the operator gave stays; one that the plan before said gives way to that of
+    the plan.
+
+    Raises
+    ------
+    InputError
+        Results are to be reported at 20 °C, and the plan names no material.
+    """
+    if climate.part.expansion != material_expansion(before):
+        return climate
+    part = replace(climate.part, expansion=material_expansion(plan))
+    check_part(part)
+    return replace(climate, part=part)

@@ -1,0 +1,244 @@
+"""Changes of a plan: each takes a plan and returns another one; nothing is changed in place.
+
+The editor of the window and scripts call the same functions. A change that would leave a plan that
+cannot be measured is refused with the sentence that `load_plan` would say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from ocmm_core.alignment import Alignment
+from ocmm_core.errors import InputError
+from ocmm_core.features.measured import Construction
+from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape
+from ocmm_core.inspection.plan._plan import SCHEMA, Plan, check_plan
+from ocmm_core.tolerances.zones import Characteristic
+
+Item = TypeVar("Item")
+
+HEAD_FIELDS = ("name", "part", "rule", "compensation", "material")
+"""What a plan says besides its lists and its alignment."""
+
+EDITED = Path("the plan")
+"""Stands for the name of the file in sentences about a plan that has none yet."""
+
+USUAL_POINTS = {
+    Shape.POINT: 1,
+    Shape.LINE: 5,
+    Shape.PLANE: 9,
+    Shape.CIRCLE: 8,
+    Shape.SPHERE: 9,
+    Shape.CYLINDER: 12,
+    Shape.CONE: 12,
+    Shape.TORUS: 12,
+}
+"""Points of a feature whose plan does not say how many; 10 for outlines."""
+
+_REFERENCES = {
+    "constructions": frozenset({"features", "towards"}),
+    "characteristics": frozenset({"features", "datums"}),
+    "features": frozenset({"projection"}),
+    "alignment": frozenset({
+        "primary", "secondary", "origin", "towards", "plane", "axis", "point", "points", "datums",
+        "feature",
+    }),
+}  # fmt: skip
+"""Fields that hold names of features, by the part of the plan that they stand in."""
+
+
+def new_plan(name: str, part: str) -> Plan:
+    """Return an empty plan; it can be saved once it has a feature."""
+    return Plan(schema=SCHEMA, unit="mm", name=name, part=part, features=[], characteristics=[])
+
+
+def usual_points(shape: Shape) -> int:
+    """Return how many points a feature of a shape usually gets."""
+    return max(USUAL_POINTS.get(shape, 10), MINIMUM_POINTS[shape])
+
+
+def add_feature(plan: Plan, feature: NominalFeature, place: int | None = None) -> Plan:
+    """Return the plan with a feature more, at the end or before ``place``; InputError if faulty."""
+    features = _inserted(plan.features, feature, place)
+    return _checked(msgspec.structs.replace(plan, features=features))
+
+
+def add_construction(plan: Plan, item: Construction, place: int | None = None) -> Plan:
+    """Return the plan with a construction more; InputError if it is faulty."""
+    constructions = _inserted(plan.constructions, item, place)
+    return _checked(msgspec.structs.replace(plan, constructions=constructions))
+
+
+def add_characteristic(plan: Plan, item: Characteristic, place: int | None = None) -> Plan:
+    """Return the plan with a characteristic more; InputError if it is faulty."""
+    characteristics = _inserted(plan.characteristics, item, place)
+    return _checked(msgspec.structs.replace(plan, characteristics=characteristics))
+
+
+def replace_item(
+    plan: Plan, name: str, item: NominalFeature | Construction | Characteristic
+) -> Plan:
+    """Return the plan with the feature, construction or characteristic called ``name`` changed.
+
+    A new name is carried to all that refer to the old one.
+
+    Raises
+    ------
+    InputError
+        There is none of that name and kind, or the plan could not be measured any more.
+    """
+    group = _group_of(item)
+    items = list(getattr(plan, group))
+    index = _index(items, group, name)
+    if item.name != name:
+        plan = _renamed(plan, group, name, item.name)
+    items = list(getattr(plan, group))
+    items[index] = item
+    return _checked(msgspec.structs.replace(plan, **{group: items}))
+
+
+def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
+    """Return the plan with another alignment, or none; InputError where that cannot be."""
+    return _checked(msgspec.structs.replace(plan, alignment=rule))
+
+
+def with_head(plan: Plan, head: Plan) -> Plan:
+    """Return the plan with name, part, rule, compensation and material of another.
+
+    Raises
+    ------
+    InputError
+        One of them cannot be used.
+    """
+    changes = {field: getattr(head, field) for field in HEAD_FIELDS}
+    return _checked(msgspec.structs.replace(plan, **changes))
+
+
+def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
+    """Return the plan without the feature, construction or characteristic called ``name``.
+
+    ``group`` is the list that it stands in, where a characteristic has the name of a feature.
+
+    Raises
+    ------
+    InputError
+        There is none, or others need it: they are named.
+    """
+    group = group or group_of_name(plan, name)
+    items = [item for item in getattr(plan, group) if item.name != name]
+    users = users_of(plan, name) if group != "characteristics" else []
+    if users:
+        raise InputError(
+            "plan.in_use",
+            f"{name} is needed by {', '.join(users)}.",
+            f"Remove or change {'it' if len(users) == 1 else 'them'} first.",
+        )
+    changed = msgspec.structs.replace(plan, **{group: items})
+    return changed if not changed.features else _checked(changed)
+
+
+def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
+    """Return the plan with an item at another place of its list; places beyond an end are it.
+
+    ``group`` as in `remove_item`.
+    """
+    group = group or group_of_name(plan, name)
+    items = list(getattr(plan, group))
+    item = items.pop(_index(items, group, name))
+    items.insert(min(max(place, 0), len(items)), item)
+    return msgspec.structs.replace(plan, **{group: items})
+
+
+def rename_item(plan: Plan, old: str, new: str) -> Plan:
+    """Return the plan with an item, and all that refers to it, called ``new``.
+
+    Raises
+    ------
+    InputError
+        There is none called ``old``, or ``new`` is taken or no name.
+    """
+    if new == old:
+        return plan
+    return _checked(_renamed(plan, group_of_name(plan, old), old, new))
+
+
+def users_of(plan: Plan, name: str) -> list[str]:
+    """Return what refers to a feature or construction, in words."""
+    users = [
+        item.name
+        for group in ("features", "constructions", "characteristics")
+        for item in getattr(plan, group)
+        if name in _names_in(msgspec.to_builtins(item), _REFERENCES[group])
+    ]
+    if plan.alignment is not None and name in plan.alignment.features:
+        users.append("the alignment")
+    return users
+
+
+def group_of_name(plan: Plan, name: str) -> str:
+    """Return which list of the plan holds ``name``; InputError where none does."""
+    for group in ("features", "constructions", "characteristics"):
+        if any(item.name == name for item in getattr(plan, group)):
+            return group
+    raise InputError(
+        "plan.no_item", f"The plan has nothing called {name!r}.", "Choose one of its list."
+    )
+
+
+def _group_of(item: NominalFeature | Construction | Characteristic) -> str:
+    if isinstance(item, NominalFeature):
+        return "features"
+    return "characteristics" if isinstance(item, Characteristic) else "constructions"
+
+
+def _inserted(items: list[Item], item: Item, place: int | None) -> list[Item]:
+    at = len(items) if place is None else min(max(place, 0), len(items))
+    return [*items[:at], item, *items[at:]]
+
+
+def _index(items: list[Any], group: str, name: str) -> int:
+    for index, item in enumerate(items):
+        if item.name == name:
+            return index
+    raise InputError(
+        "plan.no_item",
+        f"The {group} of the plan have nothing called {name!r}.",
+        "Choose one of the list.",
+    )
+
+
+def _renamed(plan: Plan, group: str, old: str, new: str) -> Plan:
+    data = msgspec.to_builtins(plan)
+    for item in data[group]:
+        if item["name"] == old:
+            item["name"] = new
+    if group != "characteristics":
+        for part, keys in _REFERENCES.items():
+            data[part] = _replaced(data[part], keys, old, new)
+    return msgspec.convert(data, Plan)
+
+
+def _replaced(data: Any, keys: frozenset[str], old: str, new: str, key: str = "") -> Any:
+    """Return plain data with a name replaced in the fields that hold names of features."""
+    if isinstance(data, Mapping):
+        return {name: _replaced(value, keys, old, new, name) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_replaced(value, keys, old, new, key) for value in data]
+    return new if key in keys and data == old else data
+
+
+def _names_in(data: Any, keys: frozenset[str], key: str = "") -> set[str]:
+    if isinstance(data, Mapping):
+        return {n for name, value in data.items() for n in _names_in(value, keys, name)}
+    if isinstance(data, list | tuple):
+        return {n for value in data for n in _names_in(value, keys, key)}
+    return {data} if key in keys and isinstance(data, str) and data else set()
+
+
+def _checked(plan: Plan) -> Plan:
+    check_plan(EDITED, plan)
+    return plan

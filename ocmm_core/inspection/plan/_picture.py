@@ -1,0 +1,137 @@
+"""Pictures of the steps of a plan: they lie beside it, and go with it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.documents import read_bytes, write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.inspection.plan._edit import replace_item
+from ocmm_core.inspection.plan._plan import Plan
+from ocmm_core.inspection.plan._step_checks import picture_fault
+
+LARGEST_BYTES = 20_000_000
+_SIGNATURES = {".png": b"\x89PNG\r\n\x1a\n", ".jpg": b"\xff\xd8\xff", ".jpeg": b"\xff\xd8\xff"}
+_MOST_NAMES = 1000
+
+
+def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path) -> Plan:
+    """Return the plan with a picture at the step of a feature; the file is copied beside the plan.
+
+    A file that lies in the folder of the plan already is named as it is. Nothing is written over:
+    another file of the same name stays, and the copy is numbered.
+
+    Parameters
+    ----------
+    plan_file
+        Where the plan is; None where it was never saved.
+    feature
+        Name of the feature.
+    source
+        A PNG or JPEG file.
+
+    Raises
+    ------
+    InputError
+        The plan has no file or no such feature, or the file is no picture.
+    StorageError
+        It cannot be copied.
+    """
+    if plan_file is None:
+        raise InputError(
+            "plan.no_file",
+            "A picture lies beside its plan, and the plan has no file yet.",
+            "Save the plan first.",
+        )
+    index = next((i for i, item in enumerate(plan.features) if item.name == feature), None)
+    if index is None:
+        raise InputError(
+            "plan.no_step",
+            "Only a feature that is probed is a step with a picture.",
+            "Choose the feature first.",
+        )
+    content = _content(source)
+    folder = plan_file.absolute().parent
+    name = _inside(source, folder) or _copied(source, content, folder)
+    return replace_item(plan, feature, msgspec.structs.replace(plan.features[index], picture=name))
+
+
+def without_file(plan: Plan, folder: Path | None) -> list[str]:
+    """Return the features whose picture is not there; all with one where there is no folder."""
+    return [
+        item.name
+        for item in plan.features
+        if item.picture and (folder is None or not (folder / item.picture).is_file())
+    ]
+
+
+def carry_pictures(plan: Plan, old: Path, new: Path) -> None:
+    """Copy the pictures of a plan from its old folder to a new one; what is there stays.
+
+    Raises
+    ------
+    StorageError
+        A picture cannot be copied.
+    """
+    for name in dict.fromkeys(item.picture for item in plan.features if item.picture):
+        source, target = old / name, new / name
+        if source.is_file() and not target.exists():
+            _write(target, read_bytes(source))
+
+
+def _content(source: Path) -> bytes:
+    content = read_bytes(source)
+    signature = _SIGNATURES.get(source.suffix.lower())
+    if signature is None or not content.startswith(signature):
+        raise InputError(
+            "plan.no_picture",
+            f"{source}: this is no PNG or JPEG picture.",
+            "Give a file that ends in .png, .jpg or .jpeg and holds such a picture.",
+        )
+    if len(content) > LARGEST_BYTES:
+        raise InputError(
+            "plan.large_picture",
+            f"{source}: the picture has {len(content) / 1e6:.0f} MB.",
+            f"Save it smaller, with at most {LARGEST_BYTES / 1e6:.0f} MB.",
+        )
+    return content
+
+
+def _inside(source: Path, folder: Path) -> str:
+    """Return the name of a file in the folder of the plan; empty where it is outside."""
+    source = source.absolute()
+    if not source.is_relative_to(folder):
+        return ""
+    name = source.relative_to(folder).as_posix()
+    return "" if picture_fault(name) else name
+
+
+def _copied(source: Path, content: bytes, folder: Path) -> str:
+    """Return the name of a copy in the folder, under a name that every computer takes."""
+    stem = re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or "picture"
+    for number in range(1, _MOST_NAMES):
+        name = f"{stem}{'' if number == 1 else f'-{number}'}{source.suffix.lower()}"
+        target = folder / name
+        if not target.exists():
+            _write(target, content)
+            return name
+        if target.is_file() and target.read_bytes() == content:
+            return name
+    raise StorageError(
+        "plan.picture_names", f"{folder}: no name for {stem} is left.", "Name the file otherwise."
+    )
+
+
+def _write(target: Path, content: bytes) -> None:
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(target, content)
+    except OSError as error:
+        raise StorageError(
+            "plan.picture_not_written",
+            f"{target}: the picture cannot be written ({error.strerror or error}).",
+            "Choose a folder that you may write to, with room for it.",
+        ) from error

@@ -1,0 +1,228 @@
+"""The plan: which features to probe, and which characteristics decide over the part."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault
+from ocmm_core.documents import Document, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.features.measured import (
+    Construction,
+    construction_fault,
+    nominal_geometries,
+    probed_features,
+    shapes_with,
+)
+from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape, shape_fault
+from ocmm_core.inspection.plan._step_checks import step_fault
+from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
+from ocmm_core.tolerances.zones import Characteristic
+
+SCHEMA = "ocmm.plan/1"
+MAX_EXPANSION_PPM = 200.0
+"""No solid grows more for a kelvin."""
+
+NAME_PATTERN = re.compile(r"[A-Za-z0-9_][A-Za-z0-9 _.\-]{0,59}")
+"""Names that every export takes as they are: no comma, quote, dollar or leading sign."""
+
+
+class Material(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the part is made of: its thermal expansion and standard uncertainty, 1e-6/K."""
+
+    name: str
+    expansion_ppm: float
+    expansion_sigma_ppm: float = 1.0
+
+
+class Plan(Document, frozen=True, kw_only=True):
+    """A plan as it is written down; lengths in mm.
+
+    Attributes
+    ----------
+    name, part
+        Names of the plan and of the part.
+    features
+        In the order of probing.
+    characteristics
+        In the order of the report.
+    constructions
+        Features made from others, in any order.
+    alignment
+        Needed as soon as a characteristic is a coordinate.
+    rule
+        Decision rule: ISO 14253-1 (default), ILAC-G8 with the guard band w = U, or simple
+        acceptance (`tolerances.decision`).
+    material
+        Needed where results are to be reported at 20 °C.
+    compensation
+        How the side of the material is found where a feature does not say it
+        (`measuring.compensation.METHODS`).
+    """
+
+    name: str
+    part: str
+    features: list[NominalFeature]
+    characteristics: list[Characteristic]
+    constructions: list[Construction] = msgspec.field(default_factory=list)
+    alignment: Alignment | None = None
+    rule: Literal["iso14253-1", "ilac-g8", "simple"] = "iso14253-1"
+    material: Material | None = None
+    compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
+
+    @classmethod
+    def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Return ``data`` with the kind of alignment that the first plans did not name."""
+        alignment = data.get("alignment")
+        if isinstance(alignment, dict):
+            data = {**data, "alignment": {"type": OLDEST, **alignment}}
+        return data
+
+    @property
+    def shapes(self) -> dict[str, Shape]:
+        """Return the shapes of all features, probed and constructed, by name."""
+        return shapes_with({item.name: item.shape for item in self.features}, self.constructions)
+
+    @property
+    def bound_alignment(self) -> BoundAlignment | None:
+        """Return the alignment with the nominals it may need; None without one."""
+        if self.alignment is None:
+            return None
+        nominals = nominal_geometries(self.features, self.constructions)
+        return BoundAlignment(self.alignment, self.shapes, nominals)
+
+    def probed(self, name: str) -> tuple[str, ...]:
+        """Return the probed features that a feature, probed or constructed, rests on."""
+        return probed_features(name, self.constructions)
+
+    def rests_on(self, item: Characteristic) -> list[str]:
+        """Return the probed features that a characteristic rests on, also those projected onto."""
+        found: dict[str, None] = {}
+        for name in involved_features(item, self.bound_alignment):
+            found |= dict.fromkeys(self.probed(name))
+        for name in list(found):
+            plane = self.feature(name).projection
+            found |= dict.fromkeys(self.probed(plane) if plane else ())
+        return list(found)
+
+    def feature(self, name: str) -> NominalFeature:
+        """Return the feature called ``name``; KeyError if there is none."""
+        for feature in self.features:
+            if feature.name == name:
+                return feature
+        raise KeyError(name)
+
+
+def load_plan(path: Path | str) -> Plan:
+    """Return the plan of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed or asks for something that cannot be measured; the sentence
+        names the field.
+    """
+    plan = load_document(path, Plan, SCHEMA)
+    check_plan(Path(path), plan)
+    return plan
+
+
+def check_plan(path: Path, plan: Plan) -> None:
+    """Raise InputError if the plan asks for something that cannot be measured."""
+    if not plan.features:
+        raise _error(path, "features", "is empty: there is nothing to measure")
+    names = [("name", plan.name), ("part", plan.part)]
+    names += [(f"features[{i}].name", item.name) for i, item in enumerate(plan.features)]
+    names += [(f"constructions[{i}].name", item.name) for i, item in enumerate(plan.constructions)]
+    names += [(f"characteristics[{i}].name", c.name) for i, c in enumerate(plan.characteristics)]
+    for field, name in names:
+        if not NAME_PATTERN.fullmatch(name):
+            raise _error(
+                path,
+                field,
+                f"is {name!r}; a name has 1 to 60 letters, digits, spaces, '_', '.' or '-' "
+                "and begins with a letter, a digit or '_'",
+            )
+    for group in ("features", "characteristics"):
+        seen: set[str] = set()
+        for index, item in enumerate(getattr(plan, group)):
+            if item.name in seen:
+                raise _error(path, f"{group}[{index}].name", f"repeats the name {item.name!r}")
+            seen.add(item.name)
+    probed = {item.name: item.shape for item in plan.features}
+    if fault := construction_fault(probed, plan.constructions):
+        raise _error(path, *fault)
+    for index, feature in enumerate(plan.features):
+        _check_feature(path, plan, index, feature)
+    _check_characteristics(path, plan)
+    if plan.alignment is not None and (fault := alignment_fault(plan.alignment, plan.shapes)):
+        raise _error(path, *fault)
+    if plan.material is not None:
+        _check_material(path, plan.material)
+
+
+def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) -> None:
+    at = f"features[{index}]"
+    minimum = MINIMUM_POINTS[feature.shape]
+    if not minimum <= feature.points <= 1000:
+        raise _error(
+            path,
+            f"{at}.points",
+            f"is {feature.points}; a {feature.shape.value.lower()} needs {minimum} to 1000",
+        )
+    if sum(value * value for value in feature.direction) < 1e-12:
+        raise _error(path, f"{at}.direction", "is a zero vector")
+    wrong = shape_fault(feature)
+    if wrong is not None:
+        raise _error(path, f"{at}.{wrong[0]}", wrong[1])
+    fault = step_fault(feature, plan.compensation)
+    if fault is not None:
+        raise _error(path, f"{at}.{fault[0]}", fault[1])
+    if feature.projection:
+        _need(path, plan, f"{at}.projection", feature.projection, (Shape.PLANE,))
+        if feature.projection in {item.name for item in plan.constructions}:
+            raise _error(
+                path,
+                f"{at}.projection",
+                f"names {feature.projection!r}, which is constructed: project the circle onto it "
+                "by a construction instead",
+            )
+
+
+def _check_characteristics(path: Path, plan: Plan) -> None:
+    nominals = nominal_geometries(plan.features, plan.constructions)
+    probed = {item.name for item in plan.features}
+    for index, item in enumerate(plan.characteristics):
+        fault = characteristic_fault(
+            item, plan.shapes, nominals, probed, aligned=plan.alignment is not None
+        )
+        if fault is not None:
+            raise _error(path, f"characteristics[{index}].{fault[0]}", fault[1])
+
+
+def _check_material(path: Path, material: Material) -> None:
+    if abs(material.expansion_ppm) > MAX_EXPANSION_PPM:
+        raise _error(
+            path, "material.expansion_ppm", f"is {material.expansion_ppm:g}; steel has 11.5"
+        )
+    if not 0.0 <= material.expansion_sigma_ppm <= MAX_EXPANSION_PPM:
+        raise _error(path, "material.expansion_sigma_ppm", f"is {material.expansion_sigma_ppm:g}")
+
+
+def _need(path: Path, plan: Plan, field: str, name: str, shapes: tuple[Shape, ...]) -> None:
+    shape = plan.shapes.get(name)
+    if shape is None:
+        raise _error(path, field, f"names {name!r}, which is not a feature of the plan")
+    if shape not in shapes:
+        words = ", ".join(shape.value.lower() for shape in shapes)
+        raise _error(path, field, f"names {name!r}, but needs one of: {words}")
+
+
+def _error(path: Path, field: str, fault: str) -> InputError:
+    return InputError(
+        "plan.field", f"{path}: field '{field}' {fault}.", "Correct that field of the plan."
+    )

@@ -1,0 +1,60 @@
+"""What a step of a plan shows and how it is touched: checked when the plan is loaded."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath, PureWindowsPath
+
+from ocmm_core.features.shapes import NominalFeature, Shape
+
+SHANK_SHAPES = (Shape.POINT, Shape.PLANE, Shape.LINE)
+"""Shapes that the axis of the probe stands on; along a bore it says nothing about the wall."""
+
+NOMINAL_SHAPES = tuple(shape for shape in Shape if shape is not Shape.LINE)
+"""Shapes whose plan says where the surface looks to; a line does not name its face."""
+
+LONGEST_TEXT = 500
+PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
+
+
+def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
+    """Return field and fault of a feature's text, picture or compensation; None where all is well.
+
+    Parameters
+    ----------
+    by_plan
+        Compensation that the plan says for features that say none.
+    """
+    if len(feature.text) > LONGEST_TEXT or not feature.text.replace("\n", " ").isprintable():
+        return "text", f"is longer than {LONGEST_TEXT} characters, or has some that do not print"
+    fault = picture_fault(feature.picture)
+    if fault:
+        return "picture", fault
+    method = feature.compensation or by_plan
+    shape = feature.shape.value.lower()
+    if method == "shank" and feature.shape not in SHANK_SHAPES:
+        return "compensation", (
+            f"is 'shank', but the axis of the probe does not say on which side of a {shape} the "
+            "material is"
+        )
+    if method == "nominal" and feature.shape not in NOMINAL_SHAPES:
+        return "compensation", f"is 'nominal', but the plan does not say where a {shape} looks to"
+    return None
+
+
+def picture_fault(picture: str) -> str:
+    """Return what is wrong with the name of a picture; empty where nothing is, or none is given.
+
+    It stays beside the plan or in a folder there: an absolute path or one that climbs out would
+    show any file of the computer, on every computer another one.
+    """
+    if not picture:
+        return ""
+    path = PurePosixPath(picture)
+    # A name that Windows reads otherwise must not mean another file there.
+    windows = PureWindowsPath(picture)
+    outside = path.is_absolute() or ".." in path.parts or "\\" in picture or windows.drive
+    if outside or ":" in picture or not picture.isprintable():
+        return f"is {picture!r}, which does not stay beside the plan"
+    if path.suffix.lower() not in PICTURES:
+        return f"is {picture!r}; a picture ends in one of: {', '.join(PICTURES)}"
+    return ""

@@ -1,0 +1,23 @@
+"""The plan that a job was begun with, from its own job file."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from ocmm_core.inspection.plan._plan import Plan, load_plan
+from ocmm_core.storage import JobHead
+
+
+def stored_plan(head: JobHead) -> Plan:
+    """Return the plan in the head of a job file: a job goes on by that, whatever became of it.
+
+    Raises
+    ------
+    InputError
+        The plan was written by another version of the program and cannot be used by this one.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "plan_of_the_job.toml"
+        path.write_text(head.plan_text, encoding="utf-8")
+        return load_plan(path)

@@ -1,0 +1,81 @@
+"""Nominals taught on a master part: what was measured becomes what is wanted, rounded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import msgspec
+import numpy as np
+
+from ocmm_core.errors import FitError, InputError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.plan._plan import Plan
+
+_OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+_UNDIRECTED = (Shape.POINT, Shape.SPHERE)
+_DIRECTION_DECIMALS = 6
+
+
+def taught_plan(
+    plan: Plan,
+    actual: Mapping[str, ActualFeature | FitError],
+    T_part_from_world: RigidTransform | None,
+    decimals: int = 3,
+) -> Plan:
+    """Return the plan with the nominals of all features that are measured, in the part frame.
+
+    Parameters
+    ----------
+    actual
+        Features as measured on the master part, world frame.
+    decimals
+        Of lengths, mm: nominals are round where drawings are.
+
+    Raises
+    ------
+    InputError
+        The part frame is not measured: nominals of a world that moves with the part mean nothing.
+    """
+    if T_part_from_world is None:
+        raise InputError(
+            "plan.no_frame",
+            "Nominals are taught in the part frame, which is not measured.",
+            "Give the plan an alignment and measure its features.",
+        )
+    features = []
+    for nominal in plan.features:
+        feature = actual.get(nominal.name)
+        features.append(
+            _taught(nominal, feature, T_part_from_world, decimals)
+            if isinstance(feature, ActualFeature)
+            else nominal
+        )
+    return msgspec.structs.replace(plan, features=features)
+
+
+def _taught(
+    nominal: NominalFeature, feature: ActualFeature, T: RigidTransform, decimals: int
+) -> NominalFeature:
+    fit = feature.fit
+    changes: dict[str, object] = {"point": _vector(T.apply(fit.point), decimals)}
+    if nominal.shape not in _UNDIRECTED:
+        changes["direction"] = _vector(T.rotation @ fit.direction, _DIRECTION_DECIMALS)
+    if nominal.shape in _OUTLINES:
+        changes["length"] = round(2.0 * fit.radius, decimals)
+        changes["width"] = round(2.0 * fit.second, decimals)
+        changes["across"] = _vector(T.rotation @ fit.across, _DIRECTION_DECIMALS)
+    elif fit.radius > 0.0:
+        changes["diameter"] = round(2.0 * fit.radius, decimals)
+    if nominal.shape is Shape.TORUS:
+        changes["width"] = round(2.0 * fit.second, decimals)
+    if nominal.shape is Shape.CONE:
+        changes["angle_deg"] = round(2.0 * float(np.degrees(fit.half_angle)), decimals)
+    return msgspec.structs.replace(nominal, **changes)
+
+
+def _vector(values: Float, decimals: int) -> tuple[float, float, float]:
+    # Adding zero takes the sign from a negative zero.
+    x, y, z = (round(float(value), decimals) + 0.0 for value in values)
+    return (x, y, z)

@@ -1,0 +1,169 @@
+"""Whether a touch may become a point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.session._reference_use import ReferenceUse
+from ocmm_core.measuring import (
+    MeasuredPoint,
+    Refusal,
+    RefusalCode,
+    Side,
+    StablePoint,
+    Touch,
+    approach_direction,
+    average,
+    point_uncertainty,
+    side_of,
+)
+from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """A touch that is good enough.
+
+    Attributes
+    ----------
+    stable
+        The ball at rest.
+    feature
+        What it belongs to.
+    side
+        Where the probe stood, and how that is known.
+    sensitivity
+        How the tip follows what it was computed from.
+    """
+
+    stable: StablePoint
+    feature: str
+    side: Side
+    sensitivity: TipSensitivity
+
+    def point(self, number: int, tip_radius: float) -> MeasuredPoint:
+        """Return the measured point."""
+        stable = self.stable
+        return MeasuredPoint(
+            number=number,
+            feature=self.feature,
+            time_s=stable.time_s,
+            first_frame=stable.first_frame,
+            last_frame=stable.last_frame,
+            n_frames=stable.n_frames,
+            tip_world=stable.tip_world,
+            random_covariance=stable.random_covariance,
+            direction=self.side.direction,
+            tip_radius=tip_radius,
+            rotation_world_from_probe=stable.rotation_world_from_probe,
+            spots=stable.spots,
+            chi2_per_dof=stable.chi2_per_dof,
+            approach=self.side.word,
+            reference_spots=stable.reference_spots,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Meant:
+    """What a touch is meant for.
+
+    Attributes
+    ----------
+    feature
+        Its name; empty where every feature is done.
+    method
+        How its side is found (`measuring.compensation.METHODS`).
+    nominal_normal
+        (3,), unit, world: of the nominal surface at the ball; None while it is not known.
+    """
+
+    feature: str
+    method: str
+    nominal_normal: Float | None = None
+
+
+Choose = Callable[[StablePoint, tuple[Float, ...]], Meant | Refusal]
+"""Says what a touch is meant for, by the ball at rest and the ways it came and was pulled off."""
+
+
+def judge_touch(
+    touch: Touch,
+    choose: Choose,
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+    reference: ReferenceUse,
+) -> Accepted | Refusal:
+    """Return what a touch gives, or why it gives nothing.
+
+    Parameters
+    ----------
+    choose
+        Asked once the ball is known to have rested.
+    """
+    if touch.interrupted:
+        return Refusal(
+            RefusalCode.GAP,
+            "The frames of the cameras were interrupted during the touch.",
+            "Touch again when the machine is ready.",
+            0.0,
+        )
+    stable = average(touch.window, touch.expected, rig, options.point)
+    if isinstance(stable, Refusal):
+        return stable
+    approach_mm = options.point.approach_mm
+    trails = (touch.trail_world, touch.pull_world[::-1])
+    ways = [approach_direction(trail, stable.tip_world, approach_mm) for trail in trails]
+    meant = choose(stable, tuple(way for way in ways if way is not None))
+    if isinstance(meant, Refusal):
+        return meant
+    if not meant.feature:
+        return Refusal(
+            RefusalCode.NO_FEATURE,
+            "Every feature of the plan is done.",
+            "Select a feature to measure it again, or export the report.",
+            stable.time_s,
+        )
+    side = side_of(
+        meant.method,
+        touch,
+        stable.tip_world,
+        stable.rotation_world_from_probe,
+        body,
+        approach_mm,
+        meant.nominal_normal,
+        stable.time_s,
+    )
+    if isinstance(side, Refusal):
+        return side
+    sensitivity = reference.sensitivity(stable.spots, stable.reference_spots)
+    refusal = _doubt(stable, sensitivity, rig, body, options.point.max_uncertainty)
+    return refusal or Accepted(stable, meant.feature, side, sensitivity)
+
+
+def _doubt(
+    stable: StablePoint, sensitivity: TipSensitivity, rig: Rig, body: ProbeBody, limit: float
+) -> Refusal | None:
+    low, high = rig.volume_world
+    if np.any(stable.tip_rig < low) or np.any(stable.tip_rig > high):
+        return Refusal(
+            RefusalCode.OUTSIDE,
+            "The ball is outside the volume in which the cameras are calibrated.",
+            "Move the part or the cameras, or calibrate a larger volume.",
+            stable.time_s,
+        )
+    uncertainty = point_uncertainty(sensitivity, rig, body, stable.random_covariance)
+    if uncertainty > limit:
+        return Refusal(
+            RefusalCode.UNCERTAIN,
+            f"The point would be uncertain by {uncertainty:.3f} mm (limit {limit:.3f} mm).",
+            "Turn the probe so that more LEDs face both cameras.",
+            stable.time_s,
+        )
+    return None

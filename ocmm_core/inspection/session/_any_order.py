@@ -1,0 +1,190 @@
+"""Which feature was touched: by where the ball was, the ways it came and went, and what is open.
+
+Nothing is guessed. A point of the plan that lies on a surface of the plan is the one case in which
+a touch truly is of both; it then belongs to the point while that is open, because a point is a
+place and the surface may be touched anywhere else. Where that would not be safe - the surface is
+wanted there, too, or somebody has just selected it - it is not done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float, RigidTransform, unit
+from ocmm_core.inspection.evaluation import Progress, nearness, places_of
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import Refusal, RefusalCode
+
+SEARCH_MM = 10.0
+"""A touch further than this from every nominal surface belongs to none (as PC-DMIS has it)."""
+
+APART_MM = 2.0
+"""The second nearest surface must be so much further: part and frame are never quite nominal."""
+
+MOST_SLANT_DEG = 60.0
+"""A ball that came from further off the normal did not mean that surface."""
+
+CLEAR_DEG = 30.0
+"""A way within this of one normal, and further by this from every other, tells surfaces apart: a
+point that slants more is not compensated anyway (`single_points.MAX_SLANT_DEG`)."""
+
+_LYING_MM, _LYING_DEG = 0.1, 10.0
+"""A point of the plan is on a surface of the plan: places and directions are written rounded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A ball at rest on a surface.
+
+    Attributes
+    ----------
+    tip_world
+        (3,), mm: its centre.
+    ways_world
+        (3,), unit, each: from the surface to where the ball came from, and to where it was pulled;
+        those that are known.
+    radius
+        Of the ball, mm.
+    time_s
+        When.
+    """
+
+    tip_world: Float
+    ways_world: tuple[Float, ...]
+    radius: float
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Near:
+    """A feature that may have been touched; its normal is zero where it names no face."""
+
+    gap: float
+    feature: NominalFeature
+    normal: Float
+
+    @property
+    def name(self) -> str:
+        return self.feature.name
+
+    def angle_deg(self, ways: Sequence[Float]) -> float:
+        """Return by how much the worst of the ways is off the normal; 0 where nothing is known."""
+        if not ways or not np.any(self.normal):
+            return 0.0
+        worst = min(float(self.normal @ way) for way in ways)
+        return float(np.degrees(np.arccos(np.clip(worst, -1.0, 1.0))))
+
+
+def touched_feature(
+    plan: Plan,
+    T_nominal_from_world: RigidTransform,
+    contact: Contact,
+    progress: Progress,
+    selected: str = "",
+) -> str | Refusal:
+    """Return the name of the feature that was touched, or why that is not clear.
+
+    Parameters
+    ----------
+    T_nominal_from_world
+        Where the part is.
+    progress
+        What is done, skipped and active.
+    selected
+        Feature that the inspector selected for this touch; empty where none was.
+    """
+    ball = T_nominal_from_world.apply(contact.tip_world)
+    ways = [T_nominal_from_world.rotation @ way for way in contact.ways_world]
+    found = _within_reach(plan, ball, ways, contact.radius, progress)
+    if not found:
+        return Refusal(
+            RefusalCode.AMBIGUOUS,
+            f"No feature of the plan is within {SEARCH_MM:g} mm of the ball.",
+            "Touch nearer to a feature, or select the feature that you mean and probe in the order "
+            "of the plan.",
+            contact.time_s,
+        )
+    close = [near for near in found if near.gap - found[0].gap < APART_MM]
+    if selected in [near.name for near in close]:
+        return selected
+    close = _meant_by_way(close, ways)
+    if len(close) == 1:
+        return close[0].name
+    chosen = _point_or_surface(close, ball, contact.radius, progress)
+    if chosen:
+        return chosen
+    first, second = close[:2]
+    return Refusal(
+        RefusalCode.AMBIGUOUS,
+        f"The touch may belong to {first.name} ({first.gap:.1f} mm away) or to {second.name} "
+        f"({second.gap:.1f} mm away).",
+        "Select the one that you mean, or touch where they are further apart.",
+        contact.time_s,
+    )
+
+
+def _within_reach(
+    plan: Plan, ball: Float, ways: Sequence[Float], radius: float, progress: Progress
+) -> list[_Near]:
+    """Return the features that may have been touched, the nearest one first."""
+    found = []
+    for feature in plan.features:
+        near = nearness(feature, ball, radius)
+        one = _Near(near.gap, feature, near.normal)
+        if feature.name in progress.skipped or near.gap > SEARCH_MM:
+            continue
+        if one.angle_deg(ways) <= MOST_SLANT_DEG:
+            found.append(one)
+    return sorted(found, key=lambda one: (one.gap, one.name))
+
+
+def _meant_by_way(close: list[_Near], ways: Sequence[Float]) -> list[_Near]:
+    """Return those that the ways of the ball leave over: all where they do not tell them apart."""
+    if not ways or not all(np.any(near.normal) for near in close):
+        return close
+    angles = [near.angle_deg(ways) for near in close]
+    best = min(angles)
+    if best > CLEAR_DEG:
+        return close
+    return [near for near, angle in zip(close, angles, strict=True) if angle < best + CLEAR_DEG]
+
+
+def _point_or_surface(
+    close: Sequence[_Near], ball: Float, radius: float, progress: Progress
+) -> str:
+    """Return which of a point and the surface that it lies on gets a touch of both; else empty."""
+    points = [near for near in close if near.feature.shape is Shape.POINT]
+    surfaces = [near for near in close if near.feature.shape is not Shape.POINT]
+    if len(surfaces) != 1 or not all(_lies_on(p.feature, surfaces[0].feature) for p in points):
+        return ""
+    surface = surfaces[0]
+    left = [point for point in points if point.name not in progress.done]
+    if not left:
+        return surface.name
+    if len(left) > 1:
+        return ""
+    point = left[0]
+    if surface.name not in progress.done and _is_wanted_at(surface.feature, ball, radius):
+        # Whoever follows the guidance to a place of the surface does not mean the point.
+        return progress.active if progress.active in (point.name, surface.name) else ""
+    return point.name
+
+
+def _lies_on(point: NominalFeature, surface: NominalFeature) -> bool:
+    """Return whether a touch of a point is one of a surface as well, by the plan alone."""
+    normal = unit(np.array(point.direction))
+    # As small a ball as can be: the surface itself is asked for.
+    near = nearness(surface, np.array(point.point), 0.0)
+    facing = float(near.normal @ normal) >= np.cos(np.radians(_LYING_DEG))
+    return near.gap <= _LYING_MM and facing
+
+
+def _is_wanted_at(surface: NominalFeature, ball: Float, radius: float) -> bool:
+    """Return whether the guidance leads to a place of a surface so near that it may be meant."""
+    places = places_of(surface, surface.points)
+    balls = places.points + radius * places.normals
+    return bool(len(balls)) and float(np.linalg.norm(balls - ball, axis=1).min()) < APART_MM

@@ -1,0 +1,104 @@
+"""With what the points of a job are taken, as its file keeps it: each from then on.
+
+Calibration, probe, temperatures and limits are events: what was said last holds, and why a job
+proves nothing holds for good.
+"""
+
+from __future__ import annotations
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.inspection.evaluation import (
+    FOR_COMPARISON,
+    LIMITS_EVENT,
+    SessionOptions,
+    limits_text,
+    methods_used,
+)
+from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_text
+from ocmm_core.storage import JobFile
+
+_CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
+_SIMULATED = "simulated"
+"""Kinds of events of the job file."""
+
+
+class Conditions:
+    """Keep what a job says of its conditions; whoever uses it holds a lock.
+
+    The methods that store raise StorageError where it could not be made durable.
+
+    Parameters
+    ----------
+    job
+        The job file.
+    options
+        What is measured with now.
+    begun
+        The job has points already.
+
+    Raises
+    ------
+    MeasuringError
+        They were taken with other temperatures.
+    """
+
+    def __init__(self, job: JobFile, options: SessionOptions, *, begun: bool) -> None:
+        self._job = job
+        self._options = options
+        events = job.events()
+        self._last = {event.kind: event.text for event in events}
+        self._compared = "thesis" in (*methods_used(events), options.method)
+        if begun:
+            self._require_same_climate()
+
+    @property
+    def unproven(self) -> str:
+        """Return why the job proves nothing; empty where it does."""
+        return self._last.get(_UNCALIBRATED, FOR_COMPARISON if self._compared else "")
+
+    @property
+    def simulated(self) -> bool:
+        """Return whether points of the job may have come from a virtual rig; once is for good."""
+        return _SIMULATED in self._last
+
+    def note_origin(self, *, simulated: bool) -> bool:
+        """Store that points come from a virtual rig, and say whether that is new."""
+        new = simulated and not self.simulated
+        if new:
+            self._store(_SIMULATED, "Points come from a virtual rig: no real part was measured.")
+        return new
+
+    def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:
+        """Store with which calibration and probe points are taken; see the session."""
+        self._store(_CALIBRATION, calibration)
+        self._store(_PROBE, probe)
+        if unproven:
+            self._store(_UNCALIBRATED, unproven)
+
+    def note_climate(self) -> None:
+        """Store with which temperatures and switches, where they are not those of before."""
+        text = record_text(self._options.climate.record())
+        if self._last.get(CLIMATE_EVENT) != text:
+            self._store(CLIMATE_EVENT, text)
+
+    def note_limits(self) -> None:
+        """Store by which limits, where they are not those of before."""
+        text = limits_text(self._options)
+        if self._last.get(LIMITS_EVENT) != text:
+            self._store(LIMITS_EVENT, text)
+
+    def _store(self, kind: str, text: str) -> None:
+        self._job.append_event(kind, text)
+        self._last[kind] = text
+
+    def _require_same_climate(self) -> None:
+        """Raise MeasuringError where points of this job were taken with other temperatures."""
+        stored = self._last.get(CLIMATE_EVENT)
+        before = climate_of_text(stored) if stored is not None else Climate()
+        if before.record() != self._options.climate.record():
+            raise MeasuringError(
+                "session.temperature",
+                f"{self._job.path}: its points were taken with other temperatures or switches. "
+                f"{before.words}",
+                "Go on with the same, or begin a new job.",
+            )

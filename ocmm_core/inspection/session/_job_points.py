@@ -1,0 +1,277 @@
+"""The points of a job: those that count, those that were taken out, and those held back.
+
+Nothing in a job file is changed or removed. A point is taken out by a row that annuls it, and put
+back by a new row with a new number that repeats its observation; the event says which one it was.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.inspection.evaluation import DeletedPoint, Ward, event_text, held_back
+from ocmm_core.inspection.session._reference_use import ReferenceUse
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile
+from ocmm_core.tracking import TipSensitivity
+
+RESTORED = "restored"
+"""Kind of event: ``5 as 12`` where point 5 was put back as point 12."""
+
+FLIPPED = "compensation flipped by the operator"
+"""Reason of an annulment; the point that came instead has the same observation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What a change did: numbers of the points it added and of those it took out."""
+
+    added: tuple[int, ...]
+    removed: tuple[int, ...]
+
+
+class JobPoints:
+    """Keep the points of a job and of its file the same.
+
+    Parameters
+    ----------
+    job
+        The job file.
+
+    Attributes
+    ----------
+    counting
+        Points that are not annulled, oldest first.
+    held
+        Those that are held back, and why.
+    """
+
+    def __init__(self, job: JobFile) -> None:
+        self._job = job
+        self.counting: list[MeasuredPoint] = job.points()
+        self._out = {point.number: DeletedPoint(point, why) for point, why in job.annulled()}
+        events = job.events()
+        self._successor: dict[int, int] = {}
+        for event in events:
+            if event.kind == RESTORED:
+                old, _, new = event.text.partition(" as ")
+                self._successor[int(old)] = int(new)
+        self.held = {ward: held_back(events, ward) for ward in Ward}
+        self._own: set[int] = set()
+        self._sensitivities: dict[int, TipSensitivity] = {}
+
+    def snapshot(self) -> JobPoints:
+        """Return the points as they are now, to be looked at while others change them."""
+        twin = copy.copy(self)
+        vars(twin).update(
+            counting=list(self.counting),
+            held={ward: dict(held) for ward, held in self.held.items()},
+            _out=dict(self._out),
+            _successor=dict(self._successor),
+        )
+        return twin
+
+    def sensitivities(self, reference: ReferenceUse) -> list[TipSensitivity]:
+        """Return those of the points that count, in their order; errors of ``reference``."""
+        for point in self.counting:
+            if point.number not in self._sensitivities:
+                self._sensitivities[point.number] = reference.sensitivity(
+                    point.spots, point.reference_spots
+                )
+        return [self._sensitivities[point.number] for point in self.counting]
+
+    def count(self, feature: str) -> int:
+        """Return how many points of a feature count."""
+        return sum(point.feature == feature for point in self.counting)
+
+    def counts(self) -> dict[str, int]:
+        """Return how many points of every feature count."""
+        names = [point.feature for point in self.counting]
+        return {name: names.count(name) for name in dict.fromkeys(names)}
+
+    def of(self, feature: str) -> list[MeasuredPoint]:
+        """Return the points of a feature that count."""
+        return [point for point in self.counting if point.feature == feature]
+
+    def point(self, number: int) -> MeasuredPoint:
+        """Return a point that counts; MeasuringError where it does not."""
+        for point in self.counting:
+            if point.number == number:
+                return point
+        raise MeasuringError(
+            "session.no_such_point",
+            f"There is no point {number} that counts.",
+            "Choose one of the points of the list.",
+        )
+
+    def deleted(self, feature: str) -> tuple[DeletedPoint, ...]:
+        """Return the points of a feature that were taken out and not put back since."""
+        return tuple(
+            item
+            for number, item in sorted(self._out.items())
+            if item.point.feature == feature
+            and number not in self._successor
+            and item.reason != FLIPPED
+        )
+
+    def latest(self, number: int) -> int:
+        """Return the number that a point has now, after it was taken out and put back."""
+        while number in self._successor:
+            number = self._successor[number]
+        return number
+
+    def next_number(self) -> int:
+        """Return the number of the next point."""
+        return self._job.next_number()
+
+    def add(
+        self,
+        point: MeasuredPoint,
+        sensitivity: TipSensitivity,
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Make a new point durable; StorageError where that cannot be."""
+        self._job.change(append=[point], events=events)
+        self._sensitivities[point.number] = sensitivity
+        self._own.add(point.number)
+        self.counting.append(point)
+
+    def planned(self, annul: Collection[int], restore: Collection[int] = ()) -> Change:
+        """Return what `change` will do with the same points."""
+        first = self.next_number()
+        return Change(tuple(range(first, first + len(restore))), tuple(annul))
+
+    def change(
+        self,
+        annul: Mapping[int, str],
+        restore: Sequence[int] = (),
+        events: Sequence[tuple[str, str]] = (),
+    ) -> Change:
+        """Take points out, each for its reason, and put others back; all or nothing.
+
+        Raises
+        ------
+        MeasuringError
+            A point to be taken out does not count, or one to be put back was not taken out.
+        StorageError
+            It could not be made durable; nothing is changed then.
+        """
+        if not (annul or restore or events):
+            return Change((), ())
+        out = [self.point(number) for number in annul]
+        change = self.planned(annul, restore)
+        back = [
+            replace(self.taken_out(old), number=new)
+            for old, new in zip(restore, change.added, strict=True)
+        ]
+        renamed = [(old, point.number) for old, point in zip(restore, back, strict=True)]
+        told = [(RESTORED, f"{old} as {new}") for old, new in renamed]
+        self._job.change(
+            annul=annul, append=back, events=[*events, *told, *self._held_events(renamed)]
+        )
+        for point in out:
+            self.counting.remove(point)
+            self._out[point.number] = DeletedPoint(point, annul[point.number])
+        self._successor |= dict(renamed)
+        self.counting += back
+        self._inherit(renamed)
+        return change
+
+    def replace(
+        self,
+        old: MeasuredPoint,
+        new: MeasuredPoint,
+        reason: str,
+        events: Sequence[tuple[str, str]] = (),
+    ) -> None:
+        """Put a point in the place of another one; StorageError, nothing is changed then."""
+        renamed = [(old.number, new.number)]
+        self._job.change(
+            annul={old.number: reason},
+            append=[new],
+            events=[*events, *self._held_events(renamed)],
+        )
+        self.counting.remove(old)
+        self._out[old.number] = DeletedPoint(old, reason)
+        self.counting.append(new)
+        self._inherit(renamed)
+
+    def hold_back(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+        """Hold back points, and return those that were not yet.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable; the points are held back until the program ends.
+        """
+        new = [number for number in numbers if number not in self.held[ward]]
+        self.held[ward] |= dict.fromkeys(new, reason)
+        if new:
+            self._job.append_event(ward.held, event_text(new, reason))
+        return new
+
+    def taken_since(self, since_s: float | None) -> list[int]:
+        """Return the points of this run that were taken since a bus time, s, or all of them."""
+        # Points of earlier runs have times of another clock; one that is out may come back.
+        out = [item.point for n, item in self._out.items() if n not in self._successor]
+        return sorted(
+            point.number
+            for point in (*self.counting, *out)
+            if point.number in self._own and (since_s is None or point.time_s >= since_s)
+        )
+
+    def release(self, reason: str, ward: Ward) -> list[int]:
+        """Let points count again, and return them; StorageError, they stay held back then."""
+        held = self.held[ward]
+        numbers = [n for n in held if ward is not Ward.CAMERAS or n in self._own]
+        return self.release_points(numbers, reason, ward)
+
+    def release_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+        """Let these points count again, and return those that were held; errors as `release`."""
+        held = self.held[ward]
+        free = [number for number in numbers if number in held]
+        if free:
+            self._job.append_event(ward.released, event_text(free, reason))
+            self.held[ward] = {k: v for k, v in held.items() if k not in free}
+        return free
+
+    def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
+        """Take over those that were computed from the raw observations already, by number."""
+        self._sensitivities |= sensitivities
+
+    def forget_sensitivities(self) -> None:
+        """Let them be computed anew from the raw observations."""
+        self._sensitivities.clear()
+
+    def taken_out(self, number: int) -> MeasuredPoint:
+        """Return a point that can be put back; MeasuringError where it cannot."""
+        item = self._out.get(number)
+        if item is None or number in self._successor:
+            raise MeasuringError(
+                "session.not_deleted",
+                f"Point {number} was not deleted, or is back already.",
+                "Choose one of the deleted points of the feature.",
+            )
+        return item.point
+
+    def _held_events(self, renamed: Sequence[tuple[int, int]]) -> list[tuple[str, str]]:
+        """Return the events that hold back points which repeat one that is held back."""
+        return [
+            (ward.held, event_text([new], held[old]))
+            for old, new in renamed
+            for ward, held in self.held.items()
+            if old in held
+        ]
+
+    def _inherit(self, renamed: Sequence[tuple[int, int]]) -> None:
+        """Let points that repeat an observation have what the first ones had."""
+        for old, new in renamed:
+            if old in self._sensitivities:
+                self._sensitivities[new] = self._sensitivities[old]
+            if old in self._own:
+                self._own.add(new)
+            for held in self.held.values():
+                if old in held:
+                    held[new] = held[old]

@@ -1,0 +1,194 @@
+"""The view of a job: everything that a screen, a script or a report wants to know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from ocmm_core.camera import Rig
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.evaluation import (
+    FeatureState,
+    FeatureView,
+    JobHeader,
+    JobResults,
+    JobStanding,
+    JobView,
+    Progress,
+    SessionOptions,
+    Target,
+    Whereabouts,
+    coverage_of,
+    evaluate_job,
+    feature_note,
+    notes_of,
+    outliers,
+    targets_of,
+    whereabouts,
+)
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.session._job_points import JobPoints
+from ocmm_core.measuring import Refusal
+from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+@dataclass(frozen=True, slots=True)
+class JobState:
+    """What a job is, beside its points.
+
+    Attributes
+    ----------
+    job, header
+        Name of the job file, and whom and what it is about.
+    progress
+        How far it has come.
+    methods
+        How the side of each feature is found.
+    sensitivities
+        Of the points that count, in their order.
+    refusal
+        Why the last touch gave no point.
+    paused
+        No points are taken.
+    unproven
+        Why the job proves nothing; empty where it does.
+    undo, redo
+        What these would take back, in words.
+    simulated
+        Some of it came from a virtual rig.
+    """
+
+    job: str
+    header: JobHeader
+    progress: Progress
+    methods: Mapping[str, str]
+    sensitivities: tuple[TipSensitivity, ...]
+    refusal: Refusal | None
+    paused: bool
+    unproven: str
+    undo: str
+    redo: str
+    simulated: bool
+
+
+def view_of(
+    plan: Plan,
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+    points: JobPoints,
+    state: JobState,
+) -> JobView:
+    """Return the job as it stands, computed from its points."""
+    progress = state.progress
+    found = evaluate_job(
+        plan, points.counting, state.sensitivities, rig, body, options,
+        progress.done, progress.skipped,
+    )  # fmt: skip
+    standing = JobStanding(held=notes_of(points.held), unproven=state.unproven)
+    results = found.judged(plan, standing)
+    place = whereabouts(plan, found.actual)
+    if place is None and options.near is not None:
+        place = Whereabouts(options.near, approximate=True)
+    features = tuple(
+        replace(
+            _seen(nominal, found, standing, points, progress, place),
+            compensation=state.methods[nominal.name],
+        )
+        for nominal in plan.features
+    )
+    last = points.counting[-1].tip_world if points.counting else None
+    targets: tuple[Target, ...] = ()
+    if progress.active:
+        targets = targets_of(
+            plan, progress.active, points.of(progress.active), place, body.tip_radius, last
+        )
+        features = tuple(
+            replace(item, targets=targets) if item.name == progress.active else item
+            for item in features
+        )
+    return JobView(
+        job=state.job,
+        part=plan.part,
+        operator=state.header.operator,
+        features=features,
+        active=progress.active,
+        characteristics=results,
+        refusal=state.refusal,
+        complete=not progress.active,
+        unproven=state.unproven,
+        held=tuple(p.number for p in points.counting if p.number in standing.held),
+        temperature=options.climate.words,
+        at_20_c=options.climate.part.compensated,
+        header=state.header,
+        probing=progress.probing,
+        paused=state.paused,
+        target=targets[0] if targets else None,
+        constructed=tuple(_made(plan, item.name, found, progress) for item in plan.constructions),
+        undo=state.undo,
+        redo=state.redo,
+        simulated=state.simulated,
+    )
+
+
+def _seen(
+    nominal: NominalFeature,
+    found: JobResults,
+    standing: JobStanding,
+    points: JobPoints,
+    progress: Progress,
+    place: Whereabouts | None,
+) -> FeatureView:
+    name = nominal.name
+    actual = found.actual[name]
+    fitted = actual if isinstance(actual, ActualFeature) else None
+    note = feature_note(name, found.points, standing.held)
+    own = tuple(point for point in found.points if point.feature == name)
+    coverage = None
+    if fitted is not None:
+        frame = place.T_nominal_from_world if place is not None else None
+        coverage = coverage_of(nominal, fitted.fit, own, frame)
+    return FeatureView(
+        name=name,
+        shape=nominal.shape,
+        needed=nominal.points,
+        state=_state(name, progress),
+        points=own,
+        fit=fitted.fit if fitted is not None else None,
+        note=note if isinstance(actual, ActualFeature) else actual.what,
+        outliers=outliers(fitted) if fitted is not None else (),
+        deleted=points.deleted(name),
+        coverage=coverage,
+        text=nominal.text,
+        picture=nominal.picture,
+    )
+
+
+def _made(
+    plan: Plan,
+    name: str,
+    found: JobResults,
+    progress: Progress,
+) -> FeatureView:
+    """Return a constructed feature; it is done when all that it is made from is."""
+    actual = found.actual[name]
+    done = set(plan.probed(name)) <= progress.done
+    fit = actual.fit if isinstance(actual, ActualFeature) else None
+    return FeatureView(
+        name=name,
+        shape=plan.shapes[name],
+        needed=0,
+        state=FeatureState.DONE if done else FeatureState.PENDING,
+        points=(),
+        fit=fit,
+        note="" if isinstance(actual, ActualFeature) else actual.what,
+    )
+
+
+def _state(name: str, progress: Progress) -> FeatureState:
+    if name == progress.active:
+        return FeatureState.ACTIVE
+    if name in progress.skipped:
+        return FeatureState.SKIPPED
+    return FeatureState.DONE if name in progress.done else FeatureState.PENDING

@@ -1,0 +1,144 @@
+"""The reference body of a job: the same one for all its points, or none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import Rig
+from ocmm_core.errors import MeasuringError
+from ocmm_core.geometry import Float
+from ocmm_core.storage import JobFile, JobReference
+from ocmm_core.tracking import (
+    PoseBatch,
+    ProbeBody,
+    ReferenceBody,
+    ReferenceHome,
+    TipSensitivity,
+    home_of,
+    motion_to_world,
+    relative_sensitivity,
+    solve_leds,
+    spot_sigma_px,
+    tip_sensitivity,
+)
+
+
+class ReferenceUse:
+    """Keep a job with the reference body that it was begun with.
+
+    Parameters
+    ----------
+    rig, body
+        What is measured with.
+    reference
+        The reference body; None without one.
+    job
+        Holds the first place of the reference body, as soon as it is known.
+    begun
+        The job has points already.
+
+    Attributes
+    ----------
+    home
+        Where the reference body stood when the job began; None before that is known.
+
+    Raises
+    ------
+    MeasuringError
+        The points of the job are relative to another reference body, or to none, or the cameras
+        were calibrated anew since.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        body: ProbeBody,
+        reference: ReferenceBody | None,
+        job: JobFile,
+        *,
+        begun: bool,
+    ) -> None:
+        self.home: ReferenceHome | None = None
+        self._rig, self._body, self._reference = rig, body, reference
+        self._job = job
+        stored = job.reference()
+        if stored is not None and (reference is None or reference.identity != stored.identity):
+            raise MeasuringError(
+                "session.other_reference",
+                f"{job.path}: the points of this job are relative to a reference body, and it is "
+                + ("not given now." if reference is None else f"not '{reference.name}'."),
+                "Give the reference body that the job was begun with (--reference), as it was "
+                "fixed then; or begin a new job.",
+            )
+        if stored is None and reference is not None and begun:
+            raise MeasuringError(
+                "session.no_reference",
+                f"{job.path}: the points of this job were taken without a reference body.",
+                "Go on without --reference, or begin a new job.",
+            )
+        if stored is not None and job.head.rig_identity != rig.identity:
+            raise MeasuringError(
+                "session.other_cameras",
+                f"{job.path}: the cameras were calibrated anew since this job was begun: where the "
+                "reference body stood then is not known to these.",
+                "Begin a new job.",
+            )
+        if stored is not None and reference is not None:
+            self.home = home_of(stored.spots, stored.n_frames, rig, reference)
+
+    def keep(self, home: ReferenceHome) -> None:
+        """Make the first place of the reference body durable, once.
+
+        Raises
+        ------
+        StorageError
+            It could not be; no point may be taken then.
+        """
+        if self.home is None and self._reference is not None:
+            self._job.store_reference(JobReference(self._reference.text, home.spots, home.n_frames))
+            self.home = home
+
+    def sensitivity(self, spots: Float, reference_spots: Float | None) -> TipSensitivity:
+        """Return the tip of mean spots (C, L, 2) and (C, R, 2), px, with its derivatives.
+
+        Raises
+        ------
+        TrackingError
+            The spots do not determine a pose.
+        MeasuringError
+            The point is not relative to the reference body of the job.
+        """
+        if self._reference is None and reference_spots is None:
+            return tip_sensitivity(spots, self._rig, self._body)
+        if self._reference is None or self.home is None or reference_spots is None:
+            raise MeasuringError(
+                "session.reference_home",
+                "It is not known where the reference body stood when the job began.",
+                "Let part and cameras come to rest until the machine is ready, then touch again.",
+            )
+        return relative_sensitivity(
+            spots, reference_spots, self.home, self._rig, self._body, self._reference
+        )
+
+    def thesis_tip(self, spots: Float, reference_spots: Float | None) -> Float:
+        """Return the tip (3,), mm, of mean spots by the method of the thesis.
+
+        It is NaN where the spots do not determine a pose, or the point is not relative to the
+        reference body of the job.
+        """
+        if (self._reference is None) != (reference_spots is None):
+            return np.full(3, np.nan)
+        pose = self._thesis(spots, self._body.leds_probe, self._body.tip_probe)
+        tip: Float = pose.tip_world[0]
+        if self._reference is None or reference_spots is None:
+            return tip
+        if self.home is None:
+            return np.full(3, np.nan)
+        now = self._thesis(reference_spots, self._reference.leds.leds_body, np.zeros(3))
+        turn, shift = motion_to_world(self.home, now.rotation_world_from_probe, now.origin_world)
+        tip_world: Float = turn[0] @ tip + shift[0]
+        return tip_world
+
+    def _thesis(self, spots: Float, leds: Float, point: Float) -> PoseBatch:
+        sigma_px = spot_sigma_px(self._rig)
+        return solve_leds(spots[None], self._rig, leds, point, sigma_px, "thesis")

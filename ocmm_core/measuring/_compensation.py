@@ -1,0 +1,119 @@
+"""From which side the ball touched: four ways to know it, and none to guess it.
+
+The direction of a point leads from the material to the probe. For surfaces it only says on which
+side the material is, and the feature is compensated as a whole (`features.actual`); for single
+points and lines it is the direction in which the radius of the ball is taken off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.geometry import Float, unit
+from ocmm_core.measuring._point import Refusal, RefusalCode
+from ocmm_core.measuring._trigger import Touch, approach_direction
+from ocmm_core.tracking import ProbeBody
+
+METHODS = ("approach", "pulled", "shank", "nominal")
+"""How the direction is found: by the way the ball came, by the way it was pulled off, by the axis
+of the probe, or by the normal of the nominal surface."""
+
+WORDS = {"approach": "trail", "pulled": "pulled", "shank": "shank", "nominal": "nominal"}
+"""What a measured point says about it (`MeasuredPoint.approach`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """Where the probe stood.
+
+    Attributes
+    ----------
+    direction
+        (3,), unit, world: from the material towards the probe.
+    word
+        How it was found, one of `WORDS`.
+    """
+
+    direction: Float
+    word: str
+
+
+def side_of(
+    method: str,
+    touch: Touch,
+    tip_world: Float,
+    rotation_world_from_probe: Float,
+    body: ProbeBody,
+    approach_mm: float,
+    nominal_normal: Float | None,
+    time_s: float,
+) -> Side | Refusal:
+    """Return the direction of a point, or why it is not known.
+
+    Parameters
+    ----------
+    method
+        One of `METHODS`.
+    tip_world, rotation_world_from_probe
+        (3,), mm, and (3, 3): ball and probe at rest.
+    approach_mm
+        Straight way of the ball that is needed, mm.
+    nominal_normal
+        (3,), unit, world, at this place; None while it is not known.
+
+    Returns
+    -------
+    Side or Refusal
+        The way that the ball came contradicts no other method: a ball that came from behind the
+        nominal surface, or against the axis of the probe, is refused.
+    """
+    came = approach_direction(touch.trail_world, tip_world, approach_mm)
+    match method:
+        case "approach":
+            if came is None:
+                return _refused(
+                    "It is not known from which side the ball came to the surface.",
+                    f"Move it away by {approach_mm:g} mm or more and touch again.",
+                    time_s,
+                )
+            return Side(came, WORDS[method])
+        case "pulled":
+            pulled = approach_direction(touch.pull_world[::-1], tip_world, approach_mm)
+            if pulled is None:
+                return _refused(
+                    "The ball was not pulled straight away from the surface after the touch.",
+                    f"Touch again, and when the point is taken pull the ball away by "
+                    f"{4.0 * approach_mm:g} mm, square to the surface.",
+                    time_s,
+                )
+            return Side(pulled, WORDS[method])
+        case "shank":
+            direction = rotation_world_from_probe @ shank_axis(body)
+        case _:
+            if nominal_normal is None or not np.any(nominal_normal):
+                return _refused(
+                    "The nominal direction of the surface is not known here: the part frame is not "
+                    "measured yet, or the ball is far from the nominal surface.",
+                    "Measure the datum features first, or choose the way of approach instead.",
+                    time_s,
+                )
+            direction = nominal_normal
+    if came is not None and float(came @ direction) < 0.0:
+        which = "the probe points" if method == "shank" else "the nominal surface looks"
+        return _refused(
+            f"The ball came from the side away from which {which}: one of the two is wrong.",
+            "Touch again from outside the material, or choose the way of approach instead.",
+            time_s,
+        )
+    return Side(direction, WORDS[method])
+
+
+def shank_axis(body: ProbeBody) -> Float:
+    """Return the axis of the probe, (3,), unit, probe frame: from the ball to its LEDs."""
+    return unit(body.leds_probe.mean(axis=0) - body.tip_probe)
+
+
+def _refused(what: str, remedy: str, time_s: float) -> Refusal:
+    return Refusal(RefusalCode.NO_APPROACH, what, remedy, time_s)

@@ -1,0 +1,282 @@
+"""The named parts of the joint covariance of measured points: what each error does to all of them.
+
+Each part is kept in the form in which it arises, so that the variance that it gives a result costs
+little and its matrix is made only where it is wanted:
+
+- quantities common to all points (cameras, probe geometry, ...), with how each point answers;
+- what each point has alone (the scatter of its window);
+- the field of the sensors' patterns, which near points share.
+
+Their sum is `measuring.uncertainty.joint_covariance`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design import (
+    ContactForce,
+    ProbeDesign,
+    Warmth,
+    body_in_use,
+    sag_shape,
+)
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, RigidTransform, skew
+from ocmm_core.measuring._contact import contact_movement
+from ocmm_core.measuring._point import MeasuredPoint
+from ocmm_core.measuring._temperature import PartWarmth, scale_movement
+from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a part of the uncertainty comes from.
+
+    Attributes
+    ----------
+    name
+        What the budget calls it.
+    kind
+        ``"A"``: evaluated from repeated observations of this job; ``"B"``: from anything else.
+    distribution
+        ``"normal"`` or ``"uniform"``: of the quantity itself.
+    origin
+        Where its standard uncertainty is written down.
+    """
+
+    name: str
+    kind: Literal["A", "B"]
+    distribution: Literal["normal", "uniform"]
+    origin: str
+
+
+IMAGE_NOISE = Source("Image noise", "A", "normal", "scatter in the window of each point")
+PATTERN = Source("Sensor pattern", "B", "normal", "noise of the rig document")
+CAMERAS = Source("Cameras", "B", "normal", "calibration of the cameras")
+REFERENCE = Source("Reference body", "B", "normal", "calibration of the reference body")
+PROBE = Source("Probe geometry", "B", "normal", "calibration of the probe and its tip")
+WARMTH = Source("Probe temperature", "B", "normal", "design of the probe and its temperatures")
+WEIGHT = Source("Probe weight", "B", "uniform", "design of the probe")
+FORCE = Source("Hand force", "B", "uniform", "design of the probe")
+TIP_RADIUS = Source("Tip radius", "B", "normal", "qualification of the tip")
+FRAME = Source("Saved frame", "B", "normal", "document of the frame")
+PART = Source("Part temperature", "B", "normal", "temperature and expansion of the part")
+
+
+@dataclass(frozen=True, slots=True)
+class Contribution:
+    """One part of the joint covariance of N ball centres and the tip radius, mm^2.
+
+    Attributes
+    ----------
+    source
+        What it is.
+    by
+        (3 N + 1, m): how all coordinates and the radius answer to m quantities; None without any.
+    covariance
+        (m, m) of those quantities.
+    own
+        (N, 3, 3): what each point has alone; None where nothing.
+    field
+        (3 N, 3 N): what no few quantities describe; None where nothing.
+    """
+
+    source: Source
+    by: Float | None = None
+    covariance: Float | None = None
+    own: Float | None = None
+    field: Float | None = None
+
+    def of(self, gradients: Float) -> Float:
+        """Return what it gives to k values, (k, k), from their gradients (k, 3 N + 1)."""
+        total = np.zeros((len(gradients), len(gradients)))
+        if self.by is not None and self.covariance is not None:
+            answers = gradients @ self.by
+            total += answers @ self.covariance @ answers.T
+        if self.own is not None:
+            of_points = gradients[:, :-1].reshape(len(gradients), -1, 3)
+            total += np.einsum("ani,nij,bnj->ab", of_points, self.own, of_points, optimize=True)
+        if self.field is not None:
+            total += gradients[:, :-1] @ self.field @ gradients[:, :-1].T
+        return total
+
+    def matrix(self, count: int) -> Float:
+        """Return it for all ``count`` points and the radius, (3 N + 1, 3 N + 1)."""
+        size = 3 * count
+        matrix = np.zeros((size + 1, size + 1))
+        if self.by is not None and self.covariance is not None:
+            matrix += self.by @ self.covariance @ self.by.T
+        if self.own is not None:
+            for index, block in enumerate(self.own):
+                place = slice(3 * index, 3 * index + 3)
+                matrix[place, place] += block
+        if self.field is not None:
+            matrix[:size, :size] += self.field
+        return matrix
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeState:
+    """What the probe document in use has been widened by, so that a budget can tell it apart."""
+
+    design: ProbeDesign
+    warmth: Warmth
+
+
+@dataclass(frozen=True, slots=True)
+class FrameDoubt:
+    """How well the place of a frame is known that this job has not measured.
+
+    Attributes
+    ----------
+    T_frame_from_world
+        The frame as it was saved.
+    covariance
+        (6, 6): of a small turn, rad, about the axes of the frame through its origin, and a shift,
+        mm, along them.
+    """
+
+    T_frame_from_world: RigidTransform
+    covariance: Float
+
+
+def contributions(
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    contact: ContactForce | None = None,
+    part: PartWarmth | None = None,
+    probe: ProbeState | None = None,
+    frame: FrameDoubt | None = None,
+) -> tuple[Contribution, ...]:
+    """Return all parts of the joint covariance of ``points``.
+
+    Parameters
+    ----------
+    points
+        N points, in any order; at least one, or nothing but the radius is uncertain.
+    sensitivities
+        `tip_sensitivity` of the spots of each point.
+    contact
+        What the hand's force does; None where the design of the probe is not known.
+    part
+        How warm the part is; None where it is not compensated.
+    probe
+        Tells warmth and weight of the probe from its calibration; without it they are named
+        together. The sum is the same.
+    frame
+        Of a saved frame that results are stated in; None where the job measures its own.
+    """
+    count = len(points)
+    radius = np.zeros((3 * count + 1, 1))
+    radius[-1] = 1.0
+    tip = Contribution(TIP_RADIUS, radius, np.array([[body.tip_radius_sigma**2]]))
+    if not points:
+        return (tip,)
+    noise = Contribution(IMAGE_NOISE, own=np.stack([point.random_covariance for point in points]))
+    found = [noise, *systematic_contributions(sensitivities, rig, body, probe), tip]
+    if contact is not None:
+        moved = contact_movement(points, sensitivities, contact)
+        square = np.array([[(0.5 * contact.largest_n) ** 2]])
+        own = np.einsum("ni,nj->nij", moved, moved) * contact.largest_n**2 / 12.0
+        found.append(Contribution(FORCE, _with_radius(moved.reshape(-1, 1)), square, own))
+    if part is not None and part.scale_sigma > 0.0:
+        moved = scale_movement(points)[:, None]
+        found.append(Contribution(PART, moved, np.array([[part.scale_sigma**2]])))
+    if frame is not None:
+        found.append(Contribution(FRAME, rigid_movement(points, frame), frame.covariance))
+    return tuple(found)
+
+
+def rigid_movement(points: Sequence[MeasuredPoint], frame: FrameDoubt) -> Float:
+    """Return how all points move with a turn and a shift of the frame, (3 N + 1, 6).
+
+    A frame that lies a little otherwise and points that all do show the same part in it: so its
+    error is one of the points, of which everything that does not refer to the frame is free.
+    """
+    T = frame.T_frame_from_world
+    back = T.rotation.T
+    by = [
+        np.hstack([back @ -skew(place), back])
+        for place in T.apply(np.array([point.tip_world for point in points]))
+    ]
+    return _with_radius(np.vstack(by))
+
+
+def systematic_contributions(
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    probe: ProbeState | None = None,
+) -> list[Contribution]:
+    """Return the parts that averaging over frames does not remove, tip radius left out."""
+    by_cameras = _with_radius(np.vstack([item.by_cameras for item in sensitivities]))
+    by_geometry = _with_radius(np.vstack([item.by_geometry for item in sensitivities]))
+    by_common = _with_radius(np.vstack([item.by_common for item in sensitivities]))
+    field = sum(
+        (_pattern_covariance(sensitivities, rig, camera) for camera in range(len(rig.cameras))),
+        np.zeros((3 * len(sensitivities),) * 2),
+    )
+    found = [
+        Contribution(PATTERN, field=field),
+        Contribution(CAMERAS, by_cameras, rig.parameter_covariance),
+    ]
+    found += [
+        Contribution(source, by_geometry, covariance)
+        for source, covariance in _of_probe(body, probe)
+    ]
+    if by_common.shape[1]:
+        found.append(Contribution(REFERENCE, by_common, np.eye(by_common.shape[1])))
+    return found
+
+
+def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[Source, Float]]:
+    """Return the covariance of the probe's geometry, told apart by what it comes from."""
+    if probe is None:
+        return [(PROBE, body.geometry_covariance)]
+    bare = replace(body, geometry_covariance=np.zeros_like(body.geometry_covariance))
+    hanging = sag_shape(probe.design, body)
+    weight = np.outer(hanging, hanging) / 3.0
+    warmth = body_in_use(bare, probe.design, probe.warmth).geometry_covariance - weight
+    return [
+        (PROBE, body.geometry_covariance - warmth - weight),
+        (WARMTH, warmth),
+        (WEIGHT, weight),
+    ]
+
+
+def _with_radius(by: Float) -> Float:
+    """Return how coordinates answer, with a row of zeros for the radius."""
+    return np.vstack([by, np.zeros((1, by.shape[1]))])
+
+
+def _pattern_covariance(sensitivities: Sequence[TipSensitivity], rig: Rig, camera: int) -> Float:
+    """Return what the field of one sensor does to all points, (3 N, 3 N), mm^2.
+
+    Each point answers to its own spots only, so the points are stacked with equal numbers of
+    spots: a spot that was not seen has no weight, and its place does not matter.
+    """
+    n = len(sensitivities)
+    counts = [int(np.count_nonzero(item.camera == camera)) for item in sensitivities]
+    most = max(counts)
+    uv, gain = np.zeros((n, most, 2)), np.zeros((n, 2, 3, most))
+    for index, (item, count) in enumerate(zip(sensitivities, counts, strict=True)):
+        uv[index, :count] = item.uv[item.camera == camera]
+        gain[index, :, :, :count] = item.by_spots[:, item.camera == camera].transpose(2, 0, 1)
+    spots = uv.reshape(-1, 2)
+    apart = np.sum((spots[:, None] - spots[None]) ** 2, axis=2)
+    noise = rig.noise
+    field = noise.pattern_px**2 * np.exp(-0.5 / noise.pattern_length_px**2 * apart)
+    by_point = field.reshape(n, most, n * most)
+    covariance = np.zeros((3 * n, 3 * n))
+    for axis in range(2):
+        left = (gain[:, axis] @ by_point).reshape(3 * n, n, most).transpose(1, 0, 2)
+        both = left @ gain[:, axis].transpose(0, 2, 1)
+        covariance += both.transpose(1, 0, 2).reshape(3 * n, 3 * n)
+    return covariance

@@ -1,0 +1,95 @@
+"""Why frames have no tip, in words: which camera does not see which LED of which body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import Rig
+from ocmm_core.measuring._point import Refusal, RefusalCode
+from ocmm_core.tracking import FrameStatus, ReferenceTrack, TrackBlock
+
+
+def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
+    """Return the refusal for a window in which too few frames have a tip."""
+    bad = window.status[window.status != FrameStatus.OK]
+    worst = FrameStatus(int(np.bincount(bad).argmax()))
+    if worst is FrameStatus.REFERENCE_LOST and window.reference is not None:
+        return explain_reference(window.reference, rig, time_s)
+    if worst is FrameStatus.DOUBTFUL:
+        return Refusal(
+            RefusalCode.DOUBTFUL,
+            "The spots do not fit the probe: a reflection, a wrong probe or a moved camera.",
+            "Cover reflections and check the probe; if it stays, verify the cameras.",
+            time_s,
+        )
+    if worst is FrameStatus.UNIDENTIFIED:
+        return Refusal(
+            RefusalCode.UNIDENTIFIED,
+            "The LEDs are seen, but it is not certain which is which.",
+            "Turn the probe so that all its LEDs face the cameras.",
+            time_s,
+        )
+    return Refusal(
+        RefusalCode.LOST,
+        _who_sees_nothing(window, worst, rig, "the probe", "LED ", ""),
+        "Turn the LEDs towards the cameras and clear the view, then touch again.",
+        time_s,
+    )
+
+
+def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
+    """Return the refusal for a window in which the reference body was of no use."""
+    body = seen.body
+    bad = body.status[body.status != FrameStatus.OK]
+    if not len(bad):
+        return Refusal(
+            RefusalCode.REFERENCE,
+            "The place of the reference body is not known yet.",
+            "Let part and cameras come to rest until the machine is ready.",
+            time_s,
+        )
+    worst = FrameStatus(int(np.bincount(bad).argmax()))
+    if worst is FrameStatus.DOUBTFUL:
+        return Refusal(
+            RefusalCode.REFERENCE,
+            "The spots do not fit the reference body: a reflection, another body or a moved "
+            "camera.",
+            "Cover reflections and check the reference body; if it stays, verify the cameras.",
+            time_s,
+        )
+    if worst is FrameStatus.UNIDENTIFIED:
+        return Refusal(
+            RefusalCode.REFERENCE,
+            "The reference body is not recognised among the lights that are seen.",
+            "Clear the view of all its LEDs and cover reflections.",
+            time_s,
+        )
+    who = _who_sees_nothing(body, worst, rig, "the reference body", "", "R")
+    return Refusal(
+        RefusalCode.REFERENCE,
+        f"The reference body is lost. {who}",
+        "Clear the view of its LEDs, also of hand and probe; then touch again.",
+        time_s,
+    )
+
+
+def _who_sees_nothing(
+    window: TrackBlock, status: FrameStatus, rig: Rig, what: str, before: str, each: str
+) -> str:
+    """Return the sentence that names the cameras and the LEDs that they do not see.
+
+    Only frames of ``status`` are asked: in the others, before the view was hidden, all may be seen.
+    ``before`` stands before all LED numbers, ``each`` before each of them.
+    """
+    hidden = np.mean(np.isfinite(window.uv[window.status == status, ..., 0]), axis=0) < 0.5
+    if hidden.all():
+        return f"The cameras do not see {what}."
+    parts = []
+    for camera, leds in zip(rig.cameras, hidden, strict=True):
+        if leds.all():
+            parts.append(f"camera {camera.name} does not see {what}")
+        elif leds.any():
+            numbers = ", ".join(f"{each}{led + 1}" for led in np.flatnonzero(leds))
+            parts.append(f"camera {camera.name} does not see {before}{numbers}")
+    sentence = " and ".join(parts) or "too few targets are seen by two cameras"
+    return f"{sentence[0].upper()}{sentence[1:]}."

@@ -1,0 +1,139 @@
+"""What a single point is uncertain by, source by source, before anything is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design import (
+    REFERENCE_C,
+    Postures,
+    ProbeDesign,
+    Temperature,
+    View,
+    Warmth,
+    body_in_use,
+    force_shapes,
+    growth_shape,
+    sag_shape,
+)
+from ocmm_core.camera import project
+from ocmm_core.geometry import Float
+from ocmm_core.measuring._uncertainty import systematic_covariance
+from ocmm_core.tracking import TipSensitivity, tip_sensitivity
+
+_POSES = 60
+_WINDOW_FRAMES = 2000
+"""A quarter of a second at 8 kHz."""
+_KNOWN_SIGMA_K = 0.5
+_UM = 1e3
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetTerm:
+    """One source of error of a single point: name, standard uncertainty in space, µm, and why."""
+
+    name: str
+    sigma_um: float
+    rests_on: str
+
+
+def budget_of(
+    view: View, design: ProbeDesign | None, postures: Postures, seed: int
+) -> tuple[BudgetTerm, ...]:
+    """Return the sources of the error of one point, RMS over poses of the postures.
+
+    Each source is propagated through the pose as `measuring.uncertainty` does it for a job.
+    """
+    rig, body = view.rig, view.body
+    found = _sensitivities(view, postures, seed)
+    if not found:
+        return ()
+    bare_rig = replace(rig, parameter_covariance=np.zeros_like(rig.parameter_covariance))
+    bare_body = replace(body, geometry_covariance=np.zeros_like(body.geometry_covariance))
+    white = rig.noise.white_px / np.sqrt(_WINDOW_FRAMES)
+
+    def by_geometry(covariance: Float) -> float:
+        return _rms([item.by_geometry @ covariance @ item.by_geometry.T for item in found])
+
+    terms = [
+        BudgetTerm(
+            "Noise of the spots",
+            _rms([white**2 * _squares(item) for item in found]),
+            f"{rig.noise.white_px:g} px a frame, {_WINDOW_FRAMES} frames a point",
+        ),
+        BudgetTerm(
+            "Pattern of the sensors",
+            _rms([systematic_covariance([item], bare_rig, bare_body) for item in found]),
+            f"{rig.noise.pattern_px:g} px, stays at its place of the sensor",
+        ),
+        BudgetTerm(
+            "Calibration of the cameras",
+            _rms(
+                [item.by_cameras @ rig.parameter_covariance @ item.by_cameras.T for item in found]
+            ),
+            "covariance of the rig document",
+        ),
+        BudgetTerm(
+            "Calibration of the probe",
+            by_geometry(body.geometry_covariance),
+            "covariance of LEDs and tip",
+        ),
+    ]
+    if design is None:
+        return tuple(terms)
+    growth = growth_shape(design, body)
+    weight = sag_shape(design, body)
+    forces = force_shapes(design, body)
+    sure = Temperature(REFERENCE_C + design.temperature_range_k, _KNOWN_SIGMA_K, "")
+    made = Temperature(REFERENCE_C, _KNOWN_SIGMA_K, "")
+    used = body_in_use(bare_body, design, Warmth(sure, made, compensated=True))
+    left = used.geometry_covariance - np.outer(weight, weight) / 3.0
+    free = design.temperature_range_k**2 / 3.0 * np.outer(growth, growth)
+    force = design.contact_force_n**2 / 9.0 * forces @ forces.T
+    return (
+        *terms,
+        BudgetTerm(
+            "Warmth of the probe, not measured",
+            by_geometry(free),
+            f"within ±{design.temperature_range_k:g} K of its calibration",
+        ),
+        BudgetTerm(
+            "Warmth of the probe, compensated",
+            by_geometry(left),
+            f"instead: {design.temperature_range_k:g} K warmer, known to ±{_KNOWN_SIGMA_K:g} K",
+        ),
+        BudgetTerm(
+            "Weight of the probe", by_geometry(np.outer(weight, weight) / 3.0), "any attitude"
+        ),
+        BudgetTerm(
+            "Force of the hand",
+            by_geometry(force),
+            f"0 to {design.contact_force_n:g} N from any side",
+        ),
+    )
+
+
+def _sensitivities(view: View, postures: Postures, seed: int) -> list[TipSensitivity]:
+    rotations, tips = postures.draw(_POSES, np.random.default_rng(seed))
+    good = np.isfinite(view.covariance(rotations, tips)[:, 0, 0])
+    seen = view.seen(rotations, tips)
+    arms = view.body.leds_probe - view.body.tip_probe
+    found = []
+    for rotation, tip, mask in zip(rotations[good], tips[good], seen[good], strict=True):
+        leds = arms @ rotation.T + tip
+        spots = np.stack([project(camera, leds) for camera in view.rig.cameras])
+        spots[~mask] = np.nan
+        found.append(tip_sensitivity(spots, view.rig, view.body))
+    return found
+
+
+def _squares(item: TipSensitivity) -> Float:
+    by_spots = item.by_spots.reshape(3, -1)
+    squares: Float = by_spots @ by_spots.T
+    return squares
+
+
+def _rms(covariances: list[Float]) -> float:
+    return _UM * float(np.sqrt(np.mean([np.trace(each) for each in covariances])))

@@ -1,0 +1,214 @@
+"""Everything that can be said about a probe before it is built: number, maps, labels, budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.calibration.probe_design import (
+    Postures,
+    ProbeDesign,
+    TipMap,
+    TipNumber,
+    View,
+    WrongLabels,
+    bow_shape,
+    compression,
+    force_shapes,
+    growth_shape,
+    sag,
+    sag_shape,
+    side_load,
+    tilt_map,
+    tip_number,
+    tip_shift,
+    upright_shortening,
+    volume_map,
+    wrong_labels,
+)
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
+from ocmm_core.measuring._probe_budget import BudgetTerm, budget_of
+from ocmm_core.tracking import ProbeBody
+
+_UM, _NM = 1e3, 1e6
+
+Step = Callable[[str, float], None]
+"""Told what is computed next, and the share that is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """What is examined.
+
+    Attributes
+    ----------
+    postures
+        How and where the probe is held.
+    sigma_px
+        Noise of a spot, as it is averaged.
+    poses
+        Of the number.
+    cells
+        Of each side of a map.
+    everything_seen
+        LEDs that face away are taken to be seen all the same.
+    seed
+        Of the poses.
+    """
+
+    postures: Postures
+    sigma_px: float = 0.0105
+    poses: int = 4000
+    cells: int = 25
+    everything_seen: bool = False
+    seed: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanics:
+    """What a design does by itself, without cameras.
+
+    Attributes
+    ----------
+    growth_um_per_k
+        Of the whole probe (thesis, appendix A).
+    tip_um_per_k
+        How far the tip is computed wrong for each kelvin that nobody corrects.
+    bow_um_per_k
+        The same where one face of the panel is a kelvin warmer than the other: a warm hand.
+    weight_n, reactions_n
+        Of the probe, and of ball and handle when it is held level (appendix B.1).
+    sag_nm
+        How far the tip is computed wrong because the level probe bends.
+    side_nm_per_n, side_stiff_nm_per_n, axial_nm_per_n
+        How far the ball gives way to a force across the panel, along it, and along the probe.
+    tip_nm_per_n
+        How far the tip is computed wrong by a force across the panel.
+    upright_nm
+        By how much it gets shorter standing on its ball (appendix B.2).
+    x_mm, sag_line_nm, side_line_nm
+        Places along the probe, and how much they sag, and give way to 1 N on the ball.
+    handle_mm, leds_mm
+        Where the hand holds it, and where the LEDs are along it.
+    """
+
+    growth_um_per_k: float
+    tip_um_per_k: float
+    bow_um_per_k: float
+    weight_n: float
+    reactions_n: tuple[float, float]
+    sag_nm: float
+    side_nm_per_n: float
+    side_stiff_nm_per_n: float
+    axial_nm_per_n: float
+    tip_nm_per_n: float
+    upright_nm: float
+    x_mm: Float
+    sag_line_nm: Float
+    side_line_nm: Float
+    handle_mm: float
+    leds_mm: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeReport:
+    """What was found.
+
+    Attributes
+    ----------
+    probe, rig, n_leds
+        Names, and LEDs.
+    examination
+        What was asked.
+    number
+        Error of the tip by the noise of the spots alone.
+    maps
+        Over tilt, and over the volume from above and from the front.
+    labels
+        Nearest wrong labelling with all LEDs, then with each of them hidden.
+    coded
+        A strobe code names the LEDs, whatever their places.
+    mechanics
+        None without a design.
+    budget
+        Sources of the error of one point; those of the design only with one.
+    """
+
+    probe: str
+    rig: str
+    n_leds: int
+    examination: Examination
+    number: TipNumber
+    maps: tuple[TipMap, ...]
+    labels: tuple[WrongLabels, ...]
+    coded: bool
+    mechanics: Mechanics | None
+    budget: tuple[BudgetTerm, ...]
+
+
+def examine(
+    rig: Rig,
+    body: ProbeBody,
+    design: ProbeDesign | None,
+    asked: Examination,
+    step: Step = lambda what, share: None,
+) -> ProbeReport:
+    """Return everything about a probe seen by a rig; takes a few seconds."""
+    view = View(rig, body, asked.sigma_px, asked.everything_seen)
+    step("Number", 0.0)
+    number = tip_number(view, asked.postures, asked.poses, asked.seed)
+    step("Map of the tilt", 0.1)
+    maps = [tilt_map(view, asked.postures, asked.cells, asked.seed)]
+    for top in (True, False):
+        step("Map of the volume", 0.3 if top else 0.5)
+        maps.append(volume_map(view, asked.postures, asked.cells, asked.seed, top=top))
+    step("Labels", 0.7)
+    labels = wrong_labels(body)
+    step("Budget", 0.9)
+    return ProbeReport(
+        probe=body.name,
+        rig=rig.name,
+        n_leds=body.n_leds,
+        examination=asked,
+        number=number,
+        maps=tuple(maps),
+        labels=labels,
+        coded=body.code is not None,
+        mechanics=None if design is None else mechanics_of(design, body),
+        budget=budget_of(view, design, asked.postures, asked.seed),
+    )
+
+
+def mechanics_of(design: ProbeDesign, body: ProbeBody) -> Mechanics:
+    """Return growth and bending of a design."""
+    level = sag(design.beam, (0.0, design.handle_mm))
+    pushed = side_load(design.beam, design.handle_mm)
+    along_panel = side_load(design.beam, design.handle_mm, stiff=True)
+    forces = force_shapes(design, body) @ design.soft_probe
+    return Mechanics(
+        growth_um_per_k=_UM * design.chain.growth_per_k,
+        tip_um_per_k=_UM * _length(tip_shift(body, growth_shape(design, body))),
+        bow_um_per_k=_UM * _length(tip_shift(body, bow_shape(design, body))),
+        weight_n=design.beam.weight,
+        reactions_n=(level.reactions[0], level.reactions[1]),
+        sag_nm=_NM * _length(tip_shift(body, sag_shape(design, body))),
+        side_nm_per_n=_NM * float(pushed.deflection_mm[0]),
+        side_stiff_nm_per_n=_NM * float(along_panel.deflection_mm[0]),
+        axial_nm_per_n=_NM * compression(design.beam, 0.0, design.handle_mm),
+        tip_nm_per_n=_NM * _length(tip_shift(body, forces)),
+        upright_nm=_NM * upright_shortening(design.beam),
+        x_mm=level.x_mm,
+        sag_line_nm=_NM * level.deflection_mm,
+        side_line_nm=_NM * pushed.deflection_mm,
+        handle_mm=design.handle_mm,
+        leds_mm=tuple(
+            float(value) for value in (body.leds_probe - body.tip_probe) @ design.axis_probe
+        ),
+    )
+
+
+def _length(vector: Float) -> float:
+    return float(np.linalg.norm(vector))

@@ -1,0 +1,245 @@
+"""From a window of tracked frames to one averaged ball centre, or the reason why there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring._missing_tip import explain
+from ocmm_core.measuring._point import Refusal, RefusalCode
+from ocmm_core.tracking import (
+    FrameStatus,
+    Motion,
+    Stillness,
+    TrackBlock,
+    in_rig,
+    judge_stillness,
+    motion_to_world,
+    simultaneous,
+    wildness,
+)
+
+_BATCHES = 10
+_OUTLIER_SIGMAS = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class PointOptions:
+    """What a touch must be like to give a point.
+
+    Attributes
+    ----------
+    window_s
+        Frames of this much time are averaged, from the trigger on.
+    still_mm
+        A ball that moves as far as this during the window is refused, wherever noise lets the
+        motion be told; where it does not, the motion is in the uncertainty of the point.
+    min_share
+        Share of the window's frames that must be there and good.
+    approach_mm
+        The approach direction is taken where the ball was this far from the contact.
+    max_uncertainty
+        Largest expanded uncertainty (k = 2) of a point, mm.
+    """
+
+    window_s: float = 0.25
+    still_mm: float = 0.01
+    min_share: float = 0.8
+    approach_mm: float = 2.0
+    max_uncertainty: float = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class StablePoint:
+    """The average over a window.
+
+    Attributes
+    ----------
+    time_s, first_frame, last_frame, n_frames
+        The window and how many of its frames were used.
+    tip_world
+        (3,), mm.
+    random_covariance
+        (3, 3), mm^2, of the average; ``motion_covariance`` is a part of it.
+    motion_covariance
+        (3, 3), mm^2: of a motion of the ball that was too small to be refused or to be told.
+    rotation_world_from_probe
+        (3, 3), mean attitude.
+    spots
+        (C, L, 2), px, mean, NaN where not seen throughout.
+    chi2_per_dof
+        Mean.
+    tip_rig
+        (3,), mm: where the ball is for the cameras as they stand now; ``tip_world`` itself without
+        a reference body.
+    reference_spots
+        (C, R, 2), px, mean spots of the reference body in the same frames; None without one.
+    """
+
+    time_s: float
+    first_frame: int
+    last_frame: int
+    n_frames: int
+    tip_world: Float
+    random_covariance: Float
+    motion_covariance: Float
+    rotation_world_from_probe: Float
+    spots: Float
+    chi2_per_dof: float
+    tip_rig: Float
+    reference_spots: Float | None
+
+
+def average(
+    window: TrackBlock, expected: int, rig: Rig, options: PointOptions
+) -> StablePoint | Refusal:
+    """Average a window of frames, if the probe was seen and held still.
+
+    Parameters
+    ----------
+    window
+        The frames of the window that arrived.
+    expected
+        How many there should be.
+    rig
+        For the names of the cameras.
+
+    Returns
+    -------
+    StablePoint or Refusal
+        The random covariance comes from ten batch means, so that slow tremor counts as what it
+        is, and is never less than what independent spot noise predicts. To it comes the motion of
+        the ball that could not be told from noise.
+    """
+    # The poses of the very frames that are averaged: nothing lags behind, whatever moved.
+    window = simultaneous(window)
+    time_s = float(window.time_ns[len(window) // 2]) * 1e-9 if len(window) else 0.0
+    good = window.status == FrameStatus.OK
+    if len(window) < options.min_share * expected:
+        return Refusal(
+            RefusalCode.GAP,
+            f"{expected - len(window)} of {expected} frames did not arrive.",
+            "Check the field bus, then touch again.",
+            time_s,
+        )
+    if np.count_nonzero(good) < options.min_share * expected:
+        return explain(window, rig, time_s)
+    used = good & _alike(window.seen, good)
+    if window.reference is not None:
+        used &= _alike(window.reference.body.seen, good)
+    if np.count_nonzero(used) < 0.5 * options.min_share * expected:
+        return _disagreeing(int(np.count_nonzero(used)), expected, time_s)
+    # What moves is not wild: a frame is compared with its neighbours, and movement judged after.
+    apart = wildness(_seconds(window)[used], window.tip_world[used], window.tip_covariance[used])
+    keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
+    enough = len(keep) >= 0.5 * options.min_share * expected
+    judged = keep if enough else np.flatnonzero(used)
+    still = _judge(window, judged, options.still_mm)
+    if still.motion is not None:
+        return _moving(still.motion, time_s)
+    if not enough:
+        return _disagreeing(len(keep), expected, time_s)
+    moved = _motion_of_reference(window, keep, options.still_mm)
+    if moved is not None:
+        return Refusal(
+            RefusalCode.REFERENCE,
+            f"The reference body moved, {moved.size_mm:.3f} mm at the ball, while the point was "
+            f"measured.",
+            "Let part and cameras come to rest, then touch again.",
+            time_s,
+        )
+    random = _covariance_of_mean(window.tip_world[keep], window.tip_covariance[keep])
+    return StablePoint(
+        time_s=time_s,
+        first_frame=int(window.counter[keep[0]]),
+        last_frame=int(window.counter[keep[-1]]),
+        n_frames=len(keep),
+        tip_world=window.tip_world[keep].mean(axis=0),
+        random_covariance=random + still.covariance,
+        motion_covariance=still.covariance,
+        rotation_world_from_probe=_mean_rotation(window.rotation_world_from_probe[keep]),
+        spots=window.uv[keep].mean(axis=0),
+        chi2_per_dof=float(np.mean(window.chi2[keep] / window.dof[keep])),
+        tip_rig=in_rig(window).tip_world[keep].mean(axis=0),
+        reference_spots=(
+            window.reference.body.uv[keep].mean(axis=0) if window.reference is not None else None
+        ),
+    )
+
+
+def _moving(motion: Motion, time_s: float) -> Refusal:
+    return Refusal(
+        RefusalCode.MOVING,
+        f"The ball {motion.kind.value} by {motion.size_mm:.3f} mm while it was measured.",
+        "Hold the ball still on the surface until the sound.",
+        time_s,
+    )
+
+
+def _disagreeing(count: int, expected: int, time_s: float) -> Refusal:
+    return Refusal(
+        RefusalCode.DOUBTFUL,
+        f"Only {count} of {expected} frames agree with each other.",
+        "Keep hands and cables out of the view of the cameras, then touch again.",
+        time_s,
+    )
+
+
+def _alike(seen: NDArray[np.uint16], good: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return in which frames (n,) the same LEDs are seen as in most of the good ones."""
+    patterns, counts = np.unique(seen[good], axis=0, return_counts=True)
+    return np.asarray((seen == patterns[np.argmax(counts)]).all(axis=1))
+
+
+def _seconds(window: TrackBlock) -> Float:
+    """Return the time of each frame since the first, s."""
+    return np.asarray((window.time_ns - window.time_ns[0]) * 1e-9, dtype=np.float64)
+
+
+def _judge(window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
+    return judge_stillness(
+        _seconds(window)[frames],
+        window.tip_world[frames],
+        window.tip_covariance[frames],
+        limit_mm,
+    )
+
+
+def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> Motion | None:
+    """Return how the reference body alone would carry the ball."""
+    seen = window.reference
+    if seen is None or seen.home is None:
+        return None
+    turn, shift = motion_to_world(
+        seen.home, seen.body.rotation_world_from_probe[frames], seen.body.origin_world[frames]
+    )
+    tip_rig = np.median(seen.probe.tip_world[frames], axis=0)
+    noise = window.tip_covariance[frames] - (
+        turn @ seen.probe.tip_covariance[frames] @ turn.transpose(0, 2, 1)
+    )
+    carried = turn @ tip_rig + shift
+    return judge_stillness(_seconds(window)[frames], carried, noise, limit_mm).motion
+
+
+def _covariance_of_mean(tips: Float, covariances: Float) -> Float:
+    predicted = covariances.mean(axis=0) / len(tips)
+    means = np.array([part.mean(axis=0) for part in np.array_split(tips, _BATCHES)])
+    scatter = np.cov(means.T) / _BATCHES
+    # Compare in units of the prediction, direction by direction: a hand trembles along the surface
+    # where the cameras see well, and that must not drown in the noise of the depth.
+    factor = np.linalg.cholesky(predicted)
+    whitened = np.linalg.solve(factor, np.linalg.solve(factor, scatter).T)
+    values, vectors = np.linalg.eigh(0.5 * (whitened + whitened.T))
+    spread = factor @ vectors
+    covariance: Float = (spread * np.maximum(values, 1.0)) @ spread.T
+    return covariance
+
+
+def _mean_rotation(rotations: Float) -> Float:
+    u, _, vt = np.linalg.svd(rotations.mean(axis=0))
+    rotation: Float = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return rotation

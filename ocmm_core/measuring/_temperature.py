@@ -1,0 +1,239 @@
+"""Temperatures of probe and part: what is compensated, what it adds to U, and the record of it.
+
+Two switches that have nothing to do with each other. The probe is compensated by measuring with
+its geometry at the present temperature (`calibration.probe_shape.body_in_use`). The part is
+compensated by reporting all coordinates as they are at 20 °C (ISO 1): ball centres and the
+ball's radius are scaled together, which scales every surface point about the world's origin.
+Observations stay as they were; the job file says what was done, so that it can be done again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import msgspec
+import numpy as np
+
+from ocmm_core.calibration.probe_design import (
+    REFERENCE_C,
+    Expansion,
+    Temperature,
+    Warmth,
+    check_temperature,
+)
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.measuring._point import MeasuredPoint
+
+SCHEMA = "ocmm.temperature/1"
+CLIMATE_EVENT = "temperature"
+"""Kind of the event in the job file; its text is a `TemperatureRecord`."""
+
+_PPM = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class PartWarmth:
+    """How warm the part is and how it grows.
+
+    Attributes
+    ----------
+    now, expansion
+        None where nobody knows.
+    compensated
+        Coordinates are reported as they are at 20 °C.
+    """
+
+    now: Temperature | None = None
+    expansion: Expansion | None = None
+    compensated: bool = False
+
+    @property
+    def scale(self) -> float:
+        """Return what measured lengths are multiplied with: ``1 - alpha (T - 20)``."""
+        if not self.compensated or self.now is None or self.expansion is None:
+            return 1.0
+        return 1.0 - self.expansion.per_k * (self.now.celsius - REFERENCE_C)
+
+    @property
+    def scale_sigma(self) -> float:
+        """Return the standard uncertainty of the scale, of expansion and temperature."""
+        if not self.compensated or self.now is None or self.expansion is None:
+            return 0.0
+        change = self.now.celsius - REFERENCE_C
+        return float(
+            np.hypot(change * self.expansion.sigma_per_k, self.expansion.per_k * self.now.sigma_k)
+        )
+
+
+class TemperatureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a job says about temperatures; None where something is not known.
+
+    Attributes
+    ----------
+    schema
+        `SCHEMA`.
+    probe_compensated, part_compensated
+        The two switches.
+    probe, probe_calibration, part
+        Temperatures: °C, standard uncertainty in K, origin.
+    part_expansion
+        Of the part: name, 1/K, standard uncertainty in 1/K.
+    probe_design
+        The whole design document of the probe; empty where none was given.
+    """
+
+    schema: str
+    probe_compensated: bool
+    part_compensated: bool
+    probe: Temperature | None
+    probe_calibration: Temperature | None
+    part: Temperature | None
+    part_expansion: Expansion | None
+    probe_design: str
+
+
+@dataclass(frozen=True, slots=True)
+class Climate:
+    """Everything about temperatures that a job is measured with.
+
+    Attributes
+    ----------
+    probe, part
+        The two of them.
+    probe_design
+        The text of the probe's design; empty where it is not known.
+    """
+
+    probe: Warmth = field(default_factory=Warmth)
+    part: PartWarmth = field(default_factory=PartWarmth)
+    probe_design: str = ""
+
+    @property
+    def words(self) -> str:
+        """Return what the window and the terminal say."""
+        if self.probe.now is None and self.part.now is None:
+            return "Temperatures of probe and part not given; nothing is compensated."
+        return f"{_probe_words(self.probe)} {_part_words(self.part)}"
+
+    @property
+    def label(self) -> str:
+        """Return the same for reports: pure ASCII, no comma."""
+        plain = self.words.replace("°C", "C").replace("±", "+-").replace(",", ";")
+        return plain.encode("ascii", "replace").decode("ascii")
+
+    def record(self) -> TemperatureRecord:
+        """Return what the job file keeps."""
+        return TemperatureRecord(
+            schema=SCHEMA,
+            probe_compensated=self.probe.compensated,
+            part_compensated=self.part.compensated,
+            probe=self.probe.now,
+            probe_calibration=self.probe.made,
+            part=self.part.now,
+            part_expansion=self.part.expansion,
+            probe_design=self.probe_design,
+        )
+
+
+def record_text(record: TemperatureRecord) -> str:
+    """Return the text of the event in the job file."""
+    return msgspec.json.encode(record).decode("utf-8")
+
+
+def climate_of_text(text: str) -> Climate:
+    """Return what a job was measured with, from the text of its event.
+
+    Raises
+    ------
+    InputError
+        It is no such text.
+    """
+    try:
+        record = msgspec.json.decode(text.encode("utf-8"), type=TemperatureRecord)
+    except msgspec.MsgspecError as error:
+        raise InputError(
+            "temperature.record",
+            f"The job's record of temperatures cannot be read: {error}.",
+            "Open the job with the program that wrote it.",
+        ) from error
+    return Climate(
+        Warmth(record.probe, record.probe_calibration, record.probe_compensated),
+        PartWarmth(record.part, record.part_expansion, record.part_compensated),
+        record.probe_design,
+    )
+
+
+def check_part(part: PartWarmth) -> None:
+    """Refuse to compensate a part of which not everything is known.
+
+    Raises
+    ------
+    InputError
+        A temperature is none that one measures at, or what is needed is missing.
+    """
+    if part.now is not None:
+        check_temperature("part", part.now)
+    if not part.compensated:
+        return
+    if part.now is None:
+        raise InputError(
+            "temperature.part_unknown",
+            "Results are to be reported at 20 °C, but the temperature of the part is not known.",
+            "Measure it and give --part-temperature, or measure without --compensate-part.",
+        )
+    if part.expansion is None:
+        raise InputError(
+            "temperature.expansion_unknown",
+            "Results are to be reported at 20 °C, but the expansion of the part is not known.",
+            "Write its material into the plan ([material]), or give --part-expansion, e.g. 11.5 "
+            "for steel, or measure without --compensate-part.",
+        )
+
+
+def reported_points(points: Sequence[MeasuredPoint], part: PartWarmth) -> list[MeasuredPoint]:
+    """Return points as they are reported: at 20 °C where the part is compensated."""
+    scale = part.scale
+    if scale == 1.0:
+        return list(points)
+    return [
+        replace(
+            point,
+            tip_world=scale * point.tip_world,
+            tip_radius=scale * point.tip_radius,
+            random_covariance=scale**2 * point.random_covariance,
+        )
+        for point in points
+    ]
+
+
+def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
+    """Return how all points and the radius answer to the scale of the part, (3 N + 1,), mm.
+
+    In the order of `measuring.uncertainty.joint_covariance`. The scale is one number for all
+    points, so its uncertainty grows with lengths, and not with where the part stands.
+    """
+    movement: Float = np.concatenate([*(p.tip_world for p in points), [points[0].tip_radius]])
+    return movement
+
+
+def _probe_words(probe: Warmth) -> str:
+    if probe.now is None:
+        return "Probe: temperature not given, not compensated."
+    made = "" if probe.made is None else f", calibrated at {probe.made.celsius:.1f} °C"
+    done = "compensated" if probe.compensated else "not compensated"
+    return f"Probe: {probe.now.celsius:.1f} ± {probe.now.sigma_k:.1f} °C{made}, {done}."
+
+
+def _part_words(part: PartWarmth) -> str:
+    if part.now is None:
+        return "Part: temperature not given, not compensated."
+    warm = f"Part: {part.now.celsius:.1f} ± {part.now.sigma_k:.1f} °C"
+    if not part.compensated or part.expansion is None:
+        return f"{warm}, not compensated: results are those of the part as warm as that."
+    growth, sigma = _PPM * part.expansion.per_k, _PPM * part.expansion.sigma_per_k
+    return (
+        f"{warm}, results reported at 20 °C with {growth:.1f} ± {sigma:.1f} ppm/K "
+        f"({part.expansion.name})."
+    )

@@ -1,0 +1,251 @@
+"""From triggers to windows: when a point is asked for, and which frames belong to it.
+
+Works on exposure counters, so that a point does not depend on how the stream is cut into blocks.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import FrameFlag
+from ocmm_core.geometry import Float
+from ocmm_core.measuring._stable_point import PointOptions
+from ocmm_core.tracking import FrameStatus, TrackBlock, cut, interruptions, join
+
+MIN_FRAMES = 25
+"""A window has at least this many frames, so that its scatter can be judged."""
+
+_TRAIL_EVERY_S = 0.002
+_TRAIL_STEP_MM = 0.5
+"""The trail remembers a place only this far from the last one, so that however long the ball
+rests on the part, the way it came is still there."""
+_TRAIL_LENGTH = 200
+_APPROACH_REACH = 4.0
+_PULL_WAIT_S = 1.5
+"""A ball that is not pulled away within this time after its window was not pulled."""
+_NEAR_MM = 1.0
+"""Nearer than this the trail says more about the noise of one frame than about the way."""
+_STRAIGHT_MM = 0.4
+"""A place belongs to the straight part if it lies no further aside of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """The frames of one touch.
+
+    Attributes
+    ----------
+    first_frame
+        Exposure at which the trigger came.
+    window
+        Frames from the trigger on, as far as they arrived.
+    expected
+        How many frames the window should have.
+    trail_world
+        (m, 3), mm: where the ball was before the trigger, oldest first.
+    interrupted
+        The stream of frames was interrupted before the window was full.
+    pull_world
+        (k, 3), mm: where the ball went after the window, oldest first; empty unless that was
+        waited for.
+    """
+
+    first_frame: int
+    window: TrackBlock
+    expected: int
+    trail_world: Float
+    interrupted: bool = False
+    pull_world: Float = field(default_factory=lambda: np.empty((0, 3)))
+
+
+class TouchCollector:
+    """Watch tracked frames and cut out the window of every trigger.
+
+    A trigger is the probe button going down, or `arm` (key, pedal). A trigger during a window is
+    ignored: one touch gives one answer. Where the stream was interrupted the open window ends, and
+    the way of the ball begins anew. Used by one thread.
+
+    Parameters
+    ----------
+    frame_period_s
+        Time between two exposures, s.
+    options
+        Length of the window.
+
+    Attributes
+    ----------
+    pulled
+        Follow the ball after the window until it is pulled away: the touch is complete only then,
+        or after a second and a half. Counts for the windows that end from now on.
+    """
+
+    def __init__(self, frame_period_s: float, options: PointOptions) -> None:
+        self.pulled = False
+        self._pull_mm = _APPROACH_REACH * options.approach_mm
+        self._pull_frames = round(_PULL_WAIT_S / frame_period_s)
+        self._held: Touch | None = None
+        self._pull: list[Float] = []
+        self._expected = max(round(options.window_s / frame_period_s), MIN_FRAMES)
+        self._stride = max(round(_TRAIL_EVERY_S / frame_period_s), 1)
+        self._trail: deque[Float] = deque(maxlen=_TRAIL_LENGTH)
+        self._pieces: list[TrackBlock] = []
+        self._end = -1
+        self._armed = False
+        self._button = True
+        self._before_ns = 0
+
+    @property
+    def collecting(self) -> bool:
+        """Return whether a window is open, or a pull is waited for."""
+        return self._end >= 0 or self._held is not None
+
+    def arm(self) -> None:
+        """Ask for a point with the next frame; ignored while a window is open."""
+        self._armed = not self.collecting
+
+    def feed(self, block: TrackBlock) -> list[Touch]:
+        """Take in tracked frames and return the touches that were completed."""
+        touches: list[Touch] = []
+        breaks = interruptions(block.time_ns, self._before_ns)
+        for first, last in pairwise(sorted({0, *breaks, len(block)})):
+            if first in breaks:
+                touches += self._interrupt(block, first)
+            touches += self._feed(cut(block, first, last) if breaks else block)
+        self._before_ns = int(block.time_ns[-1])
+        return touches
+
+    def _feed(self, block: TrackBlock) -> list[Touch]:
+        touches: list[Touch] = []
+        start = 0
+        while start < len(block):
+            if self._held is not None:
+                start, touch = self._follow_pull(block, start, self._held)
+                touches += [touch] if touch is not None else []
+            elif self._end < 0:
+                start = self._watch(block, start)
+            else:
+                stop = int(np.searchsorted(block.counter, self._end))
+                if stop > start:
+                    self._pieces.append(cut(block, start, stop))
+                    self._button = bool(block.flags[stop - 1] & FrameFlag.BUTTON)
+                if stop == len(block):
+                    return touches
+                touch = self._complete(block, stop)
+                if self.pulled and len(touch.window):
+                    self._held = touch
+                else:
+                    touches.append(touch)
+                start = stop
+        return touches
+
+    def _follow_pull(self, block: TrackBlock, start: int, held: Touch) -> tuple[int, Touch | None]:
+        """Follow the ball from ``start`` on; return how far, and the touch when it is complete."""
+        latest = int(held.window.counter[-1]) + self._pull_frames
+        contact = held.window.tip_world[held.window.status == FrameStatus.OK]
+        for index in range(start, len(block)):
+            over = int(block.counter[index]) > latest or not len(contact)
+            if block.status[index] == FrameStatus.OK and not over:
+                away = float(np.linalg.norm(block.tip_world[index] - contact[-1]))
+                last = self._pull[-1] if self._pull else contact[-1]
+                if float(np.linalg.norm(block.tip_world[index] - last)) >= _TRAIL_STEP_MM:
+                    self._pull.append(block.tip_world[index])
+                over = away >= self._pull_mm
+            if over:
+                return index + 1, self._end_pull(held)
+        return len(block), None
+
+    def _end_pull(self, held: Touch) -> Touch:
+        pull = np.array(self._pull).reshape(-1, 3)
+        self._held, self._pull = None, []
+        # The button may be down still; and the way back is the way to the next place.
+        self._trail.extend(pull)
+        return replace(held, pull_world=pull)
+
+    def _interrupt(self, block: TrackBlock, first: int) -> list[Touch]:
+        """Forget what was before frame ``first``; a trigger that waits gets its answer."""
+        touches = [self._end_pull(self._held)] if self._held is not None else []
+        if self._armed:
+            self._end = int(block.counter[first]) + self._expected
+        if self._end >= 0:
+            touch = self._complete(block, first)
+            touches.append(replace(touch, interrupted=len(touch.window) < touch.expected))
+        self._armed = False
+        # A button that went down meanwhile is no trigger: where the ball was then is not known.
+        self._button = True
+        self._trail.clear()
+        return touches
+
+    def _watch(self, block: TrackBlock, start: int) -> int:
+        """Look for a trigger from ``start`` on; return where the window begins, or the end."""
+        down = (block.flags[start:] & FrameFlag.BUTTON) != 0
+        before = np.concatenate([[self._button], down[:-1]])
+        edges = np.flatnonzero(down & ~before)
+        self._button = bool(down[-1])
+        stop = start + int(edges[0]) if len(edges) else len(block)
+        if self._armed:
+            stop = start
+        self._follow(block, start, stop)
+        if stop < len(block):
+            self._armed = False
+            self._end = int(block.counter[stop]) + self._expected
+        return stop
+
+    def _follow(self, block: TrackBlock, start: int, stop: int) -> None:
+        part = slice(start, stop)
+        due = (block.counter[part] % self._stride == 0) & (block.status[part] == FrameStatus.OK)
+        for tip_world in block.tip_world[part][due]:
+            last = self._trail[-1] if self._trail else None
+            if last is None or float(np.linalg.norm(tip_world - last)) >= _TRAIL_STEP_MM:
+                self._trail.append(tip_world)
+
+    def _complete(self, block: TrackBlock, stop: int) -> Touch:
+        window = join(self._pieces) if self._pieces else cut(block, stop, stop)
+        trail = np.array(self._trail).reshape(-1, 3)
+        first_frame = self._end - self._expected
+        self._pieces, self._end = [], -1
+        return Touch(first_frame, window, self._expected, trail)
+
+
+def approach_direction(trail_world: Float, contact_world: Float, distance: float) -> Float | None:
+    """Return the unit vector from the contact to where the ball came from, or None.
+
+    It is the mean direction of the last straight part of the way, the far places weighing more, so
+    that the trembling of the hand averages out. None where that part is shorter than ``distance``:
+    the ball came round a corner just before the contact, or was not followed on its last way.
+
+    Parameters
+    ----------
+    trail_world
+        (m, 3), mm, oldest first.
+    contact_world
+        (3,), mm.
+    distance
+        Length of the straight part that is needed, mm; up to four times as much is used.
+    """
+    away = trail_world[::-1] - contact_world
+    lengths = np.linalg.norm(away, axis=1)
+    total = np.zeros(3)
+    reached = 0.0
+    for vector, length in zip(away, lengths, strict=True):
+        if length > _APPROACH_REACH * distance:
+            break
+        if length < _NEAR_MM:
+            continue
+        size = float(np.linalg.norm(total))
+        if size > 0.0:
+            along = float(vector @ total) / size
+            aside = float(np.sqrt(max(length**2 - along**2, 0.0)))
+            if along < reached - _STRAIGHT_MM or aside > _STRAIGHT_MM:
+                break
+            reached = max(reached, along)
+        else:
+            reached = float(length)
+        total += vector * length
+    if reached < distance:
+        return None
+    direction: Float = total / np.linalg.norm(total)
+    return direction

@@ -1,0 +1,95 @@
+"""Software cameras on a wire: processes, links, and what can be made to fail."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.bus import _named_rig as named_rig
+    from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
+    from ocmm_core.simulation.bus._deeds import Deeds
+    from ocmm_core.simulation.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
+    from ocmm_core.simulation.bus._faults import (
+        CORRUPT_WITH_SUM,
+        CameraDeed,
+        Deed,
+        DeedAnswer,
+        Faults,
+    )
+    from ocmm_core.simulation.bus._frame_watch import FrameWatch, Watched
+    from ocmm_core.simulation.bus._line_rules import (
+        FrameKind,
+        LineLog,
+        LineOrder,
+        LineRule,
+        Trick,
+        Way,
+    )
+    from ocmm_core.simulation.bus._named_rig import RigStatus, rig_down, rig_status, rig_up
+    from ocmm_core.simulation.bus._network import make_link, set_link
+    from ocmm_core.simulation.bus._proxy import LineTricks, ProxyConfig, kind_of
+    from ocmm_core.simulation.bus._virtual_bus import (
+        CAMERA_INTERFACE,
+        HOST_INTERFACE,
+        VirtualBus,
+        namespace_command,
+        scan_virtual,
+    )
+    from ocmm_core.simulation.bus._wire import Wire
+else:
+    __getattr__ = door(
+        __name__,
+        _camera_process="READY SegmentConfig",
+        _deeds="Deeds",
+        _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
+        _faults="CORRUPT_WITH_SUM CameraDeed Deed DeedAnswer Faults",
+        _frame_watch="FrameWatch Watched",
+        _line_rules="FrameKind LineLog LineOrder LineRule Trick Way",
+        _named_rig="RigStatus named_rig rig_down rig_status rig_up",
+        _network="make_link set_link",
+        _proxy="LineTricks ProxyConfig kind_of",
+        _virtual_bus="CAMERA_INTERFACE HOST_INTERFACE VirtualBus namespace_command scan_virtual",
+        _wire="Wire",
+    )
+
+__all__ = [
+    "CAMERAS",
+    "CAMERA_INTERFACE",
+    "CORRUPT_WITH_SUM",
+    "FAR",
+    "HOST",
+    "HOST_INTERFACE",
+    "NEAR",
+    "READY",
+    "CameraDeed",
+    "Deed",
+    "DeedAnswer",
+    "Deeds",
+    "FaultRig",
+    "Faults",
+    "FrameKind",
+    "FrameWatch",
+    "LineLog",
+    "LineOrder",
+    "LineRule",
+    "LineTricks",
+    "ProxyConfig",
+    "RigStatus",
+    "SegmentConfig",
+    "Trick",
+    "VirtualBus",
+    "Watched",
+    "Way",
+    "Wire",
+    "kind_of",
+    "make_link",
+    "named_rig",
+    "namespace_command",
+    "rig_down",
+    "rig_status",
+    "rig_up",
+    "scan_virtual",
+    "set_link",
+]

@@ -1,0 +1,143 @@
+"""Doing to the software cameras what `faults.Deed` names."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.fieldbus.device import (
+    DATA_CRC,
+    DATA_CRC_AT,
+    INPUT_DTYPE,
+    INPUT_START,
+    CameraIdentity,
+    data_crc,
+)
+from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, Deed, DeedAnswer
+from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS, Chain, Unit
+
+_CLOCK_STEP_NS = 1_234_567_891
+"""What the clock of a restarted camera shows more than the time before."""
+_SPOILED_BYTES = 160
+"""Header and first two frames of a camera's inputs: always used, unlike the last frames."""
+_TIMES_BYTES = 16
+"""Frame counter, exposure time and period: the begin of the header."""
+
+
+class Deeds:
+    """Does one deed after the other to the cameras of a chain.
+
+    Parameters
+    ----------
+    chain
+        The cameras.
+    seed
+        Which bits of a spoiled answer are wrong.
+    """
+
+    def __init__(self, chain: Chain, seed: int = 0) -> None:
+        self._chain = chain
+        self._random = np.random.default_rng(seed)
+        self._to_unit: dict[Deed, Callable[[Unit, CameraDeed, int], object]] = {
+            Deed.NOTHING: lambda _unit, _deed, _now: None,
+            Deed.POWER_OFF: lambda unit, _deed, _now: setattr(unit, "powered", False),
+            Deed.POWER_ON: lambda unit, _deed, _now: _restart(unit),
+            Deed.RESTART: lambda unit, _deed, _now: _restart(unit),
+            Deed.MUTE: lambda unit, deed, _now: setattr(unit, "muted", bool(deed.value)),
+            Deed.FREEZE: lambda unit, deed, _now: setattr(unit.camera, "frozen", bool(deed.value)),
+            Deed.FALL_BACK: lambda unit, deed, _now: unit.camera.esc.fall_back(
+                deed.value, deed.code
+            ),
+            Deed.STATION: lambda unit, deed, _now: unit.camera.esc.write(
+                STATION_ADDRESS, deed.value.to_bytes(2, "little")
+            ),
+            Deed.SERIAL: lambda unit, deed, _now: _exchange(
+                unit, replace(unit.identity, serial=deed.value)
+            ),
+            Deed.ALIAS: lambda unit, deed, _now: _exchange(
+                unit, replace(unit.identity, alias=deed.value)
+            ),
+            Deed.SWAP: self._swap,
+            Deed.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
+            Deed.PLUG: _plug,
+            Deed.CLOCK_JUMP: _jump,
+            Deed.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
+                deed.value, now
+            ),
+            Deed.HANG_MAILBOX: lambda unit, deed, _now: setattr(
+                unit.camera, "mailbox_hangs", bool(deed.value)
+            ),
+            Deed.EMERGENCY: lambda unit, deed, _now: unit.camera.emergency(deed.value),
+            Deed.FRAME_PERIOD: lambda unit, deed, _now: setattr(
+                unit.camera, "period_override", deed.value
+            ),
+            Deed.CORRUPT: self._corrupt,
+            Deed.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
+            Deed.LINK_ERRORS: lambda unit, deed, _now: unit.camera.esc.count_link_errors(
+                0, deed.value
+            ),
+            Deed.BREAK: lambda unit, deed, _now: setattr(unit, "broken_behind", bool(deed.value)),
+        }
+
+    def do(self, deed: CameraDeed, now_ns: int) -> DeedAnswer:
+        """Do it and return how things stand then."""
+        units = self._chain.units
+        error = ""
+        utc_ns = time.time_ns()
+        if not 0 <= deed.camera < len(units):
+            error = f"there is no camera {deed.camera}"
+        else:
+            self._to_unit[deed.do](units[deed.camera], deed, now_ns)
+            self._chain.lay()
+        return DeedAnswer(
+            monotonic_ns=now_ns,
+            utc_ns=utc_ns,
+            order=tuple(number for number in self._chain.order if units[number].plugged),
+            states=tuple(
+                unit.camera.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units
+            ),
+            boots=tuple(unit.boots for unit in units),
+            error=error,
+        )
+
+    def _swap(self, unit: Unit, deed: CameraDeed, _now_ns: int) -> None:
+        order, other = self._chain.order, self._chain.units[deed.value]
+        one, two = order.index(deed.camera), order.index(deed.value)
+        order[one], order[two] = order[two], order[one]
+        _restart(unit)
+        _restart(other)
+
+    def _corrupt(self, unit: Unit, deed: CameraDeed, _now_ns: int) -> None:
+        def spoil(memory: bytearray) -> None:
+            with_sum = deed.value == CORRUPT_WITH_SUM
+            bit = int(self._random.integers(8 * (_TIMES_BYTES if with_sum else _SPOILED_BYTES)))
+            memory[INPUT_START + bit // 8] ^= 1 << bit % 8
+            if with_sum:
+                inputs = memory[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
+                DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, data_crc(inputs))
+
+        unit.camera.esc.spoil = spoil if deed.value else None
+
+
+def _restart(unit: Unit) -> None:
+    unit.switch_on(_CLOCK_STEP_NS * unit.boots)
+
+
+def _jump(unit: Unit, deed: CameraDeed, now_ns: int) -> None:
+    esc = unit.camera.esc
+    esc.clock.jump(deed.value)
+    esc.now_ns = now_ns
+    unit.camera.buffer.look_again(esc.system_time_ns)
+
+
+def _plug(unit: Unit, _deed: CameraDeed, _now_ns: int) -> None:
+    unit.plugged = True
+    _restart(unit)
+
+
+def _exchange(unit: Unit, identity: CameraIdentity) -> None:
+    unit.identity = identity
+    _restart(unit)

@@ -1,0 +1,146 @@
+"""The whole wire without hardware and without root.
+
+A private user and network namespace holds a virtual cable with software cameras on one end and
+the bus process on the other. Nothing of it can be seen from, or reach, the network of this
+computer, and all of it ends with the process that started it: the kernel removes the namespace
+and the cable with the last process inside.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import subprocess
+import sys
+from collections.abc import Sequence
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process import (
+    CAMERA_PRIORITY,
+    BusConfig,
+    ChildProcess,
+    ScanConfig,
+    bus_command,
+    read_first_line,
+    scan_command,
+    take_priority,
+)
+from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.errors import BusError, OcmmError
+from ocmm_core.simulation.bus._camera_process import SegmentConfig, make_wire
+from ocmm_core.simulation.bus._network import make_link, run, tool
+
+HOST_INTERFACE = "ocmm-host"
+CAMERA_INTERFACE = "ocmm-cameras"
+_MODULE = "ocmm_core.simulation.bus._virtual_bus"
+_SCAN = "scan"
+_STOP_S = 2.0
+_ALTERNATIVE = (
+    "Allow them (Debian, Ubuntu: sysctl kernel.unprivileged_userns_clone=1 and "
+    "kernel.apparmor_restrict_unprivileged_userns=0), or run 'ocmm rig up' as root and give "
+    "--source ethercat:ocmm0, or use --source simulated."
+)
+
+
+class VirtualBus(ChildProcess):
+    """Software cameras and bus process in a private namespace, as an `Acquisition`.
+
+    Parameters
+    ----------
+    bus
+        What the bus process does; its interface is filled in.
+    segment
+        The software cameras; their interface is filled in.
+    ring
+        The ring named in ``bus``.
+    """
+
+    def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
+        cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+        master = msgspec.structs.replace(bus, interface=HOST_INTERFACE)
+        super().__init__(
+            [sys.executable, "-m", _MODULE],
+            cameras.to_json() + master.to_json(),
+            ring,
+        )
+
+    def start(self) -> None:
+        """Start both ends.
+
+        Raises
+        ------
+        BusError
+            This system does not allow private namespaces, or lacks a tool.
+        """
+        tool("ip")
+        self._command = [*namespace_command(), *self._command]
+        super().start()
+
+
+def namespace_command() -> list[str]:
+    """Return the command prefix that runs a program in a private network namespace.
+
+    Raises
+    ------
+    BusError
+        This system does not allow that.
+    """
+    unshare = tool("unshare")
+    # Root keeps its right to a real-time priority outside of a user namespace.
+    ways = [["-n"]] if os.geteuid() == 0 else []
+    ways.append(["-r", "-n"])
+    complaint: str | None = None
+    for way in ways:
+        complaint = run([unshare, *way, "true"])
+        if complaint is None:
+            return [unshare, *way]
+    raise BusError(
+        "bus.namespace",
+        f"This system does not allow private network namespaces ({complaint}).",
+        _ALTERNATIVE,
+    )
+
+
+def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
+    """Return the command that looks at software cameras on a virtual cable, and its input."""
+    cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+    command = [*namespace_command(), sys.executable, "-m", _MODULE, _SCAN]
+    return command, cameras.to_json() + ScanConfig(interface=HOST_INTERFACE).to_json()
+
+
+def main() -> None:
+    """Run inside the namespace: make the cable, start who looks at the cameras, be the cameras."""
+    try:
+        command = scan_command() if sys.argv[1:] == [_SCAN] else bus_command()
+        sys.exit(_run(read_first_line(sys.stdin.fileno()), command))
+    except OcmmError as error:
+        sys.stderr.write(f"{error}\n")
+        sys.exit(2)
+
+
+def _run(content: bytes, command: Sequence[str]) -> int:
+    config = msgspec.json.decode(content, type=SegmentConfig)
+    make_link(HOST_INTERFACE, config.interface)
+    wire = make_wire(config)
+    # Standard input, from its second line on, and the other streams are the bus process's own.
+    bus = subprocess.Popen(command)  # noqa: S603 - our own interpreter and modules, no shell
+    # After the bus process was started, which chooses its own.
+    take_priority(CAMERA_PRIORITY)
+    parent = select.poll()
+    parent.register(sys.stdin.fileno(), 0)
+    try:
+        # The end of its input, which is told without reading it, asks the bus process to stop.
+        wire.run(lambda: bus.poll() is not None or bool(parent.poll(0)))
+    finally:
+        wire.close()
+        try:
+            code = bus.wait(_STOP_S)
+        except subprocess.TimeoutExpired:
+            bus.kill()
+            code = bus.wait()
+    return code
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,234 @@
+"""The loop that lets software slaves answer on one network interface, or on both of a ring."""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.wire import LinkWatch
+from ocmm_core.simulation.bus._deeds import Deeds
+from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
+from ocmm_core.simulation.slave import ETHERTYPE, OP, Chain
+
+_FRAME_BYTES = 2048
+_DEED_BYTES = 4096
+_IDLE_S = 0.002
+_HOUSEKEEPING_NS = 5_000_000
+
+
+class Port:
+    """A raw socket on an interface that may go down, disappear and come back.
+
+    Parameters
+    ----------
+    interface
+        Network interface; it must be there now.
+
+    Raises
+    ------
+    BusError
+        It cannot be opened.
+    """
+
+    def __init__(self, interface: str) -> None:
+        self.interface = interface
+        self.link = LinkWatch(interface)
+        try:
+            self._index = socket.if_nametoindex(interface)
+            self._socket = _open(interface)
+        except OSError as error:
+            self.link.close()
+            raise BusError(
+                "bus.software_camera",
+                f"The software cameras cannot use interface '{interface}' ({error.strerror}).",
+                "Give an interface that exists and that this user may open.",
+            ) from error
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait for."""
+        return self._socket.fileno()
+
+    def receive(self) -> bytearray | None:
+        """Return the next frame that came in, or None where there is none."""
+        while True:
+            try:
+                content, origin = self._socket.recvfrom(_FRAME_BYTES)
+            except OSError:
+                # Nothing there, or the link is down; it may come back.
+                return None
+            if origin[2] != socket.PACKET_OUTGOING:
+                return bytearray(content)
+
+    def send(self, frame: bytearray | bytes) -> None:
+        """Send a frame; what cannot be sent is lost, as on a cable."""
+        try:
+            self._socket.send(frame)
+        except OSError:
+            # A link that is down refuses at once; without a pause this would spin.
+            time.sleep(1e-4)
+
+    def renew(self) -> None:
+        """Open the interface again where another one has its name now."""
+        try:
+            index = socket.if_nametoindex(self.interface)
+            if index == self._index:
+                return
+            renewed = _open(self.interface)
+        except OSError:
+            return
+        self._socket.close()
+        self._socket, self._index = renewed, index
+
+    def close(self) -> None:
+        """Give the interface back."""
+        self._socket.close()
+        self.link.close()
+
+
+class Wire:
+    """Software cameras on an Ethernet link, or between the two ends of a ring.
+
+    Parameters
+    ----------
+    interface, second_interface
+        Where frames enter at the first and at the second port; empty: no second port.
+    chain
+        The cameras.
+    faults
+        Which answers get lost.
+    control
+        Path of a Unix datagram socket that takes `CameraDeed` as JSON and sends a `DeedAnswer`
+        back; empty: none.
+    """
+
+    def __init__(
+        self,
+        interface: str,
+        chain: Chain,
+        faults: Faults | None = None,
+        second_interface: str = "",
+        control: str = "",
+    ) -> None:
+        self.chain = chain
+        self._faults = faults or Faults()
+        self._random = np.random.default_rng(self._faults.seed)
+        self._deeds = Deeds(chain)
+        self._control: socket.socket | None = None
+        self._control_path = Path(control)
+        self._ports = [Port(interface)]
+        try:
+            if second_interface:
+                self._ports.append(Port(second_interface))
+            if control:
+                self._control = socket.socket(
+                    socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
+                )
+                # Left there by a process that was killed.
+                self._control_path.unlink(missing_ok=True)
+                self._control.bind(control)
+        except BaseException:
+            self.close()
+            raise
+
+    def run(self, stopping: Callable[[], bool]) -> None:
+        """Answer until ``stopping``, asked every few milliseconds, says so."""
+        housekeeping = 0
+        wanted: list[Port | socket.socket] = [*self._ports]
+        if self._control is not None:
+            wanted.append(self._control)
+        while True:
+            answered = self._answer_all()
+            now = time.monotonic_ns()
+            if now - housekeeping > _HOUSEKEEPING_NS:
+                housekeeping = now
+                for unit in self.chain.units:
+                    unit.camera.esc.poll(now)
+                for port in self._ports:
+                    port.renew()
+                self._look_at_links()
+                if stopping():
+                    return
+            self._obey()
+            if answered:
+                continue
+            # One camera at a time, so that an answer never waits for more than one chunk.
+            busy = any(unit.powered and unit.camera.generate(now) for unit in self.chain.units)
+            if not busy:
+                ready, _, _ = select.select(wanted, [], [], _IDLE_S)
+                if ready and self._answers_nothing(ready):
+                    # A port whose link is down is always ready and never has anything.
+                    time.sleep(_IDLE_S)
+
+    def close(self) -> None:
+        """Give the interfaces back."""
+        for port in self._ports:
+            port.close()
+        if self._control is not None:
+            self._control.close()
+            self._control_path.unlink(missing_ok=True)
+
+    def _look_at_links(self) -> None:
+        """Let the cameras at the ends turn frames round where there is no link."""
+        links = [not port.link.trouble() for port in self._ports]
+        if len(links) > 1 and links != self.chain.links:
+            self.chain.links = links
+            self.chain.lay()
+
+    def _answers_nothing(self, ready: list[Port | socket.socket]) -> bool:
+        return self._control not in ready and not self._answer_all()
+
+    def _answer_all(self) -> bool:
+        answered = False
+        for number, port in enumerate(self._ports):
+            while (frame := port.receive()) is not None:
+                answered = True
+                way = self.chain.ways[number]
+                if not way.segment.process(frame, time.monotonic_ns()) or self._lose():
+                    continue
+                if way.leaves is not None:
+                    self._ports[way.leaves].send(frame)
+        return answered
+
+    def _lose(self) -> bool:
+        if not self._faults.drop:
+            return False
+        if any(unit.camera.esc.state != OP for unit in self.chain.units):
+            return False
+        return bool(self._random.random() < self._faults.drop)
+
+    def _obey(self) -> None:
+        """Do what was asked for over the control socket."""
+        while self._control is not None:
+            try:
+                content, sender = self._control.recvfrom(_DEED_BYTES)
+            except BlockingIOError:
+                return
+            try:
+                answer = self._deeds.do(
+                    msgspec.json.decode(content, type=CameraDeed), time.monotonic_ns()
+                )
+            except msgspec.DecodeError as error:
+                answer = DeedAnswer(
+                    monotonic_ns=time.monotonic_ns(), utc_ns=time.time_ns(), error=str(error)
+                )
+            if sender:
+                self._control.sendto(msgspec.json.encode(answer), sender)
+
+
+def _open(interface: str) -> socket.socket:
+    made = socket.socket(
+        socket.AF_PACKET, socket.SOCK_RAW | socket.SOCK_NONBLOCK, socket.htons(ETHERTYPE)
+    )
+    try:
+        made.bind((interface, ETHERTYPE))
+    except OSError:
+        made.close()
+        raise
+    return made

@@ -1,0 +1,75 @@
+"""What the virtual rig shows while it is calibrated, verified, or its tip is checked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.calibration_scenes._calibrating import (
+        WAY_S,
+        CalibratingRig,
+        CalibratingScript,
+        FrameMove,
+        Scene,
+        ShowBar,
+        ShowTarget,
+        TouchSeats,
+        TouchSphere,
+        Wave,
+    )
+    from ocmm_core.simulation.calibration_scenes._calibrating_source import CalibratingSource
+    from ocmm_core.simulation.calibration_scenes._pivot_scenes import Jump, SweepProbe
+    from ocmm_core.simulation.calibration_scenes._resting_spots import (
+        Holds,
+        RestingSpots,
+        places_of_bar,
+    )
+    from ocmm_core.simulation.calibration_scenes._tip_scenes import TipFault, TouchWithTip
+    from ocmm_core.simulation.calibration_scenes._verifying import (
+        FRAMES,
+        SEATS,
+        nudge,
+        stand_of,
+        verify_at_once,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _calibrating=(
+            "CalibratingRig CalibratingScript FrameMove Scene ShowBar ShowTarget TouchSeats "
+            "TouchSphere WAY_S Wave"
+        ),
+        _calibrating_source="CalibratingSource",
+        _pivot_scenes="Jump SweepProbe",
+        _resting_spots="Holds RestingSpots places_of_bar",
+        _tip_scenes="TipFault TouchWithTip",
+        _verifying="FRAMES SEATS nudge stand_of verify_at_once",
+    )
+
+__all__ = [
+    "FRAMES",
+    "SEATS",
+    "WAY_S",
+    "CalibratingRig",
+    "CalibratingScript",
+    "CalibratingSource",
+    "FrameMove",
+    "Holds",
+    "Jump",
+    "RestingSpots",
+    "Scene",
+    "ShowBar",
+    "ShowTarget",
+    "SweepProbe",
+    "TipFault",
+    "TouchSeats",
+    "TouchSphere",
+    "TouchWithTip",
+    "Wave",
+    "nudge",
+    "places_of_bar",
+    "stand_of",
+    "verify_at_once",
+]

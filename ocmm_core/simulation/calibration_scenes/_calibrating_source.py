@@ -1,0 +1,63 @@
+"""The scenes of a rig that is calibrated, as a source of frames."""
+
+from __future__ import annotations
+
+import time
+
+from ocmm_core.acquisition.frames import Cycle, CycleVerdict, SourceDescription
+from ocmm_core.simulation.calibration_scenes._calibrating import CalibratingRig
+
+BLOCK_NS = 10_000_000
+
+
+class CalibratingSource:
+    """A `FrameSource` that shows the scenes once and ends.
+
+    It is not live: a reader that is slow makes the time of the rig pass more slowly.
+
+    Parameters
+    ----------
+    rig
+        The rig with its scenes.
+    speed
+        Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
+    """
+
+    def __init__(self, rig: CalibratingRig, speed: float = 0.0) -> None:
+        self._rig = rig
+        self._speed = speed
+        self._block = max(1, BLOCK_NS // rig.frame_period_ns)
+        self._next = 0
+        self._due_s = 0.0
+
+    @property
+    def description(self) -> SourceDescription:
+        """Return what the source says about itself."""
+        rig = self._rig
+        return SourceDescription(
+            name=f"simulated calibration ({rig.rig.name}, seed {rig.seed})",
+            camera_serials=tuple(camera.serial for camera in rig.rig.cameras),
+            frame_period_ns=rig.frame_period_ns,
+            cycle_period_ns=self._block * rig.frame_period_ns,
+            live=False,
+            simulated=True,
+        )
+
+    def open(self) -> None:
+        """Start at the first frame."""
+        self._next = 0
+        self._due_s = time.monotonic()
+
+    def read(self) -> Cycle:
+        """Return the next block; wait for its time if the source is paced."""
+        count = min(self._block, self._rig.n_frames - self._next)
+        frames = self._rig.frames(self._next, count) if count > 0 else None
+        self._next += max(count, 0)
+        if self._speed:
+            self._due_s += count * self._rig.frame_period_ns * 1e-9 / self._speed
+            time.sleep(max(0.0, self._due_s - time.monotonic()))
+        finished = self._next >= self._rig.n_frames
+        return Cycle(CycleVerdict.GOOD, frames=frames, finished=finished)
+
+    def close(self) -> None:
+        """Do nothing: the source holds nothing that must be given back."""

@@ -1,0 +1,123 @@
+"""A hand sweeps the probe about its ball, which rests in a cone: a scene of `calibrating`."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ocmm_core.camera import Vector3
+from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.simulation.scene import kernels
+from ocmm_core.tracking import ProbeBody, satisfies_rules
+
+_LIFT_MM, _LIFT_S = 60.0, 0.5
+_WAY_S = 0.55
+"""From one turning point of the hand to the next."""
+
+_JUMP_S = 0.03
+
+
+class Jump(msgspec.Struct, frozen=True, kw_only=True):
+    """The cone is pushed.
+
+    Attributes
+    ----------
+    at_s
+        From the beginning of the scene.
+    shift_mm
+        Where to, world.
+    """
+
+    at_s: float
+    shift_mm: Vector3
+
+
+class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+    """The ball is put into a cone, the probe is swept about it for some time, and lifted off.
+
+    Attributes
+    ----------
+    cone
+        Where the ball rests, mm, world.
+    seconds
+        Of sweeping.
+    seed
+        Of the ways of the hand.
+    reach_deg
+        How far it leans to either side about X and Y, and turns about the handle (Z).
+    lean_deg
+        About which attitude, from upright.
+    slack_mm
+        Standard deviation of the ball's wander in the cone, per axis.
+    jumps
+        Pushes of the cone, in the order of time.
+    tip_shift_mm
+        Another stylus: its ball is so far from that of the probe, probe frame.
+    hidden
+        LEDs, from 0, that a hand covers.
+    """
+
+    cone: Vector3
+    seconds: float
+    seed: int
+    reach_deg: Vector3 = (27.0, 27.0, 12.0)
+    lean_deg: Vector3 = (0.0, 0.0, 0.0)
+    slack_mm: float = 0.0
+    jumps: tuple[Jump, ...] = ()
+    tip_shift_mm: Vector3 = (0.0, 0.0, 0.0)
+    hidden: tuple[int, ...] = ()
+
+
+def sweep_segments(scene: SweepProbe, body: ProbeBody) -> Float:
+    """Return the motion of the tip and of the probe about it, segments of `kernels.move`."""
+    rng = np.random.default_rng([scene.seed, 51])
+    place = np.array(scene.cone)
+    above = np.array([0.0, 0.0, _LIFT_MM])
+    turn = _attitude(np.array(scene.lean_deg))
+    sway = scene.slack_mm
+    rows = [_way(0.0, _LIFT_S, place + above, place, turn, turn, sway)]
+    jumps = list(scene.jumps)
+    while (time := float(rows[-1][kernels.T1])) < scene.seconds + _LIFT_S:
+        if jumps and time >= jumps[0].at_s:
+            pushed = place + np.array(jumps.pop(0).shift_mm)
+            rows.append(_way(time, _JUMP_S, place, pushed, turn, turn, sway))
+            place = pushed
+            continue
+        aim = turn
+        for _ in range(20):
+            aim = _attitude(
+                np.array(scene.lean_deg) + rng.uniform(-1.0, 1.0, 3) * np.array(scene.reach_deg)
+            )
+            if satisfies_rules(body, rotation_from_vector(aim)):
+                break
+        rows.append(_way(time, _WAY_S, place, place, turn, aim, sway))
+        turn = aim
+    rows.append(_way(time, _LIFT_S, place, place + above, turn, turn, sway))
+    return np.array(rows)
+
+
+def hidden_bits(scene: SweepProbe) -> int:
+    """Return the hidden LEDs as bits."""
+    return sum(1 << led for led in scene.hidden)
+
+
+def _attitude(angles_deg: Float) -> Float:
+    """Return the rotation vector (3,), rad, of a probe that is turned about Z, then leaned."""
+    x, y, z = np.radians(angles_deg)
+    leaned = rotation_from_vector(np.array([x, y, 0.0]))
+    turned = leaned @ rotation_from_vector(np.array([0.0, 0.0, z]))
+    vector: Float = Rotation.from_matrix(turned).as_rotvec()
+    return vector
+
+
+def _way(
+    start_s: float, length_s: float, begin: Float, end: Float, w0: Float, w1: Float, sway: float
+) -> Float:
+    way = np.zeros(kernels.N_COLUMNS)
+    way[kernels.T0], way[kernels.T1] = start_s, start_s + length_s
+    way[kernels.KIND], way[kernels.TOP] = kernels.MOVE, np.nan
+    way[kernels.SWAY0] = way[kernels.SWAY1] = sway
+    way[kernels.P0 : kernels.P0 + 3], way[kernels.P1 : kernels.P1 + 3] = begin, end
+    way[kernels.W0 : kernels.W0 + 3], way[kernels.W1 : kernels.W1 + 3] = w0, w1
+    return way

@@ -1,0 +1,90 @@
+"""A tip that is qualified or checked: scenes of `calibrating`, also with a tip that is wrong."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+
+from ocmm_core.camera import Vector3
+from ocmm_core.geometry import Float, unit
+
+
+class TipFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What is the matter with the tip that is on the probe; nothing by default.
+
+    Attributes
+    ----------
+    diameter_mm
+        The ball is so much larger.
+    length_mm
+        It is so much farther from the handle (probe frame, against z).
+    sideways_mm
+        And so much to the side (probe frame, along x).
+    worn_mm
+        Depth of a worn place on the side of the ball (probe frame, along x).
+    """
+
+    diameter_mm: float = 0.0
+    length_mm: float = 0.0
+    sideways_mm: float = 0.0
+    worn_mm: float = 0.0
+
+    @property
+    def shift_probe(self) -> Float:
+        """Return where the ball is against that of the probe, (3,), mm, probe frame."""
+        return np.array([self.sideways_mm, 0.0, -self.length_mm])
+
+
+class TouchWithTip(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+    """The sphere is touched along outward normals, then the ball is held in the cone.
+
+    Attributes
+    ----------
+    centre, diameter
+        Of the sphere, mm, world.
+    normals
+        Unit vectors, world.
+    cone
+        Where the ball rests then, mm, world.
+    handles
+        Directions from the ball to the handle, world, one for each attitude.
+    seed
+        Of the hand.
+    fault
+        Of the tip.
+    """
+
+    centre: Vector3
+    diameter: float
+    normals: tuple[Vector3, ...]
+    cone: Vector3
+    handles: tuple[Vector3, ...]
+    seed: int
+    fault: TipFault = TipFault()
+
+
+_WORN_RAD = np.radians(35.0)
+
+
+def reach_of(scene: TouchWithTip, radius: float, rotation: Float, normal: Float) -> float:
+    """Return the distance of the ball's centre from that of the sphere at a touch, mm.
+
+    Parameters
+    ----------
+    radius
+        Of the ball as the document knows it, with its true error, mm.
+    rotation
+        (3, 3), world from probe.
+    normal
+        (3,): outward, unit, world.
+    """
+    fault = scene.fault
+    touching_probe = rotation.T @ -normal
+    angle = float(np.arccos(np.clip(touching_probe[0], -1.0, 1.0)))
+    worn = fault.worn_mm * max(0.0, 1.0 - (angle / _WORN_RAD) ** 2)
+    return float(0.5 * (scene.diameter + fault.diameter_mm) + radius - worn)
+
+
+def unit_vectors(vectors: tuple[Vector3, ...]) -> list[Float]:
+    """Return directions of length one."""
+    return [unit(np.array(one)) for one in vectors]

@@ -1,0 +1,105 @@
+"""The virtual rig: cameras, operator and part with known truth, down to the pixels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.scene import _exposure as exposure
+    from ocmm_core.simulation.scene import _kernels as kernels
+    from ocmm_core.simulation.scene._artefacts import Part, TrueFeature, load_part
+    from ocmm_core.simulation.scene._attitude import attitude_at
+    from ocmm_core.simulation.scene._hand import steady_hand
+    from ocmm_core.simulation.scene._kernels import BUTTON_DOWN_S
+    from ocmm_core.simulation.scene._operator import Missing, Motion
+    from ocmm_core.simulation.scene._pixel_frames import PixelScript
+    from ocmm_core.simulation.scene._probe_study import (
+        ProbeStudy,
+        StudyResult,
+        draw_targets,
+        run_study,
+    )
+    from ocmm_core.simulation.scene._rig import (
+        CameraFrames,
+        RigScript,
+        TrueTouch,
+        VirtualRig,
+        decode_script,
+    )
+    from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_table
+    from ocmm_core.simulation.scene._source import SimulatedSource
+    from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern
+    from ocmm_core.simulation.scene._touches import sample
+    from ocmm_core.simulation.scene._world import (
+        ScriptedBump,
+        ScriptedNudge,
+        ScriptedOcclusion,
+        World,
+        WorldOptions,
+        bumped,
+        draw_world,
+        nudged,
+        white_noise,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _artefacts="Part TrueFeature load_part",
+        _attitude="attitude_at",
+        _exposure="exposure",
+        _hand="steady_hand",
+        _kernels="BUTTON_DOWN_S kernels",
+        _operator="Missing Motion",
+        _pixel_frames="PixelScript",
+        _probe_study="ProbeStudy StudyResult draw_targets run_study",
+        _rig="CameraFrames RigScript TrueTouch VirtualRig decode_script",
+        _sensor="Sensor SensorOptions normal_table",
+        _source="SimulatedSource",
+        _spot_pattern="SpotPattern draw_pattern",
+        _touches="sample",
+        _world=(
+            "ScriptedBump ScriptedNudge ScriptedOcclusion World WorldOptions bumped draw_world "
+            "nudged white_noise"
+        ),
+    )
+
+__all__ = [
+    "BUTTON_DOWN_S",
+    "CameraFrames",
+    "Missing",
+    "Motion",
+    "Part",
+    "PixelScript",
+    "ProbeStudy",
+    "RigScript",
+    "ScriptedBump",
+    "ScriptedNudge",
+    "ScriptedOcclusion",
+    "Sensor",
+    "SensorOptions",
+    "SimulatedSource",
+    "SpotPattern",
+    "StudyResult",
+    "TrueFeature",
+    "TrueTouch",
+    "VirtualRig",
+    "World",
+    "WorldOptions",
+    "attitude_at",
+    "bumped",
+    "decode_script",
+    "draw_pattern",
+    "draw_targets",
+    "draw_world",
+    "exposure",
+    "kernels",
+    "load_part",
+    "normal_table",
+    "nudged",
+    "run_study",
+    "sample",
+    "steady_hand",
+    "white_noise",
+]

@@ -1,0 +1,370 @@
+"""The operator of the virtual rig: an open-loop script of touches on the true part.
+
+Each touch is a travel from the place before, an approach along the surface normal, a dwell in
+contact with the trembling of a hand, a press of the button, and a retreat. All ways have minimum
+jerk (Flash and Hogan 1985), so that a dwell can be told from a motion. The motion is a pure
+function of time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.simulation.scene import _kernels as kernels
+from ocmm_core.simulation.scene._artefacts import Part
+from ocmm_core.simulation.scene._attitude import attitude_at
+from ocmm_core.simulation.scene._surfaces import (
+    HOLES,
+    Artefact,
+    ConeEntry,
+    CylinderEntry,
+    SphereEntry,
+    TorusEntry,
+    free_width,
+)
+from ocmm_core.simulation.scene._touches import Contacts, farthest, sample
+
+Touches = Sequence[tuple[str, int]]
+"""Names of features and how often each is touched, in order."""
+
+REST_S = 0.5
+DWELL_S = 0.45
+_APPROACH_S, _RETRACT_S = 0.25, 0.18
+_APPROACH_MM = 8.0
+_BORE_APPROACH = 0.8
+"""In a bore the approach takes this part of the way from its axis to the wall."""
+_SPEED_MM_S = 220.0
+_TRAVEL_MIN_S, _TRAVEL_MAX_S = 0.35, 1.6
+_CLEARANCE_MM = 12.0
+_HOME_ABOVE_MM = 40.0
+_TREMOR_RAD, _TREMOR_MM = 2e-3, 0.10
+_TREMOR_WAVES = 4
+_STREAM = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """What an operator sees on the screen at the end of the script.
+
+    Attributes
+    ----------
+    touches
+        Features and how many points each still needs.
+    taken
+        Ball centres (n, 3), mm, world, of the points that each of them has; none where left out.
+    """
+
+    touches: Touches
+    taken: Mapping[str, Float]
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """The probe at some times.
+
+    Attributes
+    ----------
+    rotation_world_from_probe
+        (n, 3, 3).
+    tip_world
+        (n, 3), mm: ball centre.
+    button, in_contact
+        (n,) bool.
+    """
+
+    rotation_world_from_probe: Float
+    tip_world: Float
+    button: NDArray[np.bool_]
+    in_contact: NDArray[np.bool_]
+
+    def origin_world(self, tip_probe: Float) -> Float:
+        """Return the origin of the probe frame (n, 3), mm, for a ball at ``tip_probe`` (3,)."""
+        origin: Float = self.tip_world - self.rotation_world_from_probe @ tip_probe
+        return origin
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """One touch as it truly happens.
+
+    Attributes
+    ----------
+    feature
+        Name of the feature.
+    contact_s, settled_s, retract_s
+        When the ball first meets the surface, from when on its centre rests, and until when.
+    surface_world
+        (3,), mm: the point that is touched.
+    normal_world
+        (3,), unit: from the material towards the ball.
+    tip_world
+        (3,), mm: ball centre at rest.
+    """
+
+    feature: str
+    contact_s: float
+    settled_s: float
+    retract_s: float
+    surface_world: Float
+    normal_world: Float
+    tip_world: Float
+
+
+@dataclass(frozen=True, slots=True)
+class _Timeline:
+    """Everything that `Operator.extend` replaces at once."""
+
+    segments: Float
+    touches: tuple[Touch, ...]
+    rounds: int
+
+    @property
+    def end_s(self) -> float:
+        return float(self.segments[-1, kernels.T1])
+
+
+class Operator:
+    """The script; any thread may ask for the motion while another one extends it.
+
+    Parameters
+    ----------
+    part
+        What is touched.
+    tip_radius
+        True radius of the ball, mm.
+    touches
+        What to touch, in order.
+    seed
+        Of places, attitudes and tremor.
+    """
+
+    def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:
+        self._part = part
+        self._tip_radius = tip_radius
+        self._seed = seed
+        self._tremor = _draw_tremor(np.random.default_rng([seed, _STREAM]))
+        self._lock = threading.Lock()
+        pose = part.T_world_from_part
+        tops = [_top(entry) for entry in part.artefacts]
+        self._safe_z = float(max(pose.apply(top)[2] for top in tops)) + _CLEARANCE_MM + tip_radius
+        middle = pose.apply(np.array([entry.point for entry in part.artefacts])).mean(axis=0)
+        self._home = np.array([middle[0], middle[1], self._safe_z + _HOME_ABOVE_MM])
+        self._places: dict[str, Contacts] = {}
+        rest = _segment(0.0, REST_S, kernels.REST, self._home, self._home)
+        self._timeline = self._extended(_Timeline(rest[None], (), 0), touches, 0.0)
+
+    @property
+    def duration_s(self) -> float:
+        """Return when the script ends, s."""
+        return self._timeline.end_s
+
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        """Return all touches of the script so far."""
+        return self._timeline.touches
+
+    def extend(self, touches: Touches, not_before_s: float) -> None:
+        """Append touches after the end of the script, or after ``not_before_s`` if later.
+
+        The places are new ones, even for a feature that was touched before.
+        """
+        with self._lock:
+            self._timeline = self._extended(self._timeline, touches, not_before_s)
+
+    def complete(self, missing: Missing, not_before_s: float) -> None:
+        """Append the touches that gave no point, at the places where they were made.
+
+        Other places would not do: some that happen to lie on one side of a slot do not determine
+        it, although their number is right.
+        """
+        with self._lock:
+            self._timeline = self._extended(
+                self._timeline, missing.touches, not_before_s, missing.taken
+            )
+
+    def motion(self, times_s: Float) -> Motion:
+        """Return the probe at the given times (n,), s, ascending; a pure function of time."""
+        n = len(times_s)
+        rotation, tip = np.empty((n, 3, 3)), np.empty((n, 3))
+        button, contact = np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_)
+        kernels.move(times_s, self._timeline.segments, self._tremor, rotation, tip, button, contact)
+        return Motion(rotation, tip, button, contact)
+
+    def _extended(
+        self,
+        old: _Timeline,
+        touches: Touches,
+        not_before_s: float,
+        taken: Mapping[str, Float] | None = None,
+    ) -> _Timeline:
+        writer = _Writer(self._home, max(old.end_s, not_before_s))
+        for index, (name, count) in enumerate(touches):
+            if count < 1:
+                raise InputError(
+                    "simulation.touches",
+                    f"The feature '{name}' is to be touched {count} times.",
+                    "Give at least one touch for each feature, or leave the feature out.",
+                )
+            rng = np.random.default_rng([self._seed, _STREAM, old.rounds, index])
+            artefact = self._part.artefact(name)
+            if taken is not None:
+                contacts = self._open(artefact, count, taken.get(name, np.empty((0, 3))), rng)
+            elif old.rounds:
+                contacts = sample(artefact, max(count, 12), rng)
+                contacts = contacts.take(sorted(rng.permutation(max(count, 12))[:count]))
+            else:
+                contacts = sample(artefact, count, rng)
+            self._places.setdefault(name, contacts)
+            self._write_feature(writer, artefact, contacts, rng)
+        writer.travel(self._home, np.zeros(3), self._safe_z, 0.0)
+        writer.rest(REST_S)
+        return _Timeline(
+            np.concatenate([old.segments, np.array(writer.segments)]),
+            old.touches + tuple(writer.touches),
+            old.rounds + 1,
+        )
+
+    def _open(
+        self, artefact: Artefact, count: int, taken: Float, rng: np.random.Generator
+    ) -> Contacts:
+        """Return ``count`` of the first places of a surface: those without a point (n, 3)."""
+        places = self._places.get(artefact.name)
+        if places is None or len(places.points) < count:
+            places = sample(artefact, count + len(taken), rng)
+        inverse = self._part.T_world_from_part.inverse()
+        return farthest(places, self._tip_radius, inverse.apply(taken), count)
+
+    def _write_feature(
+        self, writer: _Writer, artefact: Artefact, contacts: Contacts, rng: np.random.Generator
+    ) -> None:
+        pose = self._part.T_world_from_part
+        surface = pose.apply(contacts.points)
+        normals = contacts.normals @ pose.rotation.T
+        bore = isinstance(artefact, HOLES)
+        approach = _APPROACH_MM
+        if isinstance(artefact, HOLES):
+            width = free_width(artefact)
+            if width <= 2.0 * self._tip_radius:
+                raise InputError(
+                    "simulation.bore",
+                    f"The bore '{artefact.name}' of {width:g} mm is too narrow for a ball of "
+                    f"{2.0 * self._tip_radius:g} mm.",
+                    "Give a probe with a smaller ball.",
+                )
+            approach = min(approach, _BORE_APPROACH * (0.5 * width - self._tip_radius))
+        lean = rng.uniform(-0.12, 0.12, 2) * (0.5 if bore else 1.0)
+        yaw = rng.uniform(-0.12, 0.12)
+        own_z = float(pose.apply(_top(artefact))[2]) + _CLEARANCE_MM + self._tip_radius
+        place: int | None = None
+        for number in range(len(surface)):
+            tip = surface[number] + self._tip_radius * normals[number]
+            before = tip + approach * normals[number]
+            jitter = rng.uniform(-0.05, 0.05, 3)
+            attitude = attitude_at(normals[number], lean + jitter[:2], yaw + jitter[2], bore=bore)
+            top = self._safe_z
+            if place == contacts.place[number]:
+                top = np.nan
+            elif place is not None and isinstance(
+                artefact, SphereEntry | CylinderEntry | ConeEntry | TorusEntry
+            ):
+                top = own_z
+            place = int(contacts.place[number])
+            writer.travel(before, attitude, top, 1.0)
+            writer.touch(artefact.name, surface[number], normals[number], tip)
+            writer.retract(before)
+
+
+class _Writer:
+    """Writes segments one after the other."""
+
+    def __init__(self, home: Float, start_s: float) -> None:
+        self.segments: list[Float] = []
+        self.touches: list[Touch] = []
+        self._time = start_s
+        self._place = home
+        self._attitude = np.zeros(3)
+        self._sway = 0.0
+
+    def rest(self, duration_s: float) -> None:
+        self._append(duration_s, kernels.REST, self._place, self._attitude, self._sway)
+
+    def travel(self, place: Float, attitude: Float, top_z: float, sway: float) -> None:
+        way = float(np.linalg.norm(place - self._place))
+        if np.isfinite(top_z):
+            way += abs(top_z - self._place[2]) + abs(top_z - place[2])
+        duration = float(np.clip(0.2 + way / _SPEED_MM_S, _TRAVEL_MIN_S, _TRAVEL_MAX_S))
+        self._append(duration, kernels.MOVE, place, attitude, sway, top_z)
+
+    def touch(self, feature: str, surface: Float, normal: Float, tip: Float) -> None:
+        self._append(_APPROACH_S, kernels.MOVE, tip, self._attitude, 0.0)
+        contact = self._time
+        self._append(DWELL_S, kernels.TOUCH, tip, self._attitude, 0.0, normal=normal)
+        self.touches.append(
+            Touch(feature, contact, contact + kernels.SETTLE_S, self._time, surface, normal, tip)
+        )
+
+    def retract(self, place: Float) -> None:
+        self._append(_RETRACT_S, kernels.MOVE, place, self._attitude, 1.0)
+
+    def _append(
+        self,
+        duration_s: float,
+        kind: int,
+        place: Float,
+        attitude: Float,
+        sway: float,
+        top_z: float = np.nan,
+        normal: Float | None = None,
+    ) -> None:
+        segment = _segment(self._time, duration_s, kind, self._place, place)
+        segment[kernels.TOP] = top_z
+        segment[kernels.SWAY0], segment[kernels.SWAY1] = self._sway, sway
+        segment[kernels.W0 : kernels.W0 + 3] = self._attitude
+        segment[kernels.W1 : kernels.W1 + 3] = attitude
+        if normal is not None:
+            segment[kernels.NORMAL : kernels.NORMAL + 3] = normal
+        self.segments.append(segment)
+        self._time += duration_s
+        self._place, self._attitude, self._sway = place, attitude, sway
+
+
+def _segment(start_s: float, duration_s: float, kind: int, begin: Float, end: Float) -> Float:
+    segment = np.zeros(kernels.N_COLUMNS)
+    segment[kernels.T0], segment[kernels.T1] = start_s, start_s + duration_s
+    segment[kernels.KIND] = kind
+    segment[kernels.TOP] = np.nan
+    segment[kernels.P0 : kernels.P0 + 3] = begin
+    segment[kernels.P1 : kernels.P1 + 3] = end
+    return segment
+
+
+def _draw_tremor(rng: np.random.Generator) -> Float:
+    """Return waves (2, 3, K, 3) of attitude and place: amplitude, angular frequency, phase."""
+    shape = (2, 3, _TREMOR_WAVES)
+    tremor = np.empty((*shape, 3))
+    scale = np.sqrt(2.0 / _TREMOR_WAVES) * np.array([_TREMOR_RAD, _TREMOR_MM])
+    tremor[..., 0] = scale[:, None, None]
+    tremor[..., 1] = 2.0 * np.pi * np.exp(rng.uniform(np.log(0.6), np.log(5.0), shape))
+    tremor[..., 2] = rng.uniform(0.0, 2.0 * np.pi, shape)
+    return tremor
+
+
+def _top(artefact: Artefact) -> Float:
+    """Return the highest point (3,) of a surface along its own axis, part frame."""
+    axis = np.array(artefact.direction) / np.linalg.norm(artefact.direction)
+    height = 0.0
+    if isinstance(artefact, SphereEntry):
+        height = 0.5 * artefact.diameter
+    elif isinstance(artefact, CylinderEntry | ConeEntry):
+        height = artefact.height
+    elif isinstance(artefact, TorusEntry):
+        height = 0.5 * artefact.tube_diameter
+    top: Float = np.array(artefact.point) + height * axis
+    return top

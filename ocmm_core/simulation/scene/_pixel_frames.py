@@ -1,0 +1,303 @@
+"""Cameras of the virtual rig down to their pixels: light, sensor, windows, spots.
+
+It serves the frames of a software camera (`pattern.CameraFrames`) and obeys its electronics
+(`pattern.SensorControl`). Only the windows and the lines of the search are rendered.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
+from ocmm_core.camera import NO_BLACK, FinderState, SpotBlock, SpotFinder, SpotOptions, Window
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.device import CameraConfig
+from ocmm_core.geometry import Float
+from ocmm_core.simulation.scene import _exposure as exposure
+from ocmm_core.simulation.scene._rig import RigScript, VirtualRig
+from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_table
+from ocmm_core.simulation.slave import Frames
+
+CHUNK_FRAMES = 80
+"""Frames that are made at once, and what lies between two remembered states."""
+
+_KEPT_CHUNKS = 128
+_MILESTONE = 100
+"""Every so many chunks a state is remembered for ever: one a second at 8 kHz."""
+_CACHED_CHUNKS = 4
+_CATCH_UP_CHUNKS = 200
+"""A camera that is asked for frames beyond these stood still in between and starts anew."""
+_FACTORY_FRAMES = 64
+
+
+@dataclass(slots=True)
+class _Camera:
+    """One camera: how it is set, and what it remembers."""
+
+    sensor: Sensor
+    finder: SpotFinder
+    exposure_ns: int
+    lit: NDArray[np.bool_]
+    black: NDArray[np.uint16]
+    states: dict[int, FinderState] = field(default_factory=dict)
+    starts: set[int] = field(default_factory=set)
+    chunks: dict[int, SpotBlock] = field(default_factory=dict)
+    frame: int = 0
+
+    def forget(self) -> None:
+        """Let the camera begin anew with the next frames."""
+        self.states.clear()
+        self.starts.clear()
+        self.chunks.clear()
+
+
+class PixelFrames:
+    """What the cameras of a virtual rig see, through their pixels; used by one thread.
+
+    A camera begins to search with the first frames that it is asked for after it was made or set,
+    and whenever it is asked for frames that are far ahead. From there on its frames are a function
+    of script, options and settings: asked again, in whatever pieces, it gives the same.
+
+    Parameters
+    ----------
+    rig
+        Where the LEDs shine.
+    options
+        What the sensors are like.
+    spots
+        How spots are found; noise, scale and times follow from sensor and rig.
+    """
+
+    def __init__(
+        self,
+        rig: VirtualRig,
+        options: SensorOptions | None = None,
+        spots: SpotOptions | None = None,
+    ) -> None:
+        self.rig = rig
+        self.options = options or SensorOptions()
+        self._spots = _matched(spots or SpotOptions(), self.options)
+        defaults = CameraConfig()
+        normal = normal_table()
+        self._cameras = []
+        for index, model in enumerate(rig.truth.cameras):
+            sensor = Sensor(rig.seed, index, model.width, model.height, self.options, normal)
+            factory = sensor.black_image(_FACTORY_FRAMES, defaults.exposure_ns)
+            self._cameras.append(
+                _Camera(
+                    sensor=sensor,
+                    finder=self._finder(sensor, defaults.threshold, ()),
+                    exposure_ns=defaults.exposure_ns,
+                    lit=np.ones(rig.n_leds, np.bool_),
+                    black=factory if self.options.factory_black else NO_BLACK,
+                )
+            )
+
+    def camera_frames(self, camera: int, first: int, count: int) -> Frames:
+        """Return what a camera sends for ``count`` frames from ``first`` on; see `CameraFrames`."""
+        block = self.spots(camera, first, count)
+        probe = self.rig.flags(self.rig.motion(first, count), first)
+        saturated = np.where(block.saturated, FrameFlag.SATURATED, 0)
+        return block.valid, (probe | saturated).astype(np.uint16), block.uv
+
+    def frames(self, first: int, count: int) -> FrameBlock:
+        """Return what all cameras send, joined as on the host."""
+        seen = [self.camera_frames(camera, first, count) for camera in range(len(self._cameras))]
+        counter = np.arange(first, first + count, dtype=np.int64)
+        return FrameBlock(
+            counter=counter,
+            time_ns=counter * self.rig.frame_period_ns,
+            flags=np.bitwise_or.reduce([flags for _, flags, _ in seen]).astype(np.uint32),
+            valid=np.stack([valid for valid, _, _ in seen], axis=1),
+            uv=np.stack([uv for _, _, uv in seen], axis=1),
+        )
+
+    def spots(self, camera: int, first: int, count: int) -> SpotBlock:
+        """Return the spots of one camera with variance and status."""
+        unit = self._cameras[camera]
+        if count < 1:
+            return SpotBlock.empty(0)
+        unit.frame = first + count - 1
+        numbers = range(first // CHUNK_FRAMES, unit.frame // CHUNK_FRAMES + 1)
+        pieces = [self._chunk(camera, number) for number in numbers]
+        start = first - numbers[0] * CHUNK_FRAMES
+        part = slice(start, start + count)
+        return SpotBlock(
+            valid=np.concatenate([piece.valid for piece in pieces])[part],
+            saturated=np.concatenate([piece.saturated for piece in pieces])[part],
+            status=np.concatenate([piece.status for piece in pieces])[part],
+            uv=np.concatenate([piece.uv for piece in pieces])[part],
+            variance=np.concatenate([piece.variance for piece in pieces])[part],
+        )
+
+    def configure(
+        self,
+        camera: int,
+        *,
+        exposure_ns: int,
+        threshold: int,
+        strobe: int,
+        windows: tuple[tuple[int, int, int, int], ...],
+    ) -> None:
+        """Set a camera; it begins to search anew. See `SensorControl`.
+
+        Raises
+        ------
+        InputError
+            The exposure is longer than the frame period, the threshold is zero, or a window does
+            not lie on the sensor.
+        """
+        unit = self._cameras[camera]
+        if not 0 < exposure_ns <= self.rig.frame_period_ns:
+            raise InputError(
+                "camera.exposure",
+                f"The exposure time is {exposure_ns} ns, but a frame lasts "
+                f"{self.rig.frame_period_ns} ns.",
+                "Set an exposure time above zero that fits into the frame period.",
+            )
+        unit.finder = self._finder(unit.sensor, threshold, tuple(Window(*w) for w in windows))
+        unit.exposure_ns = exposure_ns
+        bits = np.arange(len(unit.lit))
+        unit.lit = np.asarray((strobe >> bits) & 1 == 1) if strobe else np.ones_like(unit.lit)
+        unit.forget()
+
+    def image(
+        self, camera: int, left: int, top: int, width: int, height: int
+    ) -> NDArray[np.uint16]:
+        """Return a region (height, width) of the frame that the camera was last asked for.
+
+        Raises
+        ------
+        InputError
+            The region does not lie on the sensor.
+        """
+        unit = self._cameras[camera]
+        sensor = unit.sensor
+        if (
+            min(left, top) < 0
+            or min(width, height) < 1
+            or left + width > sensor.width
+            or top + height > sensor.height
+        ):
+            raise InputError(
+                "camera.image",
+                f"The region of {width} x {height} px at ({left}, {top}) does not lie on the "
+                f"sensor of {sensor.width} x {sensor.height} px.",
+                "Ask for a region that lies on the sensor.",
+            )
+        lights = self._lights(camera, unit.frame, 1)[0]
+        return sensor.picture(unit.frame, lights, unit.exposure_ns, left, top, width, height)
+
+    def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:
+        """Return the mean of so many frames of the whole sensor with the LEDs off."""
+        unit = self._cameras[camera]
+        return unit.sensor.black_image(frames, unit.exposure_ns)
+
+    def set_black_image(self, camera: int, image: NDArray[np.uint16] | None) -> None:
+        """Subtract this picture from now on, or nothing; the camera begins to search anew.
+
+        Raises
+        ------
+        InputError
+            The picture has not the size of the sensor.
+        """
+        unit = self._cameras[camera]
+        shape = (unit.sensor.height, unit.sensor.width)
+        if image is not None and image.shape != shape:
+            raise InputError(
+                "camera.black_image",
+                f"The black image has {image.shape} pixels (rows, columns), the sensor {shape}.",
+                "Take the black image with this camera.",
+            )
+        unit.black = NO_BLACK if image is None else np.array(image, np.uint16, order="C")
+        unit.forget()
+
+    def temperature_c(self, camera: int) -> float:
+        """Return the temperature of the sensor, degrees Celsius; all cameras have the same."""
+        return self._cameras[camera].sensor.options.temperature_c
+
+    def _finder(self, sensor: Sensor, threshold: int, start: tuple[Window, ...]) -> SpotFinder:
+        options = replace(self._spots, threshold=float(threshold))
+        options = options.at_period(self.rig.frame_period_ns, sensor.width)
+        return SpotFinder(sensor.width, sensor.height, options, start)
+
+    def _lights(self, camera: int, first: int, count: int) -> Float:
+        unit = self._cameras[camera]
+        _, uv = self.rig.led_images(camera, first, count)
+        return unit.sensor.lights(uv, unit.lit, unit.exposure_ns)
+
+    def _chunk(self, camera: int, number: int) -> SpotBlock:
+        unit = self._cameras[camera]
+        if number not in unit.chunks:
+            begin = number
+            while begin not in unit.states and 0 < begin > number - _CATCH_UP_CHUNKS:
+                begin -= 1
+            if begin not in unit.states:
+                begin = number
+                unit.states[begin] = FinderState.fresh()
+                unit.starts.add(begin)
+            for chunk in range(begin, number + 1):
+                self._make(camera, chunk)
+        return unit.chunks[number]
+
+    def _make(self, camera: int, number: int) -> None:
+        """Make a chunk whose state is known, and remember the state after it."""
+        unit = self._cameras[camera]
+        finder, sensor = unit.finder, unit.sensor
+        first = number * CHUNK_FRAMES
+        state = unit.states[number].copy()
+        block = SpotBlock.empty(CHUNK_FRAMES)
+        exposure.run(
+            first, self._lights(camera, first, CHUNK_FRAMES), sensor.packed(unit.exposure_ns),
+            sensor.pattern_key, sensor.frame_stream, sensor.normal, unit.black,
+            state.slots, state.cursor, finder.regions, finder.anywhere, finder.packed,
+            sensor.height, block.valid, block.saturated, block.status, block.uv, block.variance,
+        )  # fmt: skip
+        unit.states.setdefault(number + 1, state)
+        unit.chunks[number] = block
+        if len(unit.chunks) > _CACHED_CHUNKS:
+            del unit.chunks[next(iter(unit.chunks))]
+        old = number - _KEPT_CHUNKS
+        if old % _MILESTONE and old not in unit.starts:
+            unit.states.pop(old, None)
+
+
+class PixelScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A virtual rig with pixels in words: what a process needs to build the same one.
+
+    Attributes
+    ----------
+    pixels
+        What the sensors are like.
+    script
+        What they look at.
+    """
+
+    pixels: SensorOptions
+    script: RigScript
+
+    def to_json(self) -> str:
+        """Return the script as text."""
+        return msgspec.json.encode(self).decode("utf-8")
+
+    def build(self) -> PixelFrames:
+        """Load the documents and return the cameras."""
+        return PixelFrames(self.script.build(), self.pixels)
+
+
+def _matched(spots: SpotOptions, sensor: SensorOptions) -> SpotOptions:
+    """Return the options of a camera whose maker knows its sensor."""
+    gain = sensor.electrons_per_count
+    return replace(
+        spots,
+        read_noise=sensor.read_noise_electrons / gain,
+        dark_spread=sensor.dark_spread_electrons / gain,
+        black_frames=_FACTORY_FRAMES,
+        response_spread=sensor.response_spread,
+        electrons_per_count=gain,
+        full_scale=float(sensor.full_scale),
+    )

@@ -1,0 +1,223 @@
+"""How far the calibration of a probe is wrong by noise alone: the simulation of thesis 3.2.1.
+
+The LEDs are turned about the tip by angles that are uniform in a range, noise is added to every
+position, and the tip is estimated; many times. The same can be asked of the product's estimator,
+which sees spots of a rig instead of positions.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Literal
+
+import numpy as np
+
+from ocmm_core.calibration.pivot import (
+    PivotSweep,
+    adjust_pivot,
+    common_centre,
+    group_average,
+    sphere_centres,
+    start_pivot,
+)
+from ocmm_core.camera import Rig, project
+from ocmm_core.geometry import Float, Points3, rigid_fit
+from ocmm_core.simulation.scene._probe_study_kernel import add_paths
+
+Estimator = Literal["thesis", "common", "bundle"]
+"""Mean of one sphere for each LED; one common centre; adjustment on the spots of a rig."""
+
+_CHUNK = 2000
+"""Poses whose numbers stay in the cache together."""
+
+_RUNS_A_TASK = 20
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeStudy:
+    """What is simulated.
+
+    Attributes
+    ----------
+    leds
+        (L, 3), mm: from the tip (thesis Table 2).
+    ranges
+        (3,), rad: alpha, beta and gamma are uniform between minus and plus these (Table 3).
+    sigma
+        (3,), mm: noise of a position, world; unused by "bundle".
+    poses
+        In each run.
+    estimator
+        Of the tip.
+    with_leds
+        Also average the LEDs and compare them (figure 15); the tip alone is much quicker.
+    rig, spot_sigma_px, centre_world
+        For "bundle": the cameras, the noise of a spot, px, and where the ball rests, (3,), mm.
+    """
+
+    leds: Points3
+    ranges: Float
+    sigma: Float
+    poses: int
+    estimator: Estimator = "thesis"
+    with_leds: bool = True
+    rig: Rig | None = None
+    spot_sigma_px: float = 0.0105
+    centre_world: Float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StudyResult:
+    """Errors of every run, in the order of the runs.
+
+    Attributes
+    ----------
+    centre_errors
+        (r, 3), mm: estimated less true centre of the ball, world.
+    tip_errors
+        (r, 3), mm: of the tip in the frame of the LEDs, which is what counts in use; NaN without
+        LEDs.
+    led_errors
+        (r,), mm: mean distance of the averaged LEDs from the true ones (figure 15); NaN without.
+    cpu_s
+        Processor time of all runs.
+    """
+
+    centre_errors: Float
+    tip_errors: Float
+    led_errors: Float
+    cpu_s: float
+
+    @property
+    def distances(self) -> Float:
+        """Return the length of every error of the centre (r,), mm (figure 14)."""
+        distances: Float = np.linalg.norm(self.centre_errors, axis=1)
+        return distances
+
+
+def draw_angles(study: ProbeStudy, rng: np.random.Generator, count: int) -> Float:
+    """Return angles (3, count), rad, float32."""
+    drawn = rng.random((3, count), dtype=np.float32) * 2.0 - 1.0
+    return (drawn * study.ranges[:, None]).astype(np.float32)
+
+
+def draw_targets(study: ProbeStudy, rng: np.random.Generator) -> tuple[Float, Float]:
+    """Return the moments (L, 13) of one run's paths and its targets (n, L, 3), mm.
+
+    The targets are empty unless the LEDs are wanted.
+    """
+    n_leds = len(study.leds)
+    moments = np.zeros((n_leds, 13))
+    points = np.empty((study.poses if study.with_leds else 0, n_leds, 3))
+    for first in range(0, study.poses, _CHUNK):
+        count = min(_CHUNK, study.poses - first)
+        angles = draw_angles(study, rng, count)
+        noise = rng.standard_normal((3 * n_leds, count), dtype=np.float32)
+        add_paths(
+            np.sin(angles), np.cos(angles), noise, study.leds, study.sigma, first,
+            np.empty((9, count), dtype=np.float32), moments, points,
+        )  # fmt: skip
+    return moments, points
+
+
+def run_once(study: ProbeStudy, seed: np.random.SeedSequence) -> tuple[Float, Float, float]:
+    """Return the errors of one run: centre (3,), tip (3,) and mean LED, mm."""
+    rng = np.random.default_rng(seed)
+    if study.estimator == "bundle":
+        return _run_bundle(study, rng)
+    moments, points = draw_targets(study, rng)
+    if study.estimator == "thesis":
+        centre: Float = sphere_centres(moments, study.leds).mean(axis=0)
+    else:
+        centre = common_centre(moments, study.leds)
+    if not study.with_leds:
+        return centre, np.full(3, np.nan), np.nan
+    return centre, *_led_errors(study, group_average(points, centre))
+
+
+def run_study(
+    study: ProbeStudy,
+    runs: int,
+    seed: int,
+    processes: int | None = None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> StudyResult:
+    """Return the errors of many runs, the same however many processes share them.
+
+    Parameters
+    ----------
+    processes
+        As many as there are processors without; with one, everything happens in this process.
+    progress
+        Called with the number of runs that are done.
+    """
+    seeds = np.random.SeedSequence(seed).spawn(runs)
+    parts = [slice(first, first + _RUNS_A_TASK) for first in range(0, runs, _RUNS_A_TASK)]
+    rows, cpu = np.empty((runs, 7)), 0.0
+    done = 0
+    for part, values, seconds in _parts(study, seeds, parts, processes or os.cpu_count() or 1):
+        rows[part] = values
+        cpu += seconds
+        done += len(values)
+        progress(done)
+    return StudyResult(rows[:, :3], rows[:, 3:6], rows[:, 6], cpu)
+
+
+def _parts(
+    study: ProbeStudy, seeds: list[np.random.SeedSequence], parts: list[slice], processes: int
+) -> Iterator[tuple[slice, Float, float]]:
+    if processes == 1 or len(parts) == 1:
+        for part in parts:
+            yield part, *_run_some(study, seeds[part])
+        return
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        tasks: dict[Future[tuple[Float, float]], slice] = {
+            pool.submit(_run_some, study, seeds[part]): part for part in parts
+        }
+        try:
+            for task in as_completed(tasks):
+                yield tasks[task], *task.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _run_some(study: ProbeStudy, seeds: list[np.random.SeedSequence]) -> tuple[Float, float]:
+    """Return rows of errors (m, 7) and the processor time that they took."""
+    began = time.process_time()
+    found = [run_once(study, seed) for seed in seeds]
+    rows = np.array([[*centre, *tip, led] for centre, tip, led in found])
+    return rows, time.process_time() - began
+
+
+def _led_errors(study: ProbeStudy, arms: Points3) -> tuple[Float, float]:
+    """Return the error of the tip in the frame of the LEDs, and the mean one of the LEDs."""
+    s = arms.T @ study.leds
+    u, _, vt = np.linalg.svd(s)
+    turn = vt.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T
+    off = np.linalg.norm(arms @ turn.T - study.leds, axis=1)
+    return rigid_fit(arms, study.leds)[1], float(off.mean())
+
+
+def _run_bundle(study: ProbeStudy, rng: np.random.Generator) -> tuple[Float, Float, float]:
+    assert study.rig is not None  # noqa: S101 - the command gives one with this estimator
+    centre = np.zeros(3) if study.centre_world is None else study.centre_world
+    sa, sb, sc = np.sin(angles := draw_angles(study, rng, study.poses).astype(np.float64))
+    ca, cb, cc = np.cos(angles)
+    rotations = np.array(
+        [
+            [cc * cb, cc * sb * sa - sc * ca, cc * sb * ca + sc * sa],
+            [sc * cb, sc * sb * sa + cc * ca, sc * sb * ca - cc * sa],
+            [-sb, cb * sa, cb * ca],
+        ]
+    ).transpose(2, 0, 1)
+    points = np.einsum("nij,lj->nli", rotations, study.leds) + centre
+    uv = np.stack([project(camera, points) for camera in study.rig.cameras], axis=1)
+    uv += study.spot_sigma_px * rng.standard_normal(uv.shape)
+    sweep = PivotSweep.even(uv, study.spot_sigma_px)
+    found = adjust_pivot(study.rig, sweep, start_pivot(study.rig, sweep, seed=1).state).state
+    return found.centre - centre, *_led_errors(study, found.arms)

@@ -1,0 +1,460 @@
+"""The virtual rig: cameras that see an operator touch a part with a probe.
+
+What a camera sees in a frame is a pure function of the frame number, whatever the blocks in
+which it is asked for and whichever process asks: every software camera on the bus builds the
+same rig from the same script and asks for its own frames only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
+from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, CameraModel, Rig, load_rig
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, Int, RigidTransform
+from ocmm_core.simulation.scene import _kernels as kernels
+from ocmm_core.simulation.scene._artefacts import Part, TrueFeature, load_part
+from ocmm_core.simulation.scene._operator import Missing, Motion, Operator, Touches
+from ocmm_core.simulation.scene._world import (
+    WorldOptions,
+    bumped,
+    draw_world,
+    hidden_leds,
+    nudged,
+    white_noise,
+)
+from ocmm_core.tracking import (
+    LedBody,
+    ProbeBody,
+    ReferenceBody,
+    dark_bits,
+    load_probe,
+    load_reference,
+)
+
+S = TypeVar("S", bound=msgspec.Struct)
+"""Kinds of scripts."""
+
+_BLOW_NS = 1_000_000_000
+"""A blow is reported for so long."""
+
+CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
+"""Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrueTouch:
+    """One touch as it truly happens.
+
+    Attributes
+    ----------
+    feature
+        Name of the feature.
+    contact_s
+        Bus time at which the ball first meets the surface, s.
+    first_frame, last_frame
+        Frames in which the ball rests in contact.
+    surface_world
+        (3,), mm: the point that is touched.
+    normal_world
+        (3,), unit: from the material towards the ball.
+    tip_world
+        (3,), mm: ball centre at rest.
+    """
+
+    feature: str
+    contact_s: float
+    first_frame: int
+    last_frame: int
+    surface_world: Float
+    normal_world: Float
+    tip_world: Float
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Everything that is truly there; the measuring side never sees it.
+
+    Attributes
+    ----------
+    cameras
+        As they are.
+    leds_probe, tip_probe
+        (L, 3) and (3,), mm, probe frame.
+    tip_radius
+        mm.
+    slots
+        (C, L): the slot in which each camera follows each LED.
+    T_world_from_part
+        Where the part stands.
+    features_part, features_world
+        The surfaces by name, in both frames.
+    touches
+        In the order of the script; world as it is before any nudge.
+    leds_reference, reference_slots
+        (R, 3), mm, reference frame, and (C, R): of the reference body; empty without one.
+    T_world_from_reference
+        Where it stands, before any nudge; None without one.
+    """
+
+    cameras: tuple[CameraModel, ...]
+    leds_probe: Float
+    tip_probe: Float
+    tip_radius: float
+    slots: Int
+    T_world_from_part: RigidTransform
+    features_part: dict[str, TrueFeature]
+    features_world: dict[str, TrueFeature]
+    touches: tuple[TrueTouch, ...]
+    leds_reference: Float
+    reference_slots: Int
+    T_world_from_reference: RigidTransform | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Lights:
+    """LEDs of one body: true places (L, 3), mm, what is known of it, and slots (L,) of each."""
+
+    leds: Float
+    body: LedBody
+    slots: Int
+
+
+class VirtualRig:
+    """Cameras, probe, part and operator.
+
+    Parameters
+    ----------
+    rig, body, part
+        What the documents say. The truth about cameras and probe differs from it by a draw from
+        its covariance.
+    touches
+        What the operator touches: names of features of the part and numbers of touches.
+    seed
+        Of everything that is drawn; 0 to 2^63 - 1.
+    options
+        Which imperfections there are.
+    frame_rate_hz
+        Exposures a second; that of the rig unless given.
+    reference
+        Reference body, fixed to the part where its document says; its LEDs are numbered on after
+        those of the probe.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        body: ProbeBody,
+        part: Part,
+        touches: Touches,
+        seed: int,
+        options: WorldOptions | None = None,
+        frame_rate_hz: int | None = None,
+        reference: ReferenceBody | None = None,
+    ) -> None:
+        if not 0 <= seed < 2**63:
+            raise InputError(
+                "simulation.seed", f"The seed is {seed}.", "Give a seed from 0 to 2^63 - 1."
+            )
+        if frame_rate_hz is not None and not 1 <= frame_rate_hz <= 1_000_000:
+            raise InputError(
+                "simulation.frame_rate",
+                f"The frame rate of the virtual rig is {frame_rate_hz} Hz.",
+                "Give 1 to 1000000 frames a second.",
+            )
+        self.rig = rig
+        self.body = body
+        self.part = part
+        self.seed = seed
+        self.options = options or WorldOptions()
+        self.frame_period_ns = round(1e9 / (frame_rate_hz or rig.frame_rate_hz))
+        self.reference = reference
+        self._T_world_from_reference = _place_of(part) if reference is not None else None
+        self._world = draw_world(rig, body, seed, self.options, reference)
+        self._operator = Operator(part, self._world.tip_radius, touches, seed)
+        self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
+
+    @property
+    def n_leds(self) -> int:
+        """Return the number of LEDs of the probe and of the reference body."""
+        return self.body.n_leds + len(self._world.leds_reference)
+
+    @property
+    def n_frames(self) -> int:
+        """Return the length of the script in frames."""
+        return self._frame_at(self._operator.duration_s)
+
+    @property
+    def truth(self) -> Truth:
+        """Return what is truly there, with the touches of the script so far."""
+        world = self._world
+        return Truth(
+            cameras=world.cameras,
+            leds_probe=world.leds_probe,
+            tip_probe=world.tip_probe,
+            tip_radius=world.tip_radius,
+            slots=world.slots,
+            T_world_from_part=self.part.T_world_from_part,
+            features_part=self.part.features_part(),
+            features_world=self.part.features_world(),
+            touches=tuple(
+                TrueTouch(
+                    feature=touch.feature,
+                    contact_s=touch.contact_s,
+                    first_frame=self._frame_at(touch.settled_s),
+                    last_frame=self._frame_at(touch.retract_s) - 1,
+                    surface_world=touch.surface_world,
+                    normal_world=touch.normal_world,
+                    tip_world=touch.tip_world,
+                )
+                for touch in self._operator.touches
+            ),
+            leds_reference=world.leds_reference,
+            reference_slots=world.reference_slots,
+            T_world_from_reference=self._T_world_from_reference,
+        )
+
+    def extend(self, touches: Touches, after_frame: int = 0) -> None:
+        """Append touches after the end of the script, or after ``after_frame`` if that is later.
+
+        Any thread may call this while another one reads frames.
+        """
+        self._operator.extend(touches, after_frame * self.frame_period_ns * 1e-9)
+
+    def complete(self, missing: Missing, after_frame: int) -> None:
+        """Append the touches that gave no point, as `extend` does, where they were made."""
+        self._operator.complete(missing, after_frame * self.frame_period_ns * 1e-9)
+
+    def motion(self, first: int, count: int) -> Motion:
+        """Return where the probe truly is in ``count`` frames from ``first`` on."""
+        motion = self._operator.motion(self._times(first, count))
+        if not self.options.nudges:
+            return motion
+        turn, shift = nudged(self.options.nudges, np.arange(first, first + count))
+        return replace(
+            motion,
+            rotation_world_from_probe=turn @ motion.rotation_world_from_probe,
+            tip_world=np.einsum("nij,nj->ni", turn, motion.tip_world) + shift,
+        )
+
+    def reference_pose(self, first: int, count: int) -> tuple[Float, Float]:
+        """Return where the reference body truly is: (count, 3, 3) and (count, 3), mm, world."""
+        pose = self._T_world_from_reference or RigidTransform.identity()
+        turn, shift = nudged(self.options.nudges, np.arange(first, first + count))
+        return turn @ pose.rotation, turn @ pose.translation + shift
+
+    def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
+        """Return what one camera sees in ``count`` frames from ``first`` on."""
+        motion = self.motion(first, count)
+        valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
+        return valid, self.flags(motion, first).astype(np.uint16), uv
+
+    def flags(self, motion: Motion, first: int) -> NDArray[np.uint32]:
+        """Return the flags of the probe in the frames of a motion from frame ``first`` on."""
+        flags = np.where(motion.button, FrameFlag.BUTTON, 0).astype(np.uint32)
+        frames = np.arange(first, first + len(flags))
+        for drop in self.options.drops:
+            felt = (frames >= drop) & (frames < drop + round(_BLOW_NS / self.frame_period_ns))
+            flags[felt] |= np.uint32(FrameFlag.DROPPED)
+        return flags
+
+    def led_images(self, camera: int, first: int, count: int) -> tuple[NDArray[np.bool_], Float]:
+        """Return where the LEDs truly shine on a sensor in ``count`` frames from ``first`` on.
+
+        Returns
+        -------
+        visible
+            (count, L) bool, by number of the LED, those of a reference body last.
+        uv
+            (count, L, 2), px: without white noise, with the pattern of the optics; NaN where not
+            visible.
+        """
+        slots = np.concatenate([self._world.slots[camera], self._world.reference_slots[camera]])
+        white = np.zeros((count, len(slots), 2))
+        _, uv = self._see(camera, self.motion(first, count), first, count, white)
+        by_led = uv[:, slots]
+        return np.isfinite(by_led[..., 0]), by_led
+
+    def frames(self, first: int, count: int) -> FrameBlock:
+        """Return what all cameras see in ``count`` frames from ``first`` on."""
+        return self.frames_of(self.motion(first, count), first)
+
+    def frames_of(self, motion: Motion, first: int) -> FrameBlock:
+        """Return what all cameras see of a probe that moves like this from frame ``first`` on."""
+        count = len(motion.tip_world)
+        seen = [
+            self._see(camera, motion, first, count, self._white(camera, first, count))
+            for camera in range(len(self._packed))
+        ]
+        counter = np.arange(first, first + count, dtype=np.int64)
+        return FrameBlock(
+            counter=counter,
+            time_ns=counter * self.frame_period_ns,
+            flags=self.flags(motion, first),
+            valid=np.stack([valid for valid, _ in seen], axis=1),
+            uv=np.stack([uv for _, uv in seen], axis=1),
+        )
+
+    def _white(self, camera: int, first: int, count: int) -> Float:
+        """Return the noise of each frame (count, L, 2), px."""
+        if not (self.options.white_noise and count):
+            return np.zeros((count, self.n_leds, 2))
+        drawn = white_noise(self.seed, camera, self.body.n_leds, first, count)
+        if self.reference is not None:
+            # Keys of their own, so that the probe's noise is the same with and without.
+            beside = white_noise(
+                self.seed, camera + MAX_CAMERAS, self.reference.n_leds, first, count
+            )
+            drawn = np.concatenate([drawn, beside], axis=1)
+        return drawn * self.rig.noise.white_px
+
+    def _see(
+        self, camera: int, motion: Motion, first: int, count: int, white: Float
+    ) -> tuple[NDArray[np.uint16], Float]:
+        world, n_probe = self._world, self.body.n_leds
+        hidden = hidden_leds(
+            self.options, self.seed, camera, self.n_leds, first, self._times(first, count)
+        )
+        valid, uv = self._look(
+            camera, first, motion.rotation_world_from_probe, motion.origin_world(world.tip_probe),
+            _Lights(world.leds_probe, self.body.led_body, world.slots[camera]),
+            white[:, :n_probe], hidden & ((1 << n_probe) - 1),
+        )  # fmt: skip
+        if self.reference is None:
+            return valid, uv
+        also, beside = self._look(
+            camera, first, *self.reference_pose(first, count),
+            _Lights(world.leds_reference, self.reference.leds, world.reference_slots[camera]),
+            white[:, n_probe:], hidden >> n_probe,
+        )  # fmt: skip
+        return valid | also, np.where(np.isfinite(uv), uv, beside)
+
+    def _look(
+        self, camera: int, first: int, rotation: Float, origin: Float, lights: _Lights,
+        white: Float, hidden: Int,
+    ) -> tuple[NDArray[np.uint16], Float]:  # fmt: skip
+        """Return valid slots (n,) and spots (n, 8, 2) that a camera has of one body."""
+        count = len(origin)
+        valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
+        model, pattern = self._world.cameras[camera], self._world.patterns[camera]
+        white = np.ascontiguousarray(white)
+        if lights.body.code is not None:
+            hidden = hidden | dark_bits(lights.body.code, np.arange(first, first + count))
+        starts = [start for start, _ in self._packed[camera]]
+        ends = [*starts[1:], first + count]
+        for (start, packed), end in zip(self._packed[camera], ends, strict=True):
+            part = slice(max(start - first, 0), max(min(end - first, count), 0))
+            if part.start >= part.stop:
+                continue
+            kernels.see(
+                rotation[part],
+                origin[part],
+                lights.leds,
+                lights.body.led_directions_body,
+                float(np.cos(lights.body.emission_half_angle)),
+                packed,
+                float(model.width),
+                float(model.height),
+                lights.slots,
+                pattern.nodes,
+                pattern.step_px,
+                white[part],
+                hidden[part],
+                valid[part],
+                uv[part],
+            )
+        return valid, uv
+
+    def _places_of(self, camera: int) -> list[tuple[int, Float]]:
+        """Return from which frame on a camera stands where, for the kernel; the first from 0 on."""
+        model = self._world.cameras[camera]
+        places = [(0, model.packed())]
+        for bump in self.options.bumps:
+            if bump.camera == camera:
+                model = bumped(model, bump)
+                places.append((bump.first_frame, model.packed()))
+        return places
+
+    def _times(self, first: int, count: int) -> Float:
+        frames = np.arange(first, first + count, dtype=np.float64)
+        return frames * (self.frame_period_ns * 1e-9)
+
+    def _frame_at(self, time_s: float) -> int:
+        """Return the first frame that is not before a time."""
+        return int(np.ceil(time_s / (self.frame_period_ns * 1e-9) - 1e-6))
+
+
+class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A virtual rig in words: what a process needs to build the same one.
+
+    Attributes
+    ----------
+    rig, probe, part, reference
+        Paths of the documents; that of the reference body is empty without one.
+    touches
+        Names of features and numbers of touches.
+    seed, options, frame_rate_hz
+        As in `VirtualRig`; a rate of zero is that of the rig document.
+    """
+
+    rig: str
+    probe: str
+    part: str
+    touches: tuple[tuple[str, int], ...]
+    seed: int
+    options: WorldOptions = WorldOptions()
+    frame_rate_hz: int = 0
+    reference: str = ""
+
+    def to_json(self) -> str:
+        """Return the script as text."""
+        return msgspec.json.encode(self).decode("utf-8")
+
+    def build(self) -> VirtualRig:
+        """Load the documents and return the rig."""
+        return VirtualRig(
+            load_rig(Path(self.rig)),
+            load_probe(Path(self.probe)),
+            load_part(Path(self.part)),
+            self.touches,
+            self.seed,
+            self.options,
+            self.frame_rate_hz or None,
+            load_reference(Path(self.reference)) if self.reference else None,
+        )
+
+
+def _place_of(part: Part) -> RigidTransform:
+    """Return where a reference body stands on a part, world frame."""
+    if part.T_part_from_reference is None:
+        raise InputError(
+            "part.reference",
+            f"The part '{part.name}' has no place for a reference body.",
+            "Give its document a section [reference], or measure without --reference.",
+        )
+    return part.T_world_from_part.compose(part.T_part_from_reference)
+
+
+def decode_script(text: str | bytes, kind: type[S]) -> S:
+    """Return the script in ``text``.
+
+    Raises
+    ------
+    InputError
+        The text is no such script.
+    """
+    try:
+        return msgspec.json.decode(text, type=kind)
+    except msgspec.DecodeError as error:
+        raise InputError(
+            "simulation.script",
+            f"The script of the virtual rig cannot be read: {error}.",
+            "Start the virtual rig again with the ocmm command.",
+        ) from error

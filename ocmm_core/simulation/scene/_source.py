@@ -1,0 +1,128 @@
+"""The virtual rig as a source of frames, as fast as the reader takes them or paced in time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from ocmm_core.acquisition.frames import Cycle, CycleVerdict, SourceDescription
+from ocmm_core.errors import InputError
+from ocmm_core.simulation.scene._operator import Missing, Touches
+from ocmm_core.simulation.scene._rig import VirtualRig
+
+BLOCK_NS = 10_000_000
+"""A read brings the frames of 10 ms."""
+
+_MOST_ROUNDS = 3
+"""How often an operator whom nobody watches tries again before giving up."""
+
+SLOWEST = 0.1
+"""Below this speed one read would take longer than a source may block."""
+
+
+class SimulatedSource:
+    """A `FrameSource` that reads a virtual rig.
+
+    It is not live: a reader that is slow makes the time of the rig pass more slowly, and no frame
+    is lost.
+
+    Parameters
+    ----------
+    rig
+        The virtual rig.
+    speed
+        Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
+    hover
+        At the end of the script the probe rests at home for ever; otherwise the source finishes.
+
+    Attributes
+    ----------
+    ask
+        Asked at the end of the script what is still missing, as the operator would look at the
+        screen; what it returns is touched next, at the places where it was touched before. The
+        reader must then be no more than half a second behind. None asks nobody.
+    """
+
+    def __init__(self, rig: VirtualRig, speed: float = 0.0, *, hover: bool = False) -> None:
+        if speed != 0.0 and not SLOWEST <= speed <= 1000.0:
+            raise InputError(
+                "simulation.speed",
+                f"The speed of the virtual rig is {speed:g}.",
+                f"Give {SLOWEST:g} to 1000 times real time, or 0 for as fast as possible.",
+            )
+        self.ask: Callable[[], Missing] | None = None
+        self._asked = 0
+        self._rig = rig
+        self._speed = speed
+        self._hover = hover
+        self._block = max(1, BLOCK_NS // rig.frame_period_ns)
+        self._next_frame = 0
+        self._due_s = 0.0
+        self._lock = threading.Lock()
+
+    @property
+    def description(self) -> SourceDescription:
+        """Return what the source says about itself."""
+        rig = self._rig
+        return SourceDescription(
+            name=f"simulated ({rig.rig.name}, seed {rig.seed})",
+            camera_serials=tuple(camera.serial for camera in rig.rig.cameras),
+            frame_period_ns=rig.frame_period_ns,
+            cycle_period_ns=self._block * rig.frame_period_ns,
+            live=False,
+            simulated=True,
+        )
+
+    def open(self) -> None:
+        """Start at the first frame; compiles the rig's loops if that has not been done."""
+        self._rig.frames(0, 1)
+        self._next_frame = 0
+        self._due_s = time.monotonic()
+
+    def read(self) -> Cycle:
+        """Return the next block; wait for its time if the source is paced."""
+        with self._lock:
+            first = self._next_frame
+            left = self._rig.n_frames - first
+            if left <= self._block and self._ask_for_more(first):
+                left = self._rig.n_frames - first
+            count = self._block if self._hover else min(self._block, max(left, 0))
+            self._next_frame = first + count
+        frames = self._rig.frames(first, count) if count else None
+        if self._speed:
+            self._pace(count)
+        return Cycle(
+            CycleVerdict.GOOD, frames=frames, finished=not self._hover and left <= self._block
+        )
+
+    def close(self) -> None:
+        """Do nothing: the source holds nothing that must be given back."""
+
+    def extend(self, touches: Touches) -> None:
+        """Let the operator touch more, after the script or after now; any thread may call this.
+
+        The blocks that are under way are not touched by it: the new touches begin after them.
+        """
+        with self._lock:
+            self._rig.extend(touches, self._next_frame + self._block)
+
+    def _ask_for_more(self, first: int) -> bool:
+        if self.ask is None or (self._asked >= _MOST_ROUNDS and not self._hover):
+            return False
+        missing = self.ask()
+        touches = [(name, count) for name, count in missing.touches if count > 0]
+        if not touches:
+            return False
+        self._asked += 1
+        self._rig.complete(Missing(touches, missing.taken), first + self._block)
+        return True
+
+    def _pace(self, count: int) -> None:
+        self._due_s += count * self._rig.frame_period_ns * 1e-9 / self._speed
+        wait = self._due_s - time.monotonic()
+        if wait > 0.0:
+            time.sleep(wait)
+        else:
+            # The reader was slow: the time that it took is not caught up by a rush of frames.
+            self._due_s -= wait

@@ -1,0 +1,305 @@
+"""What is really there: cameras, probe and ball as they are, not as the documents say.
+
+Documents give the best knowledge and its covariance. Each virtual world draws its truth from
+that covariance, so that stated uncertainties can be held against known errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.camera import MAX_SLOTS, N_PARAMETERS, CameraModel, Rig
+from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector
+from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern, no_pattern
+from ocmm_core.tracking import ProbeBody, ReferenceBody
+
+CHUNK_FRAMES = 80
+"""Frames whose white noise comes from one key."""
+
+_CAMERAS, _PROBE, _PATTERN, _SLOTS, _WHITE, _OCCLUSION, _REFERENCE = range(7)
+_OCCLUSION_CELL_S = 1.0
+_OCCLUSION_MIN_S, _OCCLUSION_MAX_S = 0.050, 0.300
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptedOcclusion:
+    """LEDs that are hidden from a camera during a range of frames.
+
+    Attributes
+    ----------
+    camera
+        Index of the camera; -1 for all of them.
+    leds
+        LED numbers.
+    first_frame, last_frame
+        Inclusive.
+    """
+
+    camera: int
+    leds: tuple[int, ...]
+    first_frame: int
+    last_frame: int
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptedBump:
+    """A camera that is pushed and stays where it comes to rest.
+
+    Attributes
+    ----------
+    camera
+        Index of the camera.
+    first_frame
+        First frame that it takes from its new place.
+    turn
+        rad, about its own axes (right, down, along the view) through its projection centre.
+    shift
+        mm, of that centre along these axes.
+    """
+
+    camera: int
+    first_frame: int
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptedNudge:
+    """A motion of part, reference body and operator together against the frame of the cameras.
+
+    A table that moves, or a camera frame that is pushed: seen from the cameras they are the same.
+    It goes on from where the nudges before it ended.
+
+    Attributes
+    ----------
+    first_frame, frames
+        When it begins and how long it takes; no frames for a jump.
+    turn
+        rad, about the axes of the world through its origin.
+    shift
+        mm.
+    """
+
+    first_frame: int
+    frames: int = 0
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class WorldOptions:
+    """Which imperfections the virtual world has.
+
+    Attributes
+    ----------
+    camera_error, probe_error, tip_error
+        Whether true cameras, LED and tip positions, and ball radius differ from the documents.
+    white_noise, pattern_noise
+        Whether spots scatter from frame to frame, and over the sensor.
+    occlusion_rate_hz
+        Mean number of occlusions a second of each LED for each camera, of 50 to 300 ms each.
+    occlusions
+        Occlusions at given frames.
+    bumps
+        Cameras that are pushed, in the order of their frames.
+    nudges
+        Motions of everything that is seen, in the order of their frames.
+    drops
+        Frames at which the probe is dropped and caught: it feels a blow, nothing else changes.
+    """
+
+    camera_error: bool = True
+    probe_error: bool = True
+    tip_error: bool = True
+    white_noise: bool = True
+    pattern_noise: bool = True
+    occlusion_rate_hz: float = 0.0
+    occlusions: tuple[ScriptedOcclusion, ...] = ()
+    bumps: tuple[ScriptedBump, ...] = ()
+    nudges: tuple[ScriptedNudge, ...] = ()
+    drops: tuple[int, ...] = ()
+
+    @classmethod
+    def ideal(cls) -> WorldOptions:
+        """Return a world in which the documents are true and spots do not scatter."""
+        return cls(
+            camera_error=False,
+            probe_error=False,
+            tip_error=False,
+            white_noise=False,
+            pattern_noise=False,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """The truth about cameras and probe.
+
+    Attributes
+    ----------
+    cameras
+        As they are.
+    leds_probe
+        (L, 3), mm, probe frame.
+    tip_probe
+        (3,), mm, probe frame.
+    tip_radius
+        mm.
+    slots
+        (C, L) int64: the slot in which each camera follows each LED.
+    patterns
+        One for each camera.
+    leds_reference
+        (R, 3), mm, reference frame; (0, 3) without a reference body.
+    reference_slots
+        (C, R) int64: the slot in which each camera follows each LED of the reference body.
+    """
+
+    cameras: tuple[CameraModel, ...]
+    leds_probe: Float
+    tip_probe: Float
+    tip_radius: float
+    slots: Int
+    patterns: tuple[SpotPattern, ...]
+    leds_reference: Float
+    reference_slots: Int
+
+
+def draw_world(
+    rig: Rig,
+    body: ProbeBody,
+    seed: int,
+    options: WorldOptions,
+    reference: ReferenceBody | None = None,
+) -> World:
+    """Return the world of ``seed``: truth drawn from what the documents say about their errors."""
+    cameras = rig.cameras
+    if options.camera_error:
+        change = _draw(rig.parameter_covariance, _generator(seed, _CAMERAS))
+        change = change.reshape(len(cameras), N_PARAMETERS)
+        cameras = tuple(camera.perturbed(row) for camera, row in zip(cameras, change, strict=True))
+    rng = _generator(seed, _PROBE)
+    radius_error = body.tip_radius_sigma * rng.standard_normal()
+    geometry = np.concatenate([body.leds_probe.ravel(), body.tip_probe])
+    if options.probe_error:
+        geometry = geometry + _draw(body.geometry_covariance, rng)
+    rng = _generator(seed, _PATTERN)
+    patterns = tuple(
+        draw_pattern(rig.noise, camera.width, camera.height, rng)
+        if options.pattern_noise
+        else no_pattern(camera.width, camera.height)
+        for camera in cameras
+    )
+    leds_reference = np.zeros((0, 3))
+    if reference is not None:
+        leds_reference = reference.leds.leds_body
+        if options.probe_error:
+            error = _draw(reference.geometry_covariance, _generator(seed, _REFERENCE))
+            leds_reference = leds_reference + error.reshape(-1, 3)
+    rng = _generator(seed, _SLOTS)
+    n_leds = body.n_leds + len(leds_reference)
+    slots = np.stack([rng.permutation(MAX_SLOTS)[:n_leds] for _ in cameras]).astype(np.int64)
+    return World(
+        cameras=cameras,
+        leds_probe=geometry[:-3].reshape(-1, 3),
+        tip_probe=geometry[-3:],
+        tip_radius=body.tip_radius + (radius_error if options.tip_error else 0.0),
+        slots=slots[:, : body.n_leds],
+        patterns=patterns,
+        leds_reference=leds_reference,
+        reference_slots=slots[:, body.n_leds :],
+    )
+
+
+def bumped(camera: CameraModel, bump: ScriptedBump) -> CameraModel:
+    """Return a camera after it was pushed."""
+    turn = rotation_from_vector(-np.array(bump.turn))
+    pose = camera.T_camera_from_world
+    moved = RigidTransform(turn @ pose.rotation, turn @ (pose.translation - np.array(bump.shift)))
+    return replace(camera, T_camera_from_world=moved)
+
+
+def nudged(nudges: Sequence[ScriptedNudge], frames: Int) -> tuple[Float, Float]:
+    """Return the motion (n, 3, 3) and (n, 3), mm, of what is seen in the frames (n,)."""
+    rotation = np.broadcast_to(np.eye(3), (len(frames), 3, 3)).copy()
+    shift = np.zeros((len(frames), 3))
+    for nudge in nudges:
+        way = np.clip((frames - nudge.first_frame + 1) / max(nudge.frames, 1), 0.0, 1.0)
+        # Minimum jerk, as a table starts and stops.
+        way = way**3 * (10.0 + way * (6.0 * way - 15.0))
+        for value in np.unique(way[way > 0.0]):
+            there = way == value
+            turn = rotation_from_vector(value * np.array(nudge.turn))
+            rotation[there] = turn @ rotation[there]
+            shift[there] = shift[there] @ turn.T + value * np.array(nudge.shift)
+    return rotation, shift
+
+
+def white_noise(seed: int, camera: int, n_leds: int, first: int, count: int) -> Float:
+    """Return standard normal numbers (count, n_leds, 2) for the frames from ``first`` on.
+
+    Every chunk of frames has a key of its own (counter-based generator Philox, Salmon et al.
+    2011), so that a frame gets the same numbers in whichever block it is asked for.
+    """
+    chunks = range(first // CHUNK_FRAMES, (first + count - 1) // CHUNK_FRAMES + 1)
+    numbers = [
+        _keyed(seed, _WHITE, camera, chunk).standard_normal((CHUNK_FRAMES, n_leds, 2))
+        for chunk in chunks
+    ]
+    start = first - chunks[0] * CHUNK_FRAMES
+    joined = numbers[0] if len(numbers) == 1 else np.concatenate(numbers)
+    return joined[start : start + count]
+
+
+def hidden_leds(
+    options: WorldOptions, seed: int, camera: int, n_leds: int, first: int, times_s: Float
+) -> Int:
+    """Return which LEDs are hidden from a camera: (n,), bit l for LED l.
+
+    Parameters
+    ----------
+    first
+        Number of the first frame.
+    times_s
+        (n,): times of consecutive frames.
+    """
+    hidden = np.zeros(len(times_s), dtype=np.int64)
+    frames = first + np.arange(len(times_s))
+    for event in options.occlusions:
+        if event.camera in (-1, camera):
+            bits = sum(1 << led for led in event.leds)
+            hidden[(frames >= event.first_frame) & (frames <= event.last_frame)] |= bits
+    if options.occlusion_rate_hz > 0.0 and len(times_s):
+        # An event of the cell before may last into the first cell.
+        cells = (times_s[[0, -1]] / _OCCLUSION_CELL_S).astype(int)
+        for cell in range(cells[0] - 1, cells[1] + 1):
+            for led in range(n_leds):
+                rng = _keyed(seed, _OCCLUSION, camera * MAX_SLOTS + led, cell + 1)
+                events = rng.poisson(options.occlusion_rate_hz * _OCCLUSION_CELL_S)
+                begin = (cell + rng.random(events)) * _OCCLUSION_CELL_S
+                end = begin + rng.uniform(_OCCLUSION_MIN_S, _OCCLUSION_MAX_S, events)
+                for start, stop in zip(begin, end, strict=True):
+                    hidden[(times_s >= start) & (times_s < stop)] |= 1 << led
+    return hidden
+
+
+def _generator(seed: int, stream: int) -> np.random.Generator:
+    return np.random.default_rng([seed, stream])
+
+
+def _keyed(seed: int, stream: int, item: int, block: int) -> np.random.Generator:
+    key = np.array([seed, (stream << 56) | (item << 40) | block], dtype=np.uint64)
+    return np.random.Generator(np.random.Philox(key=key))
+
+
+def _draw(covariance: Float, rng: np.random.Generator) -> Float:
+    """Return one normally distributed vector of a covariance whose units differ widely."""
+    scale = np.sqrt(np.diag(covariance))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    normal = rng.standard_normal(len(scale))
+    drawn: Float = scale * (vectors @ (np.sqrt(np.maximum(values, 0.0)) * normal))
+    return drawn

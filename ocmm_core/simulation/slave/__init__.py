@@ -1,0 +1,109 @@
+"""The software camera: a slave controller with objects, memory, errors and frames."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.slave import _registers as registers
+    from ocmm_core.simulation.slave import _sii as sii
+    from ocmm_core.simulation.slave._chain import Chain, Unit
+    from ocmm_core.simulation.slave._coe import CoeServer
+    from ocmm_core.simulation.slave._esc import Esc
+    from ocmm_core.simulation.slave._frame_buffer import (
+        CHUNK_FRAMES,
+        FIFO_FRAMES,
+        OVERRUN_FLAG,
+        FrameBuffer,
+    )
+    from ocmm_core.simulation.slave._pattern import (
+        CLOCK_MODULUS_US,
+        CameraFrames,
+        ClockPattern,
+        Frames,
+        TestPattern,
+        read_clock,
+    )
+    from ocmm_core.simulation.slave._registers import (
+        AL_STATUS,
+        AL_SYNC,
+        INIT,
+        OP,
+        PREOP,
+        SAFEOP,
+        STATION_ADDRESS,
+        STATION_ALIAS,
+        SYSTEM_TIME,
+        TIME_DIFFERENCE,
+    )
+    from ocmm_core.simulation.slave._segment import ETHERTYPE, Command, Segment
+    from ocmm_core.simulation.slave._sensor import SENSOR_PX, SimpleSensor
+    from ocmm_core.simulation.slave._sii import sii_image
+    from ocmm_core.simulation.slave._slave_clock import (
+        SlaveClock,
+        difference_register,
+        time_difference,
+    )
+    from ocmm_core.simulation.slave._software_camera import SoftwareCamera
+    from ocmm_core.simulation.slave._store import CameraStore
+else:
+    __getattr__ = door(
+        __name__,
+        _chain="Chain Unit",
+        _coe="CoeServer",
+        _esc="Esc",
+        _frame_buffer="CHUNK_FRAMES FIFO_FRAMES FrameBuffer OVERRUN_FLAG",
+        _pattern="CLOCK_MODULUS_US CameraFrames ClockPattern Frames TestPattern read_clock",
+        _registers=(
+            "AL_STATUS AL_SYNC INIT OP PREOP SAFEOP STATION_ADDRESS STATION_ALIAS SYSTEM_TIME "
+            "TIME_DIFFERENCE registers"
+        ),
+        _segment="Command ETHERTYPE Segment",
+        _sensor="SENSOR_PX SimpleSensor",
+        _sii="sii sii_image",
+        _slave_clock="SlaveClock difference_register time_difference",
+        _software_camera="SoftwareCamera",
+        _store="CameraStore",
+    )
+
+__all__ = [
+    "AL_STATUS",
+    "AL_SYNC",
+    "CHUNK_FRAMES",
+    "CLOCK_MODULUS_US",
+    "ETHERTYPE",
+    "FIFO_FRAMES",
+    "INIT",
+    "OP",
+    "OVERRUN_FLAG",
+    "PREOP",
+    "SAFEOP",
+    "SENSOR_PX",
+    "STATION_ADDRESS",
+    "STATION_ALIAS",
+    "SYSTEM_TIME",
+    "TIME_DIFFERENCE",
+    "CameraFrames",
+    "CameraStore",
+    "Chain",
+    "ClockPattern",
+    "CoeServer",
+    "Command",
+    "Esc",
+    "FrameBuffer",
+    "Frames",
+    "Segment",
+    "SimpleSensor",
+    "SlaveClock",
+    "SoftwareCamera",
+    "TestPattern",
+    "Unit",
+    "difference_register",
+    "read_clock",
+    "registers",
+    "sii",
+    "sii_image",
+    "time_difference",
+]

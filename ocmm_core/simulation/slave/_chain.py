@@ -1,0 +1,163 @@
+"""Software cameras in the order of their cables: who is reached from which end of the wire.
+
+A frame that enters at the first port is worked on by each camera in turn. Where the wire ends, by
+a missing cable or a camera without power, it turns round and leaves where it came in; with a
+second port it leaves there. A frame that enters at the second port passes the cameras from behind,
+without being worked on, until it turns round at a break; then the cameras behind that break work
+on it on its way back, in the order of the wire (ETG.1000.4: the processing unit of a slave
+follows its port 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.slave._pattern import CameraFrames, ClockPattern
+from ocmm_core.simulation.slave._segment import Segment
+from ocmm_core.simulation.slave._software_camera import SoftwareCamera
+from ocmm_core.simulation.slave._store import CameraStore
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """What happens to a frame that enters at one end.
+
+    Attributes
+    ----------
+    segment
+        Who works on it.
+    leaves
+        At which port it comes out, 0 or 1; None where it is lost.
+    """
+
+    segment: Segment
+    leaves: int | None
+
+
+class Unit:
+    """One place for a camera: the camera that is there now, and what is wrong with it.
+
+    Parameters
+    ----------
+    sees
+        Number of the camera for the provider.
+    identity
+        Who it is.
+    provider
+        What it sees.
+    boots
+        How often it was switched on before.
+
+    Attributes
+    ----------
+    boots
+        How often it was switched on, this time included.
+    camera
+        The camera as it was last switched on.
+    powered, plugged, muted
+        Whether it has current, is on the wire, and only lets frames pass.
+    broken_behind
+        The cable to the next camera is broken.
+    """
+
+    def __init__(
+        self, sees: int, identity: CameraIdentity, provider: CameraFrames, boots: int = 0
+    ) -> None:
+        self.sees = sees
+        self.identity = identity
+        self._provider = provider
+        self.boots = boots
+        self._store = CameraStore()
+        self.powered = self.plugged = True
+        self.muted = self.broken_behind = False
+        self.camera = self.switch_on(0)
+
+    def switch_on(self, clock_ns: int) -> SoftwareCamera:
+        """Start the camera anew, with a clock that shows so much more than it would."""
+        self.boots += 1
+        self.powered = True
+        self.camera = SoftwareCamera(
+            self.sees,
+            self.identity.serial,
+            self.identity.alias,
+            self._provider,
+            self.boots,
+            self._store,
+        )
+        self.camera.esc.clock.jump(clock_ns)
+        if isinstance(self._provider, ClockPattern):
+            self._provider.watch(self.sees, self.camera.esc, self.camera.buffer, self.boots)
+        return self.camera
+
+
+class Chain:
+    """The units of a wire with one or two ends.
+
+    Parameters
+    ----------
+    units
+        In the order in which a frame from the first port passes them.
+    ends
+        How many ends of the wire lead to the master, 1 or 2.
+
+    Attributes
+    ----------
+    links
+        Whether there is a link at each end; a frame turns round where there is none.
+    """
+
+    def __init__(self, units: Sequence[Unit], ends: int = 1) -> None:
+        self.units = tuple(units)
+        self.order = list(range(len(self.units)))
+        self.links = [True] * ends
+        self.ways: tuple[Way, ...] = ()
+        self.lay()
+
+    def lay(self) -> None:
+        """Work out both ways anew, after anything about the units or their order changed."""
+        line = [self.units[number] for number in self.order if self.units[number].plugged]
+        first, open_end = _reached(line)
+        if not line or not line[0].powered:
+            there = Way(Segment([]), None)
+        else:
+            passes = open_end and len(self.links) == 2 and self.links[1]
+            there = Way(_segment(first), 1 if passes else 0)
+        if len(self.links) == 1:
+            self.ways = (there,)
+            return
+        if open_end and line:
+            # Without a link at the first end the first camera turns the frame round.
+            back = Way(Segment([]), 0) if self.links[0] else Way(_segment(first), 1)
+            self.ways = (there, back)
+            return
+        last = _reached_from_behind(line)
+        back = Way(_segment(last), 1) if last else Way(Segment([]), None)
+        self.ways = (there, back)
+
+
+def _segment(units: Sequence[Unit]) -> Segment:
+    return Segment([unit.camera.esc for unit in units if not unit.muted])
+
+
+def _reached(line: Sequence[Unit]) -> tuple[list[Unit], bool]:
+    """Return who is reached from the front, and whether the other end is."""
+    reached: list[Unit] = []
+    for unit in line:
+        if not unit.powered:
+            return reached, False
+        reached.append(unit)
+        if unit.broken_behind:
+            return reached, False
+    return reached, True
+
+
+def _reached_from_behind(line: Sequence[Unit]) -> list[Unit]:
+    reached: list[Unit] = []
+    for unit in reversed(line):
+        # A cable broken behind the last camera cuts the second port off altogether.
+        if not unit.powered or unit.broken_behind:
+            break
+        reached.append(unit)
+    return reached[::-1]

@@ -1,0 +1,230 @@
+"""What is inside a software camera besides its frames: sensor, memory, errors and their objects."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import zlib
+from collections.abc import Callable, Mapping
+
+from ocmm_core.camera import CameraModel
+from ocmm_core.errors import BusError, OcmmError, StorageError
+from ocmm_core.fieldbus.device import (
+    CALIBRATION,
+    CONFIGURATION,
+    INFORMATION,
+    CameraConfig,
+    CameraMode,
+    ErrorCode,
+    ErrorRegister,
+    Intrinsics,
+)
+from ocmm_core.simulation.slave._black_image import BlackImages
+from ocmm_core.simulation.slave._diagnosis import Diagnosis
+from ocmm_core.simulation.slave._pattern import CameraFrames
+from ocmm_core.simulation.slave._sdo_abort import Abort, AbortError
+from ocmm_core.simulation.slave._sdo_values import Address
+from ocmm_core.simulation.slave._sensor import SENSOR_PX, sensor_of
+from ocmm_core.simulation.slave._snapshot import Snapshots
+from ocmm_core.simulation.slave._store import CameraStore
+
+_INTRINSICS_NAME, _NOTE_NAME, _HOURS_NAME = "intrinsics", "note", "hours"
+_HOT_C, _COOL_C = 70.0, 65.0
+_CHECK_NS = 1_000_000_000
+_HOUR_NS = 3600 * 1_000_000_000
+_BLOB, _LENGTH, _SHA, _CRC, _NOTE = range(1, 6)
+_MODE = 4
+_WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
+
+
+class Electronics:
+    """The application behind the objects of one camera.
+
+    Parameters
+    ----------
+    camera, serial
+        Number for the provider, and serial number.
+    provider
+        What it sees; its sensor is used where it has one.
+    store
+        What it keeps without power.
+    diagnosis
+        Where errors go.
+    darken
+        See `BlackImages`.
+
+    Attributes
+    ----------
+    warmer_c
+        Fault: the sensor is so much warmer.
+    sensor_fails
+        Fault: the sensor does not work; no spot is valid.
+    """
+
+    def __init__(
+        self,
+        camera: int,
+        serial: int,
+        provider: CameraFrames,
+        store: CameraStore,
+        diagnosis: Diagnosis,
+        darken: Callable[[int], int],
+    ) -> None:
+        self.warmer_c = 0.0
+        self.sensor_fails = False
+        self._camera = camera
+        self._serial = serial
+        self._store = store
+        self._diagnosis = diagnosis
+        self._sensor = sensor_of(provider)
+        self._black = BlackImages(self._sensor, camera, store, darken, self._failed)
+        self._snapshots = Snapshots(self._sensor, camera, (SENSOR_PX, SENSOR_PX), self._failed)
+        self._hot = self._failing = False
+        self._checked_ns: int | None = None
+        self._powered_ns = 0
+        self._intrinsics = self._stored(_INTRINSICS_NAME)
+        self._note = self._stored(_NOTE_NAME)
+        self._hours = int.from_bytes(self._stored(_HOURS_NAME), "little")
+        self._saved_hours = self._hours
+        if self._intrinsics:
+            self._check_stored_intrinsics()
+        self._black.switch_on()
+
+    @property
+    def lens(self) -> CameraModel | None:
+        """Return what corrects the image, or None where no intrinsics are stored."""
+        return Intrinsics.decode(self._intrinsics).model() if self._intrinsics else None
+
+    def configure(self, config: CameraConfig) -> None:
+        """Hand the configuration to the sensor."""
+        self._sensor.configure(
+            self._camera,
+            exposure_ns=config.exposure_ns,
+            threshold=config.threshold,
+            strobe=config.strobe,
+            windows=config.windows,
+        )
+
+    def work(self, now_ns: int) -> bool:
+        """Go on with what takes time; say whether something was done."""
+        if self._checked_ns is None or now_ns - self._checked_ns >= _CHECK_NS:
+            self._powered_ns += 0 if self._checked_ns is None else now_ns - self._checked_ns
+            self._checked_ns = now_ns
+            self._check()
+        return self._black.work(now_ns) or self._snapshots.work()
+
+    def live(self) -> dict[Address, Callable[[], bytes]]:
+        """Return how to read the entries."""
+        return {
+            **self._diagnosis.live(),
+            **self._black.live(),
+            **self._snapshots.live(),
+            (CALIBRATION, _BLOB): lambda: self._intrinsics,
+            (CALIBRATION, _LENGTH): lambda: struct.pack("<I", len(self._intrinsics)),
+            (CALIBRATION, _SHA): lambda: (
+                hashlib.sha256(self._intrinsics).digest() if self._intrinsics else b""
+            ),
+            (CALIBRATION, _CRC): lambda: struct.pack("<I", zlib.crc32(self._intrinsics)),
+            (CALIBRATION, _NOTE): lambda: self._note,
+            (INFORMATION, _WIDTH): lambda: struct.pack("<H", SENSOR_PX),
+            (INFORMATION, _HEIGHT): lambda: struct.pack("<H", SENSOR_PX),
+            (INFORMATION, _TEMPERATURE): lambda: struct.pack("<h", round(10 * self._celsius())),
+            (INFORMATION, _HOURS): lambda: struct.pack("<I", self._operating_hours()),
+        }
+
+    def written(self) -> Mapping[Address, Callable[[bytes], object]]:
+        """Return what writing the entries does."""
+        return {
+            **self._diagnosis.written(),
+            **self._black.written(),
+            **self._snapshots.written(),
+            (CONFIGURATION, _MODE): self._check_mode,
+            (CALIBRATION, _BLOB): self._keep_intrinsics,
+            (CALIBRATION, _NOTE): self._keep_note,
+        }
+
+    def _check_mode(self, value: bytes) -> None:
+        if value[0] == CameraMode.CORRECTED and not self._intrinsics:
+            raise AbortError(Abort.NO_DATA)
+
+    def _keep_intrinsics(self, value: bytes) -> None:
+        if value:
+            try:
+                found = Intrinsics.decode(value)
+            except BusError as error:
+                raise AbortError(Abort.VALUE) from error
+            if found.serial != self._serial:
+                raise AbortError(Abort.VALUE)
+        self._save(_INTRINSICS_NAME, value)
+        self._intrinsics = value
+
+    def _keep_note(self, value: bytes) -> None:
+        self._save(_NOTE_NAME, value)
+        self._note = value
+
+    def _save(self, name: str, value: bytes) -> None:
+        try:
+            self._store.save(name, value)
+        except StorageError as error:
+            self._failed(error)
+            raise AbortError(Abort.NOT_STORED) from error
+
+    def _stored(self, name: str) -> bytes:
+        try:
+            return self._store.load(name) or b""
+        except OcmmError as error:
+            self._failed(error)
+            return b""
+
+    def _check_stored_intrinsics(self) -> None:
+        try:
+            Intrinsics.decode(self._intrinsics)
+        except BusError as error:
+            self._intrinsics = b""
+            self._failed(error)
+
+    def _celsius(self) -> float:
+        try:
+            return self._sensor.temperature_c(self._camera) + self.warmer_c
+        except OcmmError as error:
+            raise AbortError(Abort.HARDWARE) from error
+
+    def _operating_hours(self) -> int:
+        return self._hours + self._powered_ns // _HOUR_NS
+
+    def _check(self) -> None:
+        """Watch hours, temperature and sensor, as once a second."""
+        hours = self._operating_hours()
+        if hours != self._saved_hours:
+            self._saved_hours = hours
+            try:
+                self._store.save(_HOURS_NAME, struct.pack("<I", hours))
+            except StorageError as error:
+                self._failed(error)
+        failing = self.sensor_fails
+        try:
+            celsius = self._celsius()
+        except AbortError:
+            failing, celsius = True, 0.0
+        hot = celsius > (_COOL_C if self._hot else _HOT_C)
+        if hot != self._hot:
+            self._hot = hot
+            code = ErrorCode.OVER_TEMPERATURE if hot else ErrorCode.RESET
+            self._report(code, struct.pack("<h", round(10 * celsius)))
+        if failing != self._failing:
+            self._failing = failing
+            self._report(ErrorCode.SENSOR if failing else ErrorCode.RESET)
+
+    def _failed(self, error: OcmmError) -> None:
+        stored = isinstance(error, StorageError) or error.code == "bus.intrinsics"
+        self._report(ErrorCode.STORED_DATA if stored else ErrorCode.SENSOR)
+
+    def _report(self, code: ErrorCode, data: bytes = b"") -> None:
+        register = ErrorRegister(0)
+        if self._hot:
+            register |= ErrorRegister.TEMPERATURE
+        if self._failing:
+            register |= ErrorRegister.PROFILE
+        if code or register:
+            register |= ErrorRegister.GENERIC
+        self._diagnosis.report(code, register, data)

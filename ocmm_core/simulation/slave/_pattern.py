@@ -1,0 +1,195 @@
+"""Where the frames of a software camera come from, and a test pattern that needs no physics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.fieldbus.device import N_SLOTS
+
+Frames = tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]
+
+
+class CameraFrames(Protocol):
+    """What the sensors see: a pure function of camera and exposure number."""
+
+    def camera_frames(self, camera: int, first: int, count: int) -> Frames:
+        """Return the frames ``first .. first + count - 1`` of one camera.
+
+        Returns
+        -------
+        valid
+            (count,) uint16: bit s says that slot s holds a spot.
+        flags
+            (count,) uint16: bits of `FrameFlag`.
+        uv
+            (count, 8, 2) float64, px: spots, NaN where not valid.
+        """
+        ...
+
+
+class SensorControl(Protocol):
+    """What the electronics of a camera can set and ask at its sensor."""
+
+    def configure(
+        self,
+        camera: int,
+        *,
+        exposure_ns: int,
+        threshold: int,
+        strobe: int,
+        windows: tuple[tuple[int, int, int, int], ...],
+    ) -> None:
+        """Set exposure time, threshold in grey levels, lit LEDs (bit mask, 0: all) and windows.
+
+        A window is left, top, width and height, px; without any the camera chooses by itself.
+        """
+        ...
+
+    def image(
+        self, camera: int, left: int, top: int, width: int, height: int
+    ) -> NDArray[np.uint16]:
+        """Return a raw picture of a region (height, width)."""
+        ...
+
+    def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:
+        """Return the mean of so many exposures of the whole sensor with the LEDs off."""
+        ...
+
+    def set_black_image(self, camera: int, image: NDArray[np.uint16] | None) -> None:
+        """Subtract this picture from now on, or nothing."""
+        ...
+
+    def temperature_c(self, camera: int) -> float:
+        """Return the temperature of the sensor."""
+        ...
+
+
+class Clocked(Protocol):
+    """Whose clock tells when a frame is exposed: a slave controller."""
+
+    now_ns: int
+
+    @property
+    def system_time_ns(self) -> int:
+        """Return the distributed-clock time."""
+        ...
+
+
+class Scheduled(Protocol):
+    """Who plans the exposures of a camera: its buffer."""
+
+    start_ns: int
+    period_ns: int
+
+
+_DIGIT = 1 << 10
+"""Values of one digit; a digit is a whole number of pixels from `_ZERO_PX` on."""
+_ZERO_PX = 100.0
+CLOCK_MODULUS_US = _DIGIT**4
+
+
+class ClockPattern:
+    """Spots that tell when they were exposed, so that old and mixed frames are found out.
+
+    Slots 0 and 1 hold the exposure time on the bus clock as the camera believes it, slots 2 and 3
+    the host time at which it happens, both in microseconds, slot 4 the number of the camera and
+    its boot counter; the rest, and the button, follow from the exposure time. See `read_clock`.
+    """
+
+    def __init__(self) -> None:
+        self._watched: dict[int, tuple[Clocked, Scheduled, int]] = {}
+
+    def watch(self, camera: int, clock: Clocked, schedule: Scheduled, boots: int) -> None:
+        """Take a camera's times from these from now on."""
+        self._watched[camera] = (clock, schedule, boots)
+
+    def camera_frames(self, camera: int, first: int, count: int) -> Frames:
+        """Return the pattern; see `CameraFrames`."""
+        bus_ns = np.zeros(count, np.int64)
+        ahead_ns = boots = 0
+        if camera in self._watched:
+            clock, schedule, boots = self._watched[camera]
+            bus_ns = schedule.start_ns + (first + np.arange(count)) * schedule.period_ns
+            ahead_ns = clock.system_time_ns - clock.now_ns
+        bus_us = bus_ns // 1000 % CLOCK_MODULUS_US
+        host_us = (bus_ns - ahead_ns) // 1000 % CLOCK_MODULUS_US
+        uv = np.empty((count, N_SLOTS, 2))
+        for slot, value in ((0, bus_us), (2, host_us)):
+            for digit in range(4):
+                uv[:, slot + digit // 2, digit % 2] = value // _DIGIT**digit % _DIGIT
+        uv[:, 4] = camera, boots % _DIGIT
+        uv[:, 5:] = _follow_up(bus_us)
+        flags = (bus_us // 100_000 % 2).astype(np.uint16)
+        return np.full(count, 0xFF, np.uint16), flags, _ZERO_PX + uv
+
+
+@dataclass(frozen=True, slots=True)
+class ClockReading:
+    """What frames of one camera that shows a `ClockPattern` say.
+
+    Attributes
+    ----------
+    bus_us, host_us
+        (n,): when they were exposed, modulo `CLOCK_MODULUS_US`.
+    camera, boots
+        (n,): who exposed them.
+    intact
+        (n,): everything in the frame fits together.
+    """
+
+    bus_us: NDArray[np.int64]
+    host_us: NDArray[np.int64]
+    camera: NDArray[np.int64]
+    boots: NDArray[np.int64]
+    intact: NDArray[np.bool_]
+
+
+def read_clock(valid: NDArray[np.uint16], uv: NDArray[np.float64]) -> ClockReading:
+    """Read what a `ClockPattern` shows: ``valid`` (n,) and ``uv`` (n, 8, 2) of one camera."""
+    digits = np.nan_to_num(uv - _ZERO_PX, nan=-1.0)
+    whole = digits.astype(np.int64)
+    weights = _DIGIT ** np.arange(4)
+    bus_us = whole[:, 0:2].reshape(-1, 4) @ weights
+    intact = np.all(whole[:, 5:] == _follow_up(bus_us), axis=(1, 2)) & np.all(
+        (digits == whole) & (whole >= 0) & (whole < _DIGIT), axis=(1, 2)
+    )
+    return ClockReading(
+        bus_us=bus_us,
+        host_us=whole[:, 2:4].reshape(-1, 4) @ weights,
+        camera=whole[:, 4, 0],
+        boots=whole[:, 4, 1],
+        intact=intact & (valid == 0xFF),
+    )
+
+
+def _follow_up(bus_us: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return whole numbers (n, 3, 2) below `_DIGIT` that follow from the time."""
+    factors = np.array([[7, 11], [13, 17], [19, 23]])
+    # A prime keeps the six numbers apart; any wrong bit of the time changes most of them.
+    follow_up: NDArray[np.int64] = bus_us[:, None, None] * factors % 1021
+    return follow_up
+
+
+class TestPattern:
+    """Spots on circles; a slot, the button and the positions all tell the exposure number.
+
+    Every tenth of a second the button changes, and every 37th frame one slot is missing.
+    """
+
+    __test__ = False
+
+    def camera_frames(self, camera: int, first: int, count: int) -> Frames:
+        """Return the pattern; see `CameraFrames`."""
+        counter = first + np.arange(count)
+        valid = np.full(count, 0xFF, np.uint16)
+        missing = counter % 37 == 0
+        valid[missing] = 0xFF & ~(1 << counter[missing] // 37 % N_SLOTS)
+        flags = (counter // 800 % 2).astype(np.uint16)
+        phase = 1e-3 * counter[:, None] + np.arange(N_SLOTS) + camera
+        uv = np.stack([1000.0 + 500.0 * np.cos(phase), 900.0 + 400.0 * np.sin(phase)], axis=2)
+        uv[(valid[:, None] >> np.arange(N_SLOTS)) & 1 == 0] = np.nan
+        return valid, flags, uv

@@ -1,0 +1,234 @@
+"""A segment of slaves on one wire: works the datagrams of an EtherCAT frame (ETG.1000.4).
+
+Every slave in turn sees every datagram, as on a real wire, and adds to the working counter what
+the standard says: one for a read, one for a write, and in a combined command two for the write.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+from ocmm_core.fieldbus.device import SM_INPUTS, SM_OUTPUTS, SYNC_MANAGERS
+from ocmm_core.simulation.slave._esc import Esc
+from ocmm_core.simulation.slave._registers import FMMU, N_FMMU, PORT_TIME, STATION_ADDRESS
+
+ETHERTYPE = 0x88A4
+_ETHERNET_HEAD = 14
+_DATAGRAM_HEAD = 10
+_HOP_NS = 120
+"""Delay of one slave on the wire."""
+
+
+class Command(IntEnum):
+    """EtherCAT commands."""
+
+    NOP = 0
+    APRD = 1
+    APWR = 2
+    APRW = 3
+    FPRD = 4
+    FPWR = 5
+    FPRW = 6
+    BRD = 7
+    BWR = 8
+    BRW = 9
+    LRD = 10
+    LWR = 11
+    LRW = 12
+    ARMW = 13
+    FRMW = 14
+
+
+_READS = {Command.APRD, Command.FPRD, Command.BRD, Command.LRD}
+_WRITES = {Command.APWR, Command.FPWR, Command.BWR, Command.LWR}
+_LOGICAL = {Command.LRD, Command.LWR, Command.LRW}
+_POSITION = {Command.APRD, Command.APWR, Command.APRW, Command.ARMW}
+_STATION = {Command.FPRD, Command.FPWR, Command.FPRW, Command.FRMW}
+_BROADCAST = {Command.BRD, Command.BWR, Command.BRW}
+
+
+@dataclass(frozen=True, slots=True)
+class _Copy:
+    """Bytes of a logical datagram that one FMMU maps; `sync_manager` 0 is plain memory."""
+
+    slave: Esc
+    write: bool
+    sync_manager: int
+    at: int
+    address: int
+    length: int
+
+
+class Segment:
+    """The slaves of one wire, in the order in which a frame passes them."""
+
+    def __init__(self, slaves: Sequence[Esc]) -> None:
+        self.slaves = tuple(slaves)
+        # Working out which bytes an FMMU maps takes longer than copying them; masters repeat
+        # the same logical datagrams for hours.
+        self._plans: dict[tuple[int, int, int], list[_Copy]] = {}
+        for slave in self.slaves:
+            slave.mapping_changed = self._plans.clear
+            slave.set_ports(last=slave is self.slaves[-1])
+
+    def process(self, frame: bytearray, now_ns: int) -> bool:
+        """Work through an Ethernet frame in place; say whether it was an EtherCAT frame.
+
+        Parameters
+        ----------
+        frame
+            From the destination address on.
+        now_ns
+            When it arrived, ns.
+        """
+        if len(frame) < _ETHERNET_HEAD + 2 + _DATAGRAM_HEAD + 2:
+            return False
+        if int.from_bytes(frame[12:14], "big") != ETHERTYPE:
+            return False
+        for slave in self.slaves:
+            slave.now_ns = now_ns
+        view = memoryview(frame)
+        at = _ETHERNET_HEAD + 2
+        while True:
+            command, _index, low, high, flags, _event = struct.unpack_from("<BBHHHH", frame, at)
+            length = flags & 0x07FF
+            start = at + _DATAGRAM_HEAD
+            if start + length + 2 > len(frame):
+                return False
+            data = view[start : start + length]
+            if command in _LOGICAL:
+                count = self._logical(command, high << 16 | low, data)
+            else:
+                count, low = self._physical(command, low, high, data)
+                struct.pack_into("<H", frame, at + 2, low)
+            (before,) = struct.unpack_from("<H", frame, start + length)
+            struct.pack_into("<H", frame, start + length, before + count & 0xFFFF)
+            if not flags & 0x8000:
+                break
+            at = start + length + 2
+            if at + _DATAGRAM_HEAD + 2 > len(frame):
+                return False
+        # A frame that has passed a slave is known by this bit of its source address.
+        frame[6] |= 0x02
+        return True
+
+    def _logical(self, command: int, address: int, data: memoryview) -> int:
+        key = (command, address, len(data))
+        plan = self._plans.get(key)
+        if plan is None:
+            plan = self._plans[key] = self._plan(*key)
+        weight = 2 if command == Command.LRW else 1
+        written: set[int] = set()
+        reading: set[int] = set()
+        for copy in plan:
+            slave = copy.slave
+            if copy.sync_manager and not slave.exchange_allowed(copy.sync_manager):
+                continue
+            part = data[copy.at : copy.at + copy.length]
+            if copy.write:
+                slave.store_outputs(copy.address, part)
+                written.add(id(slave))
+            else:
+                if copy.sync_manager:
+                    slave.refresh_inputs()
+                part[:] = slave.memory[copy.address : copy.address + copy.length]
+                reading.add(id(slave))
+        return weight * len(written) + len(reading)
+
+    def _plan(self, command: int, address: int, length: int) -> list[_Copy]:
+        plan = []
+        for slave in self.slaves:
+            for number in range(N_FMMU):
+                copy = _mapped(slave, FMMU + 16 * number, address, length)
+                if copy is not None and command != (Command.LRD if copy.write else Command.LWR):
+                    plan.append(copy)
+        return plan
+
+    def _physical(
+        self, command: int, target: int, register: int, data: memoryview
+    ) -> tuple[int, int]:
+        count = 0
+        for position, slave in enumerate(self.slaves):
+            if command in _POSITION:
+                addressed = target == 0
+                target = target + 1 & 0xFFFF
+            elif command in _STATION:
+                addressed = target == struct.unpack_from("<H", slave.memory, STATION_ADDRESS)[0]
+            elif command in _BROADCAST:
+                addressed = True
+                target = target + 1 & 0xFFFF
+            else:
+                return 0, target
+            if command in (Command.ARMW, Command.FRMW):
+                count += (
+                    _read(slave, register, data) if addressed else _write(slave, register, data)
+                )
+            elif addressed:
+                count += self._access(command, position, slave, register, data)
+        return count, target
+
+    def _access(
+        self, command: int, position: int, slave: Esc, register: int, data: memoryview
+    ) -> int:
+        if register == PORT_TIME and command not in _READS:
+            hops = len(self.slaves) - 1
+            slave.latch_receive_times(
+                slave.now_ns + position * _HOP_NS, slave.now_ns + (2 * hops - position) * _HOP_NS
+            )
+            return 1
+        if command in _WRITES:
+            return _write(slave, register, data)
+        if command == Command.BRD:
+            return _read_or(slave, register, data)
+        if command in _READS:
+            return _read(slave, register, data)
+        sent = bytes(data)
+        count = (
+            _read_or(slave, register, data)
+            if command == Command.BRW
+            else _read(slave, register, data)
+        )
+        return count + (2 if slave.write(register, sent) else 0)
+
+
+def _read(slave: Esc, register: int, data: memoryview) -> int:
+    content = slave.read(register, len(data))
+    if content is None or len(content) != len(data):
+        return 0
+    data[:] = content
+    return 1
+
+
+def _read_or(slave: Esc, register: int, data: memoryview) -> int:
+    content = slave.read(register, len(data))
+    if content is None or len(content) != len(data):
+        return 0
+    for at, byte in enumerate(content):
+        data[at] |= byte
+    return 1
+
+
+def _write(slave: Esc, register: int, data: memoryview) -> int:
+    return 1 if slave.write(register, data) else 0
+
+
+def _mapped(slave: Esc, at: int, address: int, length: int) -> _Copy | None:
+    logical, size, first_bit, last_bit, physical, bit, kind, active = struct.unpack_from(
+        "<IHBBHBBB", slave.memory, at
+    )
+    # Only whole bytes are mapped; the camera has no bit variables.
+    if not active & 1 or (first_bit, last_bit, bit) != (0, 7, 0) or kind not in (1, 2):
+        return None
+    low, high = max(logical, address), min(logical + size, address + length)
+    if low >= high:
+        return None
+    start = physical + low - logical
+    sync_manager = 0
+    for number in (SM_OUTPUTS, SM_INPUTS):
+        sm_start, sm_length = SYNC_MANAGERS[number][:2]
+        if sm_start <= start < sm_start + sm_length:
+            sync_manager = number
+    return _Copy(slave, kind == 2, sync_manager, low - address, start, high - low)

@@ -1,0 +1,303 @@
+"""The software camera: a slave controller with frames, objects and errors behind it."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable
+
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.device import (
+    CONFIGURATION,
+    COUNTER_MODULUS,
+    COUNTERS,
+    DATA_CRC,
+    DATA_CRC_AT,
+    HEADER_STRUCT,
+    INPUT_DTYPE,
+    INPUT_PDOS,
+    INPUT_START,
+    INPUT_SYNC,
+    MAILBOX_BYTES,
+    N_SLOTS,
+    OUTPUT_PDO,
+    OUTPUT_START,
+    OUTPUT_STRUCT,
+    OUTPUT_SYNC,
+    SM_ASSIGNMENT,
+    SM_INPUTS,
+    SYNC_CYCLE,
+    SYNC_ERROR,
+    SYNC_EXCEEDED,
+    SYNC_MISSED,
+    SYNC_MODE,
+    TIMESTAMP,
+    WINDOWS,
+    CameraConfig,
+    CameraMode,
+    CameraStatus,
+    Control,
+    ErrorCode,
+    ErrorRegister,
+    Window,
+    object_dictionary,
+)
+from ocmm_core.simulation.slave._coe import CoeServer
+from ocmm_core.simulation.slave._diagnosis import Diagnosis
+from ocmm_core.simulation.slave._electronics import Electronics
+from ocmm_core.simulation.slave._esc import Esc
+from ocmm_core.simulation.slave._frame_buffer import CHUNK_FRAMES as CHUNK_FRAMES
+from ocmm_core.simulation.slave._frame_buffer import FrameBuffer
+from ocmm_core.simulation.slave._pattern import CameraFrames
+from ocmm_core.simulation.slave._registers import (
+    AL_STATUS_CODE,
+    INIT,
+    OP,
+    PREOP,
+    SAFEOP,
+    SYNC0_CYCLE,
+    WATCHDOG_COUNT,
+    WATCHDOG_STATUS,
+)
+from ocmm_core.simulation.slave._sdo_values import Address
+from ocmm_core.simulation.slave._sii import sii_image
+from ocmm_core.simulation.slave._store import CameraStore
+
+_AL_INCONSISTENT = 0x0026
+_SYNC_CODES = (0x001A, 0x002C, *range(0x0030, 0x0038))
+"""AL status codes of falls that the clock signal caused."""
+_LOST_LINKS = slice(0x0310, 0x0314)
+_SYNC0_MODE = 2
+
+
+class SoftwareCamera:
+    """One camera on the wire.
+
+    Parameters
+    ----------
+    index
+        Its number for the provider.
+    serial, alias
+        Its identity.
+    provider
+        What it sees; `SensorControl` is used where the provider has it.
+    boot_counter
+        How often it was switched on.
+    store
+        What it keeps without power; the same one for a camera that is switched on again.
+
+    Attributes
+    ----------
+    frozen
+        Fault: the camera's application stands still while its controller goes on answering.
+    mailbox_hangs
+        Fault: mailboxes are taken and never answered.
+    electronics
+        Sensor and memory, with their faults.
+    """
+
+    def __init__(
+        self,
+        index: int,
+        serial: int,
+        alias: int,
+        provider: CameraFrames,
+        boot_counter: int = 1,
+        store: CameraStore | None = None,
+    ) -> None:
+        self.esc = Esc(sii_image(serial, alias), 7_000_000_000 * (index + 1), self)
+        self.buffer = FrameBuffer(provider, index)
+        self.frozen = self.mailbox_hangs = False
+        self._inputs = memoryview(self.esc.memory)[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
+        self._boot_counter = boot_counter
+        self._cycle = 0
+        self._state = INIT
+        self._crc = CameraConfig().crc()
+        self._period_override = 0
+        self._outputs_ns = 0
+        self._missed = 0
+        self._diagnosis = Diagnosis(lambda: self.esc.system_time_ns, self._send_emergency)
+        self.electronics = Electronics(
+            index, serial, provider, store or CameraStore(), self._diagnosis, self._darken
+        )
+        self.coe = CoeServer(
+            object_dictionary(serial),
+            MAILBOX_BYTES,
+            {**self.electronics.live(), **self._live()},
+            self.electronics.written(),
+            lambda: self.esc.state <= PREOP,
+        )
+
+    @property
+    def period_override(self) -> int:
+        """Return the fault of exposing every so many ns whatever was told; 0 is none."""
+        return self._period_override
+
+    @period_override.setter
+    def period_override(self, period_ns: int) -> None:
+        self._period_override = period_ns
+        if self.buffer.running:
+            self.buffer.resume(*self._schedule(), self.esc.system_time_ns)
+
+    def answer(self, mailbox: bytes) -> bytes | None:
+        """Return the answer to a mailbox; see `Application`."""
+        return None if self.mailbox_hangs else self.coe.answer(mailbox)
+
+    def emergency(
+        self, code: int, register: int = ErrorRegister.GENERIC, data: bytes = b""
+    ) -> None:
+        """Send an emergency message and keep it in the history; code 0 ends an error."""
+        self._diagnosis.report(code, register, data)
+
+    def state_changed(self, state: int) -> None:
+        """Start or stop the exposures with the state."""
+        before, self._state = self._state, state
+        if state == INIT:
+            self.coe.reset()
+        if before == OP and state == SAFEOP and not self.esc.memory[WATCHDOG_STATUS] & 1:
+            communication = ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION
+            self.emergency(ErrorCode.WATCHDOG, communication)
+        if state == OP:
+            self._outputs_ns = 0
+            if self._diagnosis.register & ErrorRegister.COMMUNICATION:
+                self.emergency(ErrorCode.RESET, 0)
+        if state < SAFEOP:
+            self.buffer.stop()
+        elif not self.buffer.running:
+            self._start_exposures(state)
+
+    def outputs_written(self) -> None:
+        """Take the master's acknowledgement."""
+        control, _pattern, counter, _heartbeat = OUTPUT_STRUCT.unpack_from(
+            self.esc.memory, OUTPUT_START
+        )
+        now, cycle = self.esc.now_ns, self._bus_cycle_ns()
+        if cycle and self._outputs_ns and self._state == OP:
+            self._missed += max(0, round((now - self._outputs_ns) / cycle) - 1)
+        self._outputs_ns = now
+        if control & Control.STREAM and self.buffer.running and not self.frozen:
+            self.buffer.acknowledge(counter)
+
+    def refresh_inputs(self) -> None:
+        """Put header and frames where the master reads them."""
+        if self.frozen:
+            return
+        buffer, memory = self.buffer, self.esc.memory
+        first = count = 0
+        if buffer.running:
+            first, count = buffer.take(self.esc.system_time_ns)
+        status = CameraStatus.OPERATIONAL if self.esc.state == OP else 0
+        status |= CameraStatus.SYNCHRONISED if self.esc.sync0 is not None else 0
+        status |= CameraStatus.OVERRUN if buffer.follows_loss(first) else 0
+        status |= CameraStatus.DARK if buffer.is_dark(first, count) else 0
+        status |= CameraStatus.DIAGNOSIS if self._diagnosis.pending else 0
+        self._cycle = self._cycle + 1 & 0xFF
+        HEADER_STRUCT.pack_into(
+            memory,
+            INPUT_START,
+            first % COUNTER_MODULUS,
+            buffer.start_ns + first * buffer.period_ns,
+            buffer.period_ns,
+            count,
+            self._cycle,
+            status,
+            self._crc,
+            self._boot_counter,
+            0,
+        )
+        buffer.copy(first, count, memory, INPUT_START + HEADER_STRUCT.size)
+        crc = zlib.crc32(self._inputs)
+        DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
+
+    def generate(self, now_ns: int) -> bool:
+        """Work ahead; say whether something was done."""
+        self.esc.now_ns = now_ns
+        self.buffer.blind = self.electronics.sensor_fails
+        return self.buffer.generate(self.esc.system_time_ns) or self.electronics.work(now_ns)
+
+    def remap(self, position: int, mapping_index: int) -> None:
+        """Fault: let another PDO stand at a position of the input assignment."""
+        value = struct.pack("<H", mapping_index)
+        self.coe.set_value(SM_ASSIGNMENT + SM_INPUTS, position, value)
+
+    def _start_exposures(self, state: int) -> None:
+        """Put the configuration in force and begin; refuse one that contradicts itself."""
+        lens = self.electronics.lens
+        try:
+            config = self._config()
+            self.electronics.configure(config)
+        except InputError:
+            self.esc.fall_back(PREOP, _AL_INCONSISTENT)
+            return
+        if config.mode is CameraMode.CORRECTED and lens is None:
+            self.esc.fall_back(PREOP, _AL_INCONSISTENT)
+            return
+        self._crc = config.crc()
+        self.buffer.lens = lens if config.mode is CameraMode.CORRECTED else None
+        if self.esc.sync0 is not None or state == OP:
+            self.buffer.start(*self._schedule())
+
+    def _schedule(self) -> tuple[int, int]:
+        """Return time of exposure 0 and period, ns of system time."""
+        sync0 = self.esc.sync0
+        start, period = sync0 or (self.esc.system_time_ns, self._config().frame_period_ns)
+        return start, self._period_override or period
+
+    def _send_emergency(self, code: int, register: int, data: bytes) -> None:
+        if self.esc.state >= PREOP and not self.mailbox_hangs:
+            self.esc.post(self.coe.emergency(code, register, data))
+
+    def _darken(self, frames: int) -> int:
+        return self.buffer.darken(self.esc.system_time_ns, frames)
+
+    def _bus_cycle_ns(self) -> int:
+        sync0, sync1 = struct.unpack_from("<II", self.esc.memory, SYNC0_CYCLE)
+        return int(sync0 + sync1) if self.esc.sync0 is not None else 0
+
+    def _sync_failed(self) -> bool:
+        (code,) = struct.unpack_from("<H", self.esc.memory, AL_STATUS_CODE)
+        return code in _SYNC_CODES
+
+    def _live(self) -> dict[Address, Callable[[], bytes]]:
+        """Return how to read what the controller and the frames know."""
+        memory = self.esc.memory
+        entries: dict[Address, Callable[[], bytes]] = {
+            (TIMESTAMP, 0): lambda: struct.pack("<Q", self.esc.system_time_ns & (1 << 64) - 1),
+            (COUNTERS, 1): lambda: struct.pack("<I", self.buffer.lost & 0xFFFFFFFF),
+            (COUNTERS, 2): lambda: struct.pack("<I", memory[WATCHDOG_COUNT]),
+            (COUNTERS, 3): lambda: struct.pack("<I", self.buffer.overruns),
+            (COUNTERS, 4): lambda: struct.pack("<I", self.coe.bad_mailboxes),
+            (COUNTERS, 5): lambda: struct.pack("<I", sum(memory[_LOST_LINKS])),
+            (COUNTERS, 6): lambda: struct.pack("<I", self._diagnosis.count),
+        }
+        for index in (OUTPUT_SYNC, INPUT_SYNC):
+            entries[index, SYNC_MODE] = lambda: struct.pack(
+                "<H", _SYNC0_MODE if self.esc.sync0 is not None else 0
+            )
+            entries[index, SYNC_CYCLE] = lambda: struct.pack("<I", self._bus_cycle_ns())
+            entries[index, SYNC_MISSED] = lambda: struct.pack("<H", min(self._missed, 0xFFFF))
+            entries[index, SYNC_EXCEEDED] = lambda: struct.pack("<H", min(self.buffer.late, 0xFFFF))
+            entries[index, SYNC_ERROR] = lambda: bytes([self._sync_failed()])
+        for start, pdos in ((INPUT_START, INPUT_PDOS), (OUTPUT_START, (OUTPUT_PDO,))):
+            at = start
+            for pdo in pdos:
+                for entry in pdo.entries:
+                    place = slice(at, at + entry.bits // 8)
+                    entries[entry.index, entry.sub] = lambda place=place: bytes(memory[place])  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
+                    at = place.stop
+        return entries
+
+    def _config(self) -> CameraConfig:
+        period, exposure, threshold, mode, strobe = (
+            int.from_bytes(self.coe.value(CONFIGURATION, sub), "little") for sub in range(1, 6)
+        )
+        numbers = [
+            int.from_bytes(self.coe.value(WINDOWS, sub), "little")
+            for sub in range(1, 4 * N_SLOTS + 1)
+        ]
+        windows: list[Window] = list(
+            zip(numbers[::4], numbers[1::4], numbers[2::4], numbers[3::4], strict=True)
+        )
+        while windows and not any(windows[-1]):
+            windows.pop()
+        return CameraConfig(period, exposure, threshold, CameraMode(mode), strobe, tuple(windows))

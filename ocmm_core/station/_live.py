@@ -1,0 +1,247 @@
+"""The live snapshot: what the machine sees now, and whether its number can be trusted."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+import numpy as np
+
+from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, FrameBlock, StopReason
+from ocmm_core.camera import MAX_SLOTS, Rig
+from ocmm_core.errors import TrackingError
+from ocmm_core.fieldbus.report import BusPhase, trouble_words
+from ocmm_core.geometry import Float, Int
+from ocmm_core.inspection.evaluation import LiveView, ReferenceView, StatusWord
+from ocmm_core.measuring import PointOptions, explain, point_uncertainty
+from ocmm_core.station._bus_watch import SILENCE_S, BusWatch
+from ocmm_core.station._reference_watch import judge_reference, reference_view
+from ocmm_core.tracking import (
+    FrameStatus,
+    ProbeBody,
+    ReferenceBody,
+    TrackBlock,
+    TrackingPipeline,
+    in_rig,
+    relative_sensitivity,
+    tip_sensitivity,
+)
+
+_STALE_S = 0.3
+"""Tracking that lags by more than this shows the past, even where the cameras deliver."""
+
+_SHOWN_FRAMES = 80
+"""The live position is the mean of so many latest frames, 10 ms at 8 kHz."""
+
+_UNCERTAINTY_EVERY_S = 0.2
+"""The uncertainty of the live tip changes slowly and costs milliseconds."""
+
+
+class LiveState:
+    """Keep what the latest frames say; fed by the reconstruction thread, read by any other.
+
+    Parameters
+    ----------
+    rig, body
+        What is measured with.
+    options
+        For the limit of the uncertainty.
+    bus
+        Where the frames come by themselves, so that silence means a fault; None elsewhere.
+    reference
+        The reference body; None without one.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        body: ProbeBody,
+        options: PointOptions,
+        bus: BusWatch | None,
+        reference: ReferenceBody | None = None,
+    ) -> None:
+        self._rig = rig
+        self._body = body
+        self._options = options
+        self._bus = bus
+        self._no_spots = np.full((len(rig.cameras), MAX_SLOTS, 2), np.nan)
+        self._no_labels = np.full((len(rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
+        self._raw: FrameBlock | None = None
+        self._track: TrackBlock | None = None
+        self._labels: Int = self._no_labels
+        self._reference = reference
+        self._references: Int | None = None
+        self._reference_view: ReferenceView | None = None
+        self._reference_lost = (StatusWord.NOT_READY, "")
+        self._reason = ""
+        self._collecting = False
+        self._uncertainty: float | None = None
+        self._uncertainty_at = -np.inf
+        self._fed_at = -np.inf
+        self._disturbed_at = -np.inf
+        self._rate: deque[tuple[int, int]] = deque()
+
+    def feed(
+        self, raw: FrameBlock, track: TrackBlock, pipeline: TrackingPipeline, *, collecting: bool
+    ) -> None:
+        """Take in the latest frames (reconstruction thread only)."""
+        now = time.monotonic()
+        self._raw, self._labels, self._reason = raw, pipeline.slot_leds(), pipeline.reason
+        self._collecting = collecting
+        if self._rate and int(raw.time_ns[-1]) < self._rate[-1][0]:
+            # The bus clock was set anew.
+            self._rate.clear()
+        self._rate.append((int(raw.time_ns[-1]), len(raw)))
+        while self._rate[-1][0] - self._rate[0][0] > 1_000_000_000:
+            self._rate.popleft()
+        good = np.flatnonzero(track.status == FrameStatus.OK)
+        if len(good) and now - self._uncertainty_at > _UNCERTAINTY_EVERY_S:
+            self._uncertainty_at = now
+            self._uncertainty = self._uncertainty_of(track, int(good[-1]))
+        if self._reference is not None:
+            self._references = pipeline.slot_references()
+            self._reference_view = reference_view(track, pipeline, self._reference)
+            if track.status[-1] == FrameStatus.REFERENCE_LOST:
+                self._reference_lost = judge_reference(track, pipeline, self._rig)
+        self._track = track
+        self._fed_at = now
+
+    def view(
+        self, acquisition: AcquisitionStatus, obstacle: str, faults: tuple[str, ...] = ()
+    ) -> LiveView:
+        """Return the snapshot (any thread).
+
+        Parameters
+        ----------
+        acquisition
+            Its state now.
+        obstacle
+            Why the calibration allows no points, or empty.
+        faults
+            What has failed beside the measuring.
+        """
+        raw, track, rate = self._raw, self._track, list(self._rate)
+        word, reason = self._judge(acquisition, track, obstacle)
+        trusted = word in (StatusWord.READY, StatusWord.MEASURING) and track is not None
+        shown = None
+        if trusted and track is not None:
+            latest = slice(-_SHOWN_FRAMES, None)
+            good = track.status[latest] == FrameStatus.OK
+            shown = track.tip_world[latest][good].mean(axis=0)
+        return LiveView(
+            status=word,
+            reason=reason,
+            tip_world=shown,
+            tip_uncertainty=self._uncertainty if shown is not None else None,
+            rotation_world_from_probe=(
+                track.rotation_world_from_probe[-1] if shown is not None and track else None
+            ),
+            origin_world=track.origin_world[-1] if shown is not None and track else None,
+            spots=raw.uv[-1] if raw is not None else self._no_spots,
+            slot_leds=self._labels,
+            frame_counter=int(raw.counter[-1]) if raw is not None else -1,
+            time_s=float(raw.time_ns[-1]) * 1e-9 if raw is not None else 0.0,
+            frames_per_second=_frames_per_second(rate),
+            acquisition=acquisition,
+            slot_references=self._references,
+            reference=self._reference_view,
+            faults=faults,
+        )
+
+    def failed(
+        self, acquisition: AcquisitionStatus, reason: str, faults: tuple[str, ...] = ()
+    ) -> LiveView:
+        """Return a snapshot in which nothing is seen any more; it computes nothing."""
+        return LiveView(
+            status=StatusWord.FAILED,
+            reason=reason,
+            tip_world=None,
+            tip_uncertainty=None,
+            rotation_world_from_probe=None,
+            origin_world=None,
+            spots=self._no_spots,
+            slot_leds=self._no_labels,
+            frame_counter=-1,
+            time_s=0.0,
+            frames_per_second=0.0,
+            acquisition=acquisition,
+            faults=faults,
+        )
+
+    def _judge(
+        self, acquisition: AcquisitionStatus, track: TrackBlock | None, obstacle: str
+    ) -> tuple[StatusWord, str]:
+        if acquisition.internal:
+            return StatusWord.FAILED, acquisition.message
+        if acquisition.stop_reason is StopReason.FAILED:
+            return StatusWord.NOT_READY, acquisition.message or "The acquisition has failed."
+        if acquisition.state is AcquisitionState.STOPPED:
+            return StatusWord.NOT_READY, "The acquisition has stopped."
+        if self._bus is not None:
+            trouble = self._trouble_of(self._bus, acquisition)
+            if trouble:
+                return StatusWord.NOT_READY, trouble
+        if obstacle:
+            return StatusWord.NOT_READY, obstacle
+        if track is None:
+            return StatusWord.NOT_READY, "Waiting for the cameras."
+        status = FrameStatus(int(track.status[-1]))
+        if status is FrameStatus.REFERENCE_LOST:
+            return self._reference_lost
+        if status is FrameStatus.LOST:
+            return StatusWord.LOST, explain(track, self._rig, 0.0).what
+        if status is FrameStatus.UNIDENTIFIED:
+            return StatusWord.LOST, f"Which LED is which is in doubt: {self._reason}."
+        if status is FrameStatus.DOUBTFUL:
+            return StatusWord.INACCURATE, "The spots do not fit the probe."
+        return self._judge_tip(in_rig(track).tip_world[-1])
+
+    def _trouble_of(self, bus: BusWatch, acquisition: AcquisitionStatus) -> str:
+        """Return why nothing that comes from the bus can be trusted now, or an empty text."""
+        now = time.monotonic()
+        report = bus.report()
+        if report is not None and report.phase is not BusPhase.OPERATION:
+            self._disturbed_at = now
+            return " ".join(trouble_words(report)).strip()
+        silence_s = bus.silence_s()
+        if silence_s is not None and silence_s > SILENCE_S:
+            self._disturbed_at = now
+            return "No new frames from the cameras."
+        if now - self._fed_at > _STALE_S and self._track is not None:
+            detail = f" ({acquisition.message})" if acquisition.message else ""
+            return f"No new frames from the cameras{detail}."
+        # What was tracked last is of before the disturbance until new frames went through.
+        return "Waiting for the cameras." if self._fed_at < self._disturbed_at else ""
+
+    def _judge_tip(self, tip_rig: Float) -> tuple[StatusWord, str]:
+        low, high = self._rig.volume_world
+        if np.any(tip_rig < low) or np.any(tip_rig > high):
+            return StatusWord.INACCURATE, "The ball is outside the calibrated volume."
+        limit = self._options.max_uncertainty
+        if self._uncertainty is None or self._uncertainty > limit:
+            return (
+                StatusWord.INACCURATE,
+                f"The position is uncertain by more than {limit:.3f} mm here: turn the probe so "
+                "that more LEDs face both cameras.",
+            )
+        return (StatusWord.MEASURING if self._collecting else StatusWord.READY), ""
+
+    def _uncertainty_of(self, track: TrackBlock, frame: int) -> float | None:
+        seen, spots = track.reference, track.uv[frame]
+        try:
+            if self._reference is None or seen is None or seen.home is None:
+                sensitivity = tip_sensitivity(spots, self._rig, self._body)
+            else:
+                sensitivity = relative_sensitivity(
+                    spots, seen.body.uv[frame], seen.home, self._rig, self._body, self._reference
+                )
+        except TrackingError:
+            return None
+        return point_uncertainty(sensitivity, self._rig, self._body)
+
+
+def _frames_per_second(rate: list[tuple[int, int]]) -> float:
+    if len(rate) < 2:
+        return 0.0
+    span_s = (rate[-1][0] - rate[0][0]) * 1e-9
+    return sum(count for _, count in rate[1:]) / span_s if span_s > 0.0 else 0.0

@@ -1,0 +1,208 @@
+"""The mounted tip as the station sees it: may points be taken with it now, and if not, why.
+
+What can change the tip - a blow, a long pause, another tip in the menu - is written into the
+history of the probe at once and forces the quick check, also after a restart. A probe that is
+measured with its document has no history: there the doubt lasts as long as the job runs.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.guided import BlowSense
+from ocmm_core.calibration.records import (
+    MONITOR,
+    Obstacle,
+    ProbeInUse,
+    ProbeStore,
+    ProbeView,
+    Word,
+    judge_probe,
+)
+from ocmm_core.errors import CalibrationError
+from ocmm_core.inspection.archive import last_good_utc, settle_tip
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.storage import JobFile
+
+PAUSE = timedelta(hours=8)
+"""After so long without a point or a check nobody knows what happened to the tip."""
+
+_KEEP_S = 0.2
+"""What was found is given out for so long before it is looked at again."""
+_USABLE = (Word.VALID, Word.DUE)
+
+
+class ProbeWatch:
+    """Judge the probe in use again and again; `feed` belongs to the reconstruction thread.
+
+    Parameters
+    ----------
+    in_use
+        What is measured with.
+    session, job
+        Hold the points.
+    pause
+        After so long without a point or a check the tip must be checked.
+    clock
+        The time of day, with its zone.
+    """
+
+    def __init__(
+        self,
+        in_use: ProbeInUse,
+        session: InspectionSession,
+        job: JobFile,
+        pause: timedelta = PAUSE,
+        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        self.in_use = in_use
+        self._session = session
+        self._job = job
+        self._pause = pause
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._settling = threading.Lock()
+        self._view: ProbeView | None = None
+        self._looked_at = -float("inf")
+        self._settled = 0
+        self._used = max(map(datetime.fromisoformat, job.taken_utc().values()), default=None)
+        self._blows = BlowSense()
+        self._dropped: Obstacle | None = None
+
+    def start(self) -> None:
+        """Begin: a tip that was asked for by name is mounted, a tip that rested is in doubt.
+
+        Raises
+        ------
+        OcmmError
+            What happened to the tip could not be made durable.
+        """
+        store = self._store
+        if store is not None and self.in_use.tip != store.mounted:
+            self.mount(self.in_use.tip)
+        self._notice_pause()
+        self.settle()
+
+    def view(self) -> ProbeView:
+        """Return what is to be said about the probe, at most 0.2 s old."""
+        with self._lock:
+            now = time.monotonic()
+            if self._view is None or now - self._looked_at >= _KEEP_S:
+                self._view, self._looked_at = self._judge(), now
+            return self._view
+
+    def forget(self) -> None:
+        """Look at everything anew at the next `view`."""
+        with self._lock:
+            self._view = None
+
+    def used(self) -> None:
+        """Note that a point was taken with it."""
+        self._used = self._clock()
+
+    def mount(self, tip: str) -> None:
+        """Say that a tip, maybe the same one again, was screwed on; it must be checked.
+
+        Raises
+        ------
+        CalibrationError
+            The probe has no records, or was never calibrated with this tip.
+        StorageError
+            The history cannot be written.
+        """
+        store = self.in_use.store
+        if store is None:
+            raise CalibrationError(
+                "probe_record.design",
+                "This job is measured with the probe document: it knows one tip only.",
+                "Start with the folder of records of probes: --probes.",
+            )
+        store.mount(tip, self._job.head.operator, self._clock())
+        self.forget()
+        self.settle()
+
+    def feed(self, block: FrameBlock) -> bool:
+        """Look for a blow and a long pause, and say whether a doubt or points in doubt changed.
+
+        Raises
+        ------
+        OcmmError
+            A doubt could not be made durable; a blow stops the points all the same.
+        """
+        dropped = self._notice_blow(block)
+        paused = self._notice_pause()
+        settled = self.settle()
+        return dropped or paused or settled
+
+    def settle(self) -> bool:
+        """Hold back and release points by what happened to the tip, and say whether any changed.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable; points are held back until the program ends.
+        """
+        store = self._store
+        if store is None:
+            return False
+        # It takes in what another process appended.
+        self.view()
+        with self._settling:
+            events = store.events
+            if len(events) == self._settled:
+                return False
+            self._settled = len(events)
+            return settle_tip(self._session, self._job, events, self.in_use.tip)
+
+    @property
+    def _store(self) -> ProbeStore | None:
+        """Return where what happens to the tip is kept, or None where nothing is known of it."""
+        return self.in_use.store if self.in_use.records is not None else None
+
+    def _judge(self) -> ProbeView:
+        view = judge_probe(self.in_use, self._clock())
+        if view.obstacle is None and self._dropped is not None:
+            return replace(view, word=Word.SUSPECT, obstacle=self._dropped)
+        return view
+
+    def _notice_blow(self, block: FrameBlock) -> bool:
+        begun = self._blows.feed(block)
+        if not len(begun):
+            return False
+        now = self._clock()
+        ago_s = float(block.time_ns[-1] - block.time_ns[begun[0]]) * 1e-9
+        self._doubt(
+            f"The probe felt a blow at {now.astimezone():%Y-%m-%d %H:%M}.",
+            now - timedelta(seconds=ago_s),
+        )
+        return True
+
+    def _notice_pause(self) -> bool:
+        store = self._store
+        if store is None or self.view().word not in _USABLE:
+            return False
+        good = last_good_utc(store.events, self.in_use.tip)
+        known = max((one for one in (good, self._used) if one is not None), default=None)
+        if known is None or self._clock() - known <= self._pause:
+            return False
+        hours = self._pause.total_seconds() / 3600.0
+        self._doubt(
+            f"The probe was not used for more than {hours:g} hours: nobody knows whether its tip "
+            "is still as it was.",
+            known,
+        )
+        return True
+
+    def _doubt(self, reason: str, since: datetime) -> None:
+        """Put the mounted tip in doubt; without a history, for as long as the job runs."""
+        self._dropped = Obstacle(reason, "Check the probe, then begin a new job.")
+        self.forget()
+        if self._store is not None:
+            self._store.doubt(MONITOR, reason, since, self._clock())
+            self._dropped = None
+            self.forget()

@@ -1,0 +1,205 @@
+"""Messages of the live stream: one JSON object a line, for programs in any language.
+
+Lengths in mm, world frame (of the cameras, or of the job where a reference body is used). Every
+message has ``v`` (version of this form) and ``type``:
+
+``hello``
+    First line of the server: ``stream`` (changes when the server starts anew), ``job``,
+    ``first_seq`` and ``last_seq`` of what can be resumed, ``token_needed``, ``simulated``.
+``point``
+    A durable point: ``seq``, ``number``, ``feature``, ``t``, ``pos`` (ball centre), ``surface``
+    (compensated), ``dir`` (leaves the material), ``tip_radius``, ``approach``, ``cov`` (of the
+    window), ``n_markers``, ``n_frames``.
+``annulled``
+    A point that does not count any more: ``seq``, ``number``.
+``button``
+    The button of the probe went down or up: ``seq``, ``event`` (``press`` or ``release``),
+    ``frame``, ``t``, and ``held_s`` of a release whose press was seen, else null.
+``status``
+    The state of the machine is another one now: ``job``, ``status``, ``reason``, ``t``.
+``verdict``
+    The job was evaluated after a change: ``job``, ``after`` (holds everything up to this ``seq``),
+    ``part`` (word of the verdict on the part), ``verdict`` (the same in the words of the
+    characteristics), ``complete``, ``missing``, ``not_conform``, ``not_proven`` (names),
+    ``simulated``, ``unproven``, ``features`` (``name``, ``state``, ``verdict``, ``deciding``),
+    ``characteristics`` (``name``, ``verdict``), and ``reason``: why there is no verdict, where
+    ``part`` is null.
+``pose``
+    What the machine sees now: ``frame``, ``t``, ``status``, ``reason``, ``btn`` (button down), and
+    ``pos``, ``q`` (x, y, z, w; world from probe), ``u`` (expanded, k = 2): null unless the number
+    can be trusted.
+``bye``
+    Last line of the server, and why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.evaluation import FeatureView, JobView, LiveView
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.station.stream._probe_button import ButtonChange
+from ocmm_core.tolerances.decisions import Verdict, VerdictSummary
+
+VERSION = 1
+UNITS = "mm"
+
+
+class Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a client says first, in one line.
+
+    Attributes
+    ----------
+    resume
+        Sequence number that it has already: everything after it is sent. Zero for all.
+    token
+        Needed where the server listens on more than this computer.
+    poses
+        Whether it wants poses.
+    """
+
+    resume: int = 0
+    token: str = ""
+    poses: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Hello:
+    """What the server says first; see the module."""
+
+    stream: str
+    job: str
+    first_seq: int
+    last_seq: int
+    token_needed: bool
+    simulated: bool
+
+
+def read_request(line: bytes) -> Request:
+    """Return the request of a client; an empty line asks for everything.
+
+    Raises
+    ------
+    InputError
+        It is no such line.
+    """
+    if not line.strip():
+        return Request()
+    try:
+        request = msgspec.json.decode(line, type=Request)
+    except msgspec.DecodeError as error:
+        raise InputError(
+            "stream.request",
+            f"The first line is not a request ({error}).",
+            'Send one line such as {"resume": 0}.',
+        ) from error
+    if request.resume < 0:
+        raise InputError(
+            "stream.request", f"'resume' is {request.resume}.", "Give the last number you have."
+        )
+    return request
+
+
+def hello_line(hello: Hello) -> bytes:
+    """Return the first line of the server."""
+    return _line(
+        "hello",
+        stream=hello.stream, job=hello.job, first_seq=hello.first_seq, last_seq=hello.last_seq,
+        token_needed=hello.token_needed, simulated=hello.simulated, units=UNITS,
+        frame_id="world",
+    )  # fmt: skip
+
+
+def point_line(seq: int, job: str, point: MeasuredPoint) -> bytes:
+    """Return the line of a durable point."""
+    return _line(
+        "point",
+        seq=seq, job=job, number=point.number, feature=point.feature, t=point.time_s,
+        pos=point.tip_world.tolist(), surface=point.surface_world.tolist(),
+        dir=point.direction.tolist(), tip_radius=point.tip_radius, approach=point.approach,
+        cov=point.random_covariance.tolist(), n_markers=int(point.seen.any(axis=0).sum()),
+        n_frames=point.n_frames, units=UNITS, frame_id="world",
+    )  # fmt: skip
+
+
+def annulled_line(seq: int, job: str, number: int) -> bytes:
+    """Return the line of a point that does not count any more."""
+    return _line("annulled", seq=seq, job=job, number=number)
+
+
+def button_line(seq: int, job: str, change: ButtonChange) -> bytes:
+    """Return the line of the button of the probe."""
+    return _line(
+        "button",
+        seq=seq, job=job, event=change.event, frame=change.frame, t=change.time_s,
+        held_s=change.held_s,
+    )  # fmt: skip
+
+
+def status_line(job: str, live: LiveView) -> bytes:
+    """Return the line of a change of the state."""
+    return _line("status", job=job, t=live.time_s, status=live.status.value, reason=live.reason)
+
+
+def verdict_line(view: JobView, after: int) -> bytes:
+    """Return the line of the verdicts on a job that holds everything up to a sequence number."""
+    part = view.part_verdict
+    return _line(
+        "verdict",
+        job=view.job, after=after, part=part.word.value, verdict=_word(part.verdict),
+        complete=part.complete, missing=part.missing, not_conform=part.failing,
+        not_proven=part.unproven, simulated=view.simulated, unproven=view.unproven,
+        features=[_feature(item, view.verdict_of(item.name)) for item in view.features],
+        characteristics=[
+            {"name": item.name, "verdict": item.verdict.value} for item in view.characteristics
+        ],
+        reason="",
+    )  # fmt: skip
+
+
+def no_verdict_line(job: str, after: int, reason: str) -> bytes:
+    """Return the line that takes back the verdicts of before: the job cannot be evaluated."""
+    return _line("verdict", job=job, after=after, part=None, verdict=None, reason=reason)
+
+
+def _feature(feature: FeatureView, summary: VerdictSummary) -> dict[str, str | None]:
+    return {
+        "name": feature.name,
+        "state": feature.state.value,
+        "verdict": _word(summary.verdict),
+        "deciding": summary.deciding,
+    }
+
+
+def _word(verdict: Verdict | None) -> str | None:
+    return None if verdict is None else verdict.value
+
+
+def pose_line(live: LiveView, *, pressed: bool) -> bytes:
+    """Return the line of what the machine sees; numbers only where they can be trusted."""
+    trusted = live.tip_world is not None and live.rotation_world_from_probe is not None
+    quaternion = None
+    if trusted:
+        turn = Rotation.from_matrix(np.asarray(live.rotation_world_from_probe))
+        quaternion = turn.as_quat(canonical=True).tolist()
+    return _line(
+        "pose",
+        frame=live.frame_counter, t=live.time_s, status=live.status.value, reason=live.reason,
+        btn=pressed,
+        pos=live.tip_world.tolist() if trusted and live.tip_world is not None else None,
+        q=quaternion, u=live.tip_uncertainty if trusted else None, units=UNITS, frame_id="world",
+    )  # fmt: skip
+
+
+def bye_line(why: str) -> bytes:
+    """Return the last line of the server."""
+    return _line("bye", why=why)
+
+
+def _line(kind: str, **fields: object) -> bytes:
+    return msgspec.json.encode({"v": VERSION, "type": kind, **fields}) + b"\n"

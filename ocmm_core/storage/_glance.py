@@ -1,0 +1,91 @@
+"""Head, events and number of points of a job file, read in place where nobody writes to it.
+
+A file that was closed has no log beside it and is read as it is (SQLite, ``immutable``): no lock is
+taken and nothing is written, so it may lie where nobody can write. What does not change while it is
+looked at was not being written. SQLite itself opens it: were it opened and closed beside SQLite,
+the locks that this same process may hold on it would be gone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.storage._faults import no_job, storage_error
+from ocmm_core.storage._migrations import APPLICATION_ID, require_known
+from ocmm_core.storage._rows import JobEvent, JobHead
+from ocmm_core.storage._tables import stored_head
+
+_SETTLED_NS = 1_000_000_000
+"""A file that was written more recently may be written again before its time of change differs."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobGlance:
+    """What is seen of a job at a glance.
+
+    Attributes
+    ----------
+    head
+        What the job says about itself.
+    events
+        What happened, oldest first.
+    n_points
+        How many points count.
+    """
+
+    head: JobHead
+    events: tuple[JobEvent, ...]
+    n_points: int
+
+
+def glance(path: Path) -> JobGlance | None:
+    """Return what is seen of a closed job file; None where somebody may be writing to it.
+
+    Its audit and its pages are not looked at: it is only for lists.
+
+    Raises
+    ------
+    StorageError
+        The file is no job file, newer than this program, damaged or cannot be read.
+    """
+    before = _trace(path)
+    if before is None:
+        return None
+    found = _read(path)
+    return found if _trace(path) == before else None
+
+
+def _trace(path: Path) -> tuple[int, int, int] | None:
+    """Return what would change if somebody wrote; None while somebody may."""
+    beside = [path.with_name(f"{path.name}{end}") for end in ("-wal", "-journal")]
+    try:
+        found = path.stat()
+        if any(one.exists() for one in beside):
+            return None
+    except OSError:
+        return None
+    # A clock that was set back says nothing about when the file was written.
+    if not 0 <= found.st_mtime_ns <= time.time_ns() - _SETTLED_NS:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def _read(path: Path) -> JobGlance:
+    address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
+    try:
+        with contextlib.closing(sqlite3.connect(address, uri=True)) as db:
+            if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
+                raise no_job(path)
+            require_known(db, path)
+            head = stored_head(db, path)
+            events = db.execute("SELECT time_utc, kind, text FROM event ORDER BY id").fetchall()
+            (n_points,) = db.execute(
+                "SELECT (SELECT count(*) FROM observation) - (SELECT count(*) FROM annulment)"
+            ).fetchone()
+    except sqlite3.Error as error:
+        raise storage_error(path, error) from error
+    return JobGlance(head, tuple(JobEvent(*one) for one in events), n_points)

@@ -1,0 +1,69 @@
+"""Points and annulments of a job file in the order in which they became durable."""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage._audit import AUDITED, digest_row
+from ocmm_core.storage._faults import damaged
+from ocmm_core.storage._rows import point_from_row
+
+_COLUMNS = ",".join(AUDITED["observation"])
+
+
+@dataclass(frozen=True, slots=True)
+class JobStep:
+    """A point that was stored, or one that was annulled.
+
+    Attributes
+    ----------
+    sequence
+        Row of the audit.
+    number
+        Of the point.
+    point
+        As it was stored, without the spots of a reference body; None where it was annulled.
+    """
+
+    sequence: int
+    number: int
+    point: MeasuredPoint | None
+
+
+def read_steps(db: sqlite3.Connection, path: Path, after: int, most: int) -> list[JobStep]:
+    """Return the first ``most`` points and annulments behind a row of the audit, oldest first.
+
+    Costs as much as what is returned, however long the job is: whoever follows a job reads on from
+    the last row that he has.
+
+    Raises
+    ------
+    StorageError
+        A point is not the one that was stored.
+    """
+    rows = db.execute(
+        "SELECT sequence, subject, key, content_sha256 FROM audit "
+        "WHERE sequence > ? AND subject IN ('observation', 'annulment') "
+        "ORDER BY sequence LIMIT ?",
+        (after, most),
+    ).fetchall()
+    stored = [key for _, subject, key, _ in rows if subject == "observation"]
+    if not stored:
+        return [JobStep(sequence, key, None) for sequence, _, key, _ in rows]
+    observed = db.execute(
+        f"SELECT {_COLUMNS} FROM observation WHERE number BETWEEN ? AND ?",  # noqa: S608 - constants
+        (stored[0], stored[-1]),
+    )
+    points = {row[0]: row for row in observed}
+    steps = []
+    for sequence, subject, key, content in rows:
+        if subject == "annulment":
+            steps.append(JobStep(sequence, key, None))
+        elif key not in points or digest_row(points[key]) != content:
+            raise damaged(path, f"point {key} is not as it was stored")
+        else:
+            steps.append(JobStep(sequence, key, point_from_row(points[key])))
+    return steps

@@ -1,0 +1,157 @@
+"""The versions of the job file, as numbered steps, and the way from one to the next.
+
+Step n takes a file of version n - 1 to version n; version 0 is an empty file. Each step runs in a
+transaction of its own, after a backup, and a file from a newer program is refused.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import StorageError
+from ocmm_core.storage._audit import AUDITED
+
+APPLICATION_ID = 0x4F434D4D
+"""``OCMM`` in the head of the SQLite file; says that it is a job file of ours."""
+
+Step = Callable[[sqlite3.Connection], None]
+
+_TABLES = (
+    """CREATE TABLE head (
+        id INTEGER PRIMARY KEY CHECK (id = 1),
+        job_uuid TEXT NOT NULL, created_utc TEXT NOT NULL, software_version TEXT NOT NULL,
+        operator TEXT NOT NULL, part TEXT NOT NULL, serial TEXT NOT NULL,
+        plan_text TEXT NOT NULL, plan_sha256 TEXT NOT NULL,
+        rig_text TEXT NOT NULL, rig_sha256 TEXT NOT NULL,
+        probe_text TEXT NOT NULL, probe_sha256 TEXT NOT NULL) STRICT""",
+    # Arrays are little-endian float64, row by row. Their shapes: tip_world and direction (3),
+    # covariance and rotation (3, 3), spots as spots_shape says ("cameras,leds,2").
+    """CREATE TABLE observation (
+        number INTEGER PRIMARY KEY CHECK (number > 0),
+        feature TEXT NOT NULL, time_s REAL NOT NULL,
+        first_frame INTEGER NOT NULL, last_frame INTEGER NOT NULL, n_frames INTEGER NOT NULL,
+        tip_world BLOB NOT NULL CHECK (length(tip_world) = 24),
+        random_covariance BLOB NOT NULL CHECK (length(random_covariance) = 72),
+        direction BLOB NOT NULL CHECK (length(direction) = 24),
+        tip_radius REAL NOT NULL,
+        rotation_world_from_probe BLOB NOT NULL CHECK (length(rotation_world_from_probe) = 72),
+        spots_shape TEXT NOT NULL, spots BLOB NOT NULL,
+        chi2_per_dof REAL NOT NULL, approach TEXT NOT NULL) STRICT""",
+    """CREATE TABLE annulment (
+        number INTEGER PRIMARY KEY REFERENCES observation (number),
+        time_utc TEXT NOT NULL, reason TEXT NOT NULL) STRICT""",
+    """CREATE TABLE event (
+        id INTEGER PRIMARY KEY, time_utc TEXT NOT NULL,
+        kind TEXT NOT NULL, text TEXT NOT NULL) STRICT""",
+    """CREATE TABLE audit (
+        sequence INTEGER PRIMARY KEY, time_utc TEXT NOT NULL,
+        subject TEXT NOT NULL, key INTEGER NOT NULL, content_sha256 TEXT NOT NULL,
+        previous TEXT NOT NULL, hash TEXT NOT NULL) STRICT""",
+)
+
+_REFERENCE_TABLES = (
+    # Mean spots of its first place, little-endian float64; shape "cameras,leds,2".
+    """CREATE TABLE reference (
+        id INTEGER PRIMARY KEY CHECK (id = 1),
+        text TEXT NOT NULL, sha256 TEXT NOT NULL,
+        spots_shape TEXT NOT NULL, spots BLOB NOT NULL, n_frames INTEGER NOT NULL) STRICT""",
+    """CREATE TABLE reference_observation (
+        number INTEGER PRIMARY KEY REFERENCES observation (number),
+        spots_shape TEXT NOT NULL, spots BLOB NOT NULL) STRICT""",
+)
+
+
+def _version_1(db: sqlite3.Connection) -> None:
+    """Make the tables of an empty file and forbid to change or remove any row of them."""
+    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    for statement in _TABLES:
+        db.execute(statement)
+    for table in ("head", "observation", "annulment", "event"):
+        _forbid_change(db, table, AUDITED[table][0])
+    _forbid_change(db, "audit", "sequence")
+
+
+def _version_2(db: sqlite3.Connection) -> None:
+    """Add the reference body: the document, its first place, and its spots beside every point."""
+    for statement in _REFERENCE_TABLES:
+        db.execute(statement)
+    for table in ("reference", "reference_observation"):
+        _forbid_change(db, table, AUDITED[table][0])
+
+
+def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
+    for action in ("UPDATE", "DELETE"):
+        db.execute(
+            f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table} "
+            f"BEGIN SELECT RAISE(ABORT, 'rows of {table} are never changed'); END"
+        )
+    # INSERT OR REPLACE would remove the old row without asking the trigger above.
+    db.execute(
+        f"CREATE TRIGGER {table}_no_replace BEFORE INSERT ON {table} "  # noqa: S608 - constants
+        f"WHEN EXISTS (SELECT 1 FROM {table} WHERE {key} = NEW.{key}) "
+        f"BEGIN SELECT RAISE(ABORT, 'rows of {table} are never changed'); END"
+    )
+
+
+MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2)
+
+
+def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> int:
+    """Return the version of the file; StorageError where it is newer than this program."""
+    version = int(db.execute("PRAGMA user_version").fetchone()[0])
+    if version > len(steps):
+        raise StorageError(
+            "job.newer",
+            f"{path}: the job has file version {version}, but this program knows only versions up "
+            f"to {len(steps)}.",
+            "Open it with the program that wrote it, or update this one.",
+        )
+    return version
+
+
+def bring_up_to_date(
+    db: sqlite3.Connection, path: Path, *, read_only: bool, steps: tuple[Step, ...] = MIGRATIONS
+) -> None:
+    """Take the file at ``path``, open as ``db``, to the version of this program.
+
+    A file that holds something already is first copied to ``<name>.v<version>.bak`` beside it.
+
+    Raises
+    ------
+    StorageError
+        The file is newer than this program, or older and opened for reading only, or its backup
+        cannot be written. The file is then as it was.
+    sqlite3.Error
+        A step failed; the file has the version before that step.
+    """
+    version = require_known(db, path, steps)
+    if version == len(steps):
+        return
+    if read_only:
+        raise StorageError(
+            "job.older",
+            f"{path}: the job has the older file version {version} and was opened for reading.",
+            "Open it once for measuring; it is then brought up to date after a backup.",
+        )
+    if version > 0:
+        backup = path.with_name(f"{path.name}.v{version}.bak")
+        try:
+            write_atomic(backup, db.serialize())
+        except OSError as error:
+            raise StorageError(
+                "job.backup",
+                f"{backup}: the backup before the update cannot be written ({error.strerror}).",
+                "Make room in that folder, or copy the job to a folder that can be written.",
+            ) from error
+    for number, step in enumerate(steps[version:], start=version + 1):
+        db.execute("BEGIN IMMEDIATE")
+        try:
+            step(db)
+            db.execute(f"PRAGMA user_version = {number}")
+            db.execute("COMMIT")
+        finally:
+            if db.in_transaction:
+                db.execute("ROLLBACK")

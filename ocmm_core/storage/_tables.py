@@ -1,0 +1,129 @@
+"""What stands in the tables of a job file: functions of an open connection.
+
+Whoever inserts holds a transaction; whoever reads gets only what is as it was stored.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import replace
+from pathlib import Path
+
+from ocmm_core.errors import StorageError
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage._audit import AUDITED, digest_row, insert_audited, now_utc
+from ocmm_core.storage._faults import damaged
+from ocmm_core.storage._rows import (
+    JobHead,
+    JobReference,
+    head_from_row,
+    point_from_row,
+    reference_from_row,
+    reference_row_from_point,
+    row_from_point,
+    row_from_reference,
+    spots_from,
+)
+
+_POINT_COLUMNS = ",".join(AUDITED["observation"])
+
+
+def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
+    """Return the head; StorageError where there is none."""
+    statement = f"SELECT {','.join(AUDITED['head'])} FROM head"  # noqa: S608 - constants
+    row = db.execute(statement).fetchone()
+    if row is None:
+        raise damaged(path, "it has no head")
+    return head_from_row(row)
+
+
+def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list[MeasuredPoint]:
+    """Return the points that are annulled, or those that are not, oldest first.
+
+    Raises
+    ------
+    StorageError
+        An observation is not the one that was stored.
+    """
+    among = "IN" if annulled else "NOT IN"
+    rows = db.execute(
+        f"SELECT {_POINT_COLUMNS}, content_sha256 FROM observation "  # noqa: S608 - constants
+        "LEFT JOIN audit ON subject = 'observation' AND key = number "
+        f"WHERE number {among} (SELECT number FROM annulment) ORDER BY number"
+    ).fetchall()
+    beside = db.execute(
+        "SELECT number, spots_shape, spots, content_sha256 FROM reference_observation "
+        "LEFT JOIN audit ON subject = 'reference_observation' AND key = number"
+    ).fetchall()
+    for *row, content in (*rows, *beside):
+        if digest_row(row) != content:
+            raise damaged(path, f"point {row[0]} is not as it was stored")
+    spots = {number: spots_from(shape, blob) for number, shape, blob, _ in beside}
+    points = [point_from_row(row) for *row, _ in rows]
+    return [replace(point, reference_spots=spots.get(point.number)) for point in points]
+
+
+def insert_point(db: sqlite3.Connection, path: Path, point: MeasuredPoint) -> None:
+    """Store a point; StorageError where its number is not a new one, or it is no measurement."""
+    expected = next_number(db)
+    if point.number < expected:
+        raise StorageError(
+            "job.number",
+            f"{path}: point number {point.number} comes after number {expected - 1}.",
+            "Take the point again; every point needs a new number.",
+        )
+    insert_audited(db, "observation", row_from_point(point))
+    beside = reference_row_from_point(point)
+    if beside is not None:
+        insert_audited(db, "reference_observation", beside)
+
+
+def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: str) -> None:
+    """Annul a point; StorageError where there is none of that number, or it is annulled already."""
+    known = db.execute(
+        "SELECT (SELECT count(*) FROM observation WHERE number = ?1),"
+        " (SELECT count(*) FROM annulment WHERE number = ?1)",
+        (int(number),),
+    ).fetchone()
+    if known != (1, 0):
+        fault = "is annulled already" if known[0] else "is not in the job"
+        raise StorageError(
+            "job.annulled", f"{path}: point {number} {fault}.", "Choose another point."
+        )
+    insert_audited(db, "annulment", (int(number), now_utc(), reason))
+
+
+def insert_event(db: sqlite3.Connection, kind: str, text: str) -> None:
+    """Store something that happened."""
+    number = db.execute("SELECT coalesce(max(id), 0) + 1 FROM event").fetchone()[0]
+    insert_audited(db, "event", (number, now_utc(), kind, text))
+
+
+def next_number(db: sqlite3.Connection) -> int:
+    """Return the number of the next point; those of annulled points are not used again."""
+    return int(db.execute("SELECT coalesce(max(number), 0) + 1 FROM observation").fetchone()[0])
+
+
+def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference) -> None:
+    """Store the reference body; StorageError where there is one already."""
+    if db.execute("SELECT count(*) FROM reference").fetchone()[0]:
+        raise StorageError(
+            "job.reference",
+            f"{path}: the job has a reference body already.",
+            "Begin a new job for another one.",
+        )
+    insert_audited(db, "reference", row_from_reference(reference))
+
+
+def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
+    """Return the reference body, or None; StorageError where it is not the one that was stored."""
+    row = db.execute(
+        f"SELECT {','.join(AUDITED['reference'])}, content_sha256 FROM reference "  # noqa: S608 - constants
+        "LEFT JOIN audit ON subject = 'reference' AND key = id"
+    ).fetchone()
+    if row is None:
+        return None
+    *stored, content = row
+    if digest_row(stored) != content:
+        raise damaged(path, "the reference body is not as it was stored")
+    return reference_from_row(stored)

@@ -1,0 +1,83 @@
+"""From values and their uncertainties to verdicts, and what several of them say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.tolerances.decisions._capability import (
+        Capability,
+        ControlChart,
+        capability,
+        control_chart,
+    )
+    from ocmm_core.tolerances.decisions._decision import (
+        RULES,
+        Rule,
+        decide,
+        make_result,
+        not_measured,
+        not_proven,
+        provisional,
+        rule_id,
+        rule_words,
+    )
+    from ocmm_core.tolerances.decisions._result import (
+        LOWEST_TUR,
+        U_LABEL,
+        U_WORDS,
+        CharacteristicResult,
+        Verdict,
+    )
+    from ocmm_core.tolerances.decisions._results import evaluate_all
+    from ocmm_core.tolerances.decisions._verdict import (
+        NO_VERDICT,
+        WORST_FIRST,
+        PartVerdict,
+        PartWord,
+        VerdictSummary,
+        judge_part,
+        summarise,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _capability="Capability ControlChart capability control_chart",
+        _decision=(
+            "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
+        ),
+        _result="CharacteristicResult LOWEST_TUR U_LABEL U_WORDS Verdict",
+        _results="evaluate_all",
+        _verdict="NO_VERDICT PartVerdict PartWord VerdictSummary WORST_FIRST judge_part summarise",
+    )
+
+__all__ = [
+    "LOWEST_TUR",
+    "NO_VERDICT",
+    "RULES",
+    "U_LABEL",
+    "U_WORDS",
+    "WORST_FIRST",
+    "Capability",
+    "CharacteristicResult",
+    "ControlChart",
+    "PartVerdict",
+    "PartWord",
+    "Rule",
+    "Verdict",
+    "VerdictSummary",
+    "capability",
+    "control_chart",
+    "decide",
+    "evaluate_all",
+    "judge_part",
+    "make_result",
+    "not_measured",
+    "not_proven",
+    "provisional",
+    "rule_id",
+    "rule_words",
+    "summarise",
+]

@@ -1,0 +1,218 @@
+"""What the values of one characteristic over several parts say: control chart and capability.
+
+Individuals and moving ranges, as parts come one at a time. Sources: W. Shewhart's chart in the form
+of ISO 7870-2 for individuals (limits at 2.66 mean moving ranges), the run rules of the Western
+Electric Statistical Quality Control Handbook (1956), the indices of ISO 22514-2, and the
+confidence interval of Cpk of A. Bissell, Applied Statistics 39 (1990), with the degrees of freedom
+of moving ranges.
+
+The scatter of the values holds that of the measurement: it makes a capability look smaller than it
+is, never greater. How much of it is the measurement's is said beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+
+MEAN_RANGE_OF_TWO = 1.128379167
+"""Expected range of two standard normal variables, 2 / sqrt(pi)."""
+
+FEWEST_VALUES = 5
+"""Below it a scatter is a guess by more than a factor of two: no index, no limits."""
+
+CUSTOMARY_VALUES = 25
+"""Values from which on limits of a control chart are usually taken as settled."""
+
+RUN = 8
+"""Values in a row on one side of the centre line that chance hardly gives."""
+
+EFFICIENCY_OF_RANGES = 0.605
+"""Degrees of freedom of a standard deviation from moving ranges against those of the usual one."""
+
+NORMAL_975 = 1.959964
+"""97.5 % point of the normal distribution."""
+
+
+class Signal(Enum):
+    """Why a value of a control chart asks for attention."""
+
+    BEYOND = "beyond a control limit"
+    RUN = "eight in a row on one side"
+
+
+@dataclass(frozen=True, slots=True)
+class ControlChart:
+    """Control chart for individual values, in their order.
+
+    Attributes
+    ----------
+    values
+        (n,).
+    centre, low, high
+        Centre line and control limits, from the values themselves.
+    signals
+        (index, why) of every value that asks for attention.
+    settled
+        There are as many values as limits usually rest on.
+    """
+
+    values: Float
+    centre: float
+    low: float
+    high: float
+    signals: tuple[tuple[int, Signal], ...]
+    settled: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Capability:
+    """Capability of a process for one characteristic.
+
+    Attributes
+    ----------
+    count
+        Values that everything here rests on.
+    mean, sigma_within, sigma_overall
+        Their mean; standard deviation from moving ranges; and over all.
+    cp, cpk
+        From ``sigma_within``; ``cp`` is None for one-sided limits.
+    pp, ppk
+        The same from ``sigma_overall``.
+    cpk_low, cpk_high
+        95 % confidence interval of ``cpk``.
+    measurement_share
+        Part of the overall variance that the stated uncertainty explains, at most one.
+    """
+
+    count: int
+    mean: float
+    sigma_within: float
+    sigma_overall: float
+    cp: float | None
+    cpk: float
+    pp: float | None
+    ppk: float
+    cpk_low: float
+    cpk_high: float
+    measurement_share: float
+
+    @property
+    def words(self) -> str:
+        """Return the indices in a sentence with the count that they rest on."""
+        both = f"Cp {self.cp:.2f}, " if self.cp is not None else ""
+        text = (
+            f"{both}Cpk {self.cpk:.2f} (95 %: {self.cpk_low:.2f} to {self.cpk_high:.2f}) "
+            f"from {self.count} parts."
+        )
+        if self.count < CUSTOMARY_VALUES:
+            text += f" Fewer than {CUSTOMARY_VALUES}: an indication, no proof."
+        if self.measurement_share > 0.1:
+            text += f" {100.0 * self.measurement_share:.0f} % of the variance is the measurement's."
+        return text
+
+
+def control_chart(values: Float) -> ControlChart:
+    """Return the control chart of ``values`` (n,) in the order in which the parts were made.
+
+    Raises
+    ------
+    InputError
+        There are too few values, or one is not a finite number.
+    """
+    values = _checked(values)
+    centre = float(values.mean())
+    half = 3.0 * _sigma_within(values)
+    low, high = centre - half, centre + half
+    signals = [
+        (index, Signal.BEYOND) for index, value in enumerate(values) if not low <= value <= high
+    ]
+    sides = np.sign(values - centre)
+    for end in range(RUN, len(values) + 1):
+        if abs(float(sides[end - RUN : end].sum())) == RUN:
+            signals.append((end - 1, Signal.RUN))
+    return ControlChart(
+        values,
+        centre,
+        low,
+        high,
+        tuple(sorted(signals, key=lambda item: item[0])),
+        len(values) >= CUSTOMARY_VALUES,
+    )
+
+
+def capability(values: Float, low: float, high: float, standard_uncertainty: float) -> Capability:
+    """Return the capability of a process from the values of its parts.
+
+    Parameters
+    ----------
+    values
+        (n,), in the order in which the parts were made.
+    low, high
+        Limits of the value; an infinite one is none.
+    standard_uncertainty
+        u of a typical value.
+
+    Raises
+    ------
+    InputError
+        There are too few values, one is not a finite number, no limit is given, or all values are
+        the same.
+    """
+    values = _checked(values)
+    if not (math.isfinite(low) or math.isfinite(high)):
+        raise InputError(
+            "capability.no_limits",
+            "A capability needs a limit, and neither is given.",
+            "Give the characteristic its limits.",
+        )
+    mean = float(values.mean())
+    within, overall = _sigma_within(values), float(values.std(ddof=1))
+    if within <= 0.0 or overall <= 0.0:
+        raise InputError(
+            "capability.no_scatter",
+            f"All {len(values)} values are the same, which no process gives.",
+            "Check that every job is of another part.",
+        )
+    cp, cpk = _indices(mean, within, low, high)
+    pp, ppk = _indices(mean, overall, low, high)
+    count = len(values)
+    freedom = EFFICIENCY_OF_RANGES * (count - 1)
+    half = NORMAL_975 * math.sqrt(1.0 / (9.0 * count) + cpk * cpk / (2.0 * freedom))
+    share = min(1.0, (standard_uncertainty / overall) ** 2)
+    return Capability(count, mean, within, overall, cp, cpk, pp, ppk, cpk - half, cpk + half, share)
+
+
+def _indices(mean: float, sigma: float, low: float, high: float) -> tuple[float | None, float]:
+    both = math.isfinite(low) and math.isfinite(high)
+    return (
+        (high - low) / (6.0 * sigma) if both else None,
+        min(high - mean, mean - low) / (3.0 * sigma),
+    )
+
+
+def _sigma_within(values: Float) -> float:
+    return float(np.abs(np.diff(values)).mean()) / MEAN_RANGE_OF_TWO
+
+
+def _checked(values: Float) -> Float:
+    values = np.asarray(values, dtype=np.float64)
+    if len(values) < FEWEST_VALUES:
+        raise InputError(
+            "capability.too_few",
+            f"There are {len(values)} values; a scatter shows from {FEWEST_VALUES} on.",
+            f"Measure {FEWEST_VALUES - len(values)} more parts.",
+        )
+    if not np.isfinite(values).all():
+        raise InputError(
+            "capability.not_finite",
+            "One of the values is not a finite number.",
+            "Leave out the part without a value.",
+        )
+    return values

@@ -1,0 +1,257 @@
+"""From a value and its uncertainty to a verdict.
+
+Three rules, of which the plan names one:
+
+- ISO 14253-1 in its general form (default): a characteristic conforms where the probability that
+  the true value lies inside the limits is at least `PROBABILITY`, does not where the probability
+  that it lies beyond one of them is, and is not proven otherwise. For an uncertainty that is small
+  against the tolerance that is a guard band of U = 2 u at each limit. Conformity counts both
+  tails, so that it stays right where the tolerance is hardly wider than the uncertainty.
+- ILAC-G8 with the guard band w = U: what lies in a band is a conditional pass or fail, here NOT
+  PROVEN, leaning in or out.
+- Simple acceptance: the value alone, shared risk.
+
+Under no rule is there a verdict without an uncertainty, and nothing conforms whose tolerance is
+smaller than twice U.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.tolerances.decisions._result import LOWEST_TUR, CharacteristicResult, Verdict
+from ocmm_core.tolerances.uncertainty import ONE_SIDED, Spread, Spreads, expanded
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
+
+Rule = Literal["iso14253-1", "ilac-g8", "simple"]
+
+PROBABILITY = ONE_SIDED
+"""Conformance probability limit, that of two standard deviations to one side.
+
+The 2017 edition of ISO 14253-1 takes 95 % where nothing else is agreed; then 5 % of the parts that
+lie exactly at a limit are accepted. With this stricter limit it is 2.3 %, and the guard band is U.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class RuleStatement:
+    """A decision rule as it is stored and printed: version of its making here, and words."""
+
+    version: int
+    words: str
+
+
+RULES: dict[Rule, RuleStatement] = {
+    "iso14253-1": RuleStatement(
+        2, "ISO 14253-1, conformance probability at least 97.7 % (guard band U at each limit)"
+    ),
+    "ilac-g8": RuleStatement(1, "ILAC-G8, guard band w = U at each limit"),
+    "simple": RuleStatement(2, "simple acceptance: the uncertainty is not taken into account"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The verdict, the ratio that it rests on, which way it leans, and why it is not better.
+
+    Attributes
+    ----------
+    verdict
+        The decision.
+    tur
+        Tolerance, with what a modifier has added to it, divided by twice U.
+    leaning
+        Which side of the limit the value lies on where nothing is proven.
+    why
+        A sentence where the verdict is worse than the rule alone would make it.
+    """
+
+    verdict: Verdict
+    tur: float
+    leaning: Literal["", "in", "out"] = ""
+    why: str = ""
+
+
+def rule_id(rule: Rule) -> str:
+    """Return what a result keeps of the rule: its word and version, ``iso14253-1/2``."""
+    return f"{rule}/{RULES[rule].version}"
+
+
+def rule_words(identity: str) -> str:
+    """Return the words for what `rule_id` gave; the identity itself if it is unknown here."""
+    for rule, statement in RULES.items():
+        if identity == f"{rule}/{statement.version}":
+            return f"{statement.words} ({identity})"
+    return identity
+
+
+def decide(
+    spread: Spread,
+    value: float,
+    nominal: float,
+    lower: float,
+    upper: float,
+    rule: Rule,
+    uncertainty: float | None = None,
+    bonus: float = 0.0,
+) -> Decision:
+    """Return the verdict on a value.
+
+    Parameters
+    ----------
+    spread
+        How the value scatters about the true one; its standard uncertainty is greater than zero.
+    value, nominal, lower, upper
+        Value, nominal value and the limits of the deviation from it, mm or degrees.
+    uncertainty
+        U (`interval.expanded`), where it is known already.
+    bonus
+        What a modifier of material has added to the tolerance, mm. It is taken off ``value``
+        already, so that its own uncertainty is in ``spread``; the ratio counts it in the tolerance.
+
+    Raises
+    ------
+    MeasuringError
+        The value or its uncertainty is not a finite number, or the uncertainty is not positive:
+        there is nothing to decide about.
+    """
+    if not (math.isfinite(value) and math.isfinite(spread.sigma)):
+        raise MeasuringError(
+            "decision.not_finite",
+            "The value or its uncertainty is not a finite number.",
+            "Take the points of the feature again.",
+        )
+    if spread.sigma <= 0.0:
+        raise MeasuringError(
+            "decision.no_uncertainty",
+            "The uncertainty is zero, which no measurement has.",
+            "Take more points than the shape needs at least.",
+        )
+    low = -math.inf if spread.one_sided else nominal + lower
+    high = nominal + upper
+    within = low <= value <= high
+    u95 = expanded(spread, value) if uncertainty is None else uncertainty
+    verdict = _verdict(spread, value, low, high, rule, u95)
+    why = ""
+    tur = tolerance_ratio(lower, upper + bonus, u95)
+    if verdict is Verdict.CONFORM and tur < LOWEST_TUR:
+        verdict = Verdict.NOT_PROVEN
+        why = "The tolerance is smaller than twice the uncertainty."
+    if verdict is not Verdict.NOT_PROVEN:
+        return Decision(verdict, tur)
+    return Decision(verdict, tur, "in" if within else "out", why)
+
+
+def _verdict(
+    spread: Spread, value: float, low: float, high: float, rule: Rule, guard: float
+) -> Verdict:
+    match rule:
+        case "simple":
+            return Verdict.CONFORM if low <= value <= high else Verdict.NOT_CONFORM
+        case "ilac-g8":
+            if low + guard <= value <= high - guard:
+                return Verdict.CONFORM
+            if value < low - guard or value > high + guard:
+                return Verdict.NOT_CONFORM
+            return Verdict.NOT_PROVEN
+        case "iso14253-1":
+            if spread.inside(low, high) >= PROBABILITY:
+                return Verdict.CONFORM
+            if spread.beyond(low, high) >= PROBABILITY:
+                return Verdict.NOT_CONFORM
+            return Verdict.NOT_PROVEN
+
+
+def tolerance_ratio(lower: float, upper: float, expanded_uncertainty: float) -> float:
+    """Return TUR: the tolerance divided by twice U."""
+    return (upper - lower) / (2.0 * expanded_uncertainty)
+
+
+def make_result(
+    characteristic: Characteristic, evaluation: Evaluation, spreads: Spreads, rule: Rule
+) -> CharacteristicResult:
+    """Return the result of a characteristic that was measured, with U (95 %) and its verdict.
+
+    Raises
+    ------
+    MeasuringError
+        As `decide`.
+    """
+    value, bonus = evaluation.value, evaluation.bonus
+    lower, upper = characteristic.lower, characteristic.upper
+    uncertainty = expanded(spreads.of_value, value)
+    held = uncertainty
+    if spreads.judged is not spreads.of_value:
+        held = expanded(spreads.judged, value - bonus)
+    decision = decide(
+        spreads.judged, value - bonus, characteristic.nominal, lower, upper, rule, held, bonus
+    )
+    lowest = value - uncertainty
+    one_sided = spreads.of_value.one_sided
+    return replace(
+        not_measured(characteristic, f"{decision.why} {evaluation.note}".strip()),
+        measured=value,
+        deviation=value - characteristic.nominal,
+        uncertainty=uncertainty,
+        verdict=decision.verdict,
+        rule=rule_id(rule),
+        tur=decision.tur,
+        leaning=decision.leaning,
+        interval=(max(lowest, 0.0) if one_sided else lowest, value + uncertainty),
+        association=evaluation.association,
+        frame=evaluation.frame,
+        bonus=bonus,
+    )
+
+
+def not_measured(characteristic: Characteristic, note: str) -> CharacteristicResult:
+    """Return the result of a characteristic without a trustworthy value, and why."""
+    return CharacteristicResult(
+        name=characteristic.name,
+        kind=characteristic.kind,
+        features=tuple(characteristic.features),
+        nominal=characteristic.nominal,
+        lower=characteristic.lower,
+        upper=characteristic.upper,
+        measured=None,
+        deviation=None,
+        uncertainty=None,
+        verdict=Verdict.NOT_MEASURED,
+        note=note,
+        unit=characteristic.unit,
+    )
+
+
+def without_uncertainty(
+    characteristic: Characteristic, evaluation: Evaluation, why: str
+) -> CharacteristicResult:
+    """Return a value that has no uncertainty, so that it proves nothing, and why."""
+    return replace(
+        not_measured(characteristic, f"{why} {evaluation.note}".strip()),
+        measured=evaluation.value,
+        deviation=evaluation.value - characteristic.nominal,
+        verdict=Verdict.NOT_PROVEN,
+        association=evaluation.association,
+        frame=evaluation.frame,
+        bonus=evaluation.bonus,
+    )
+
+
+def provisional(result: CharacteristicResult, why: str) -> CharacteristicResult:
+    """Return a result, or the lack of one, that will still change, and why."""
+    return replace(result, verdict=Verdict.PROVISIONAL, leaning="", rule="", tur=None, note=why)
+
+
+def not_proven(result: CharacteristicResult, why: str) -> CharacteristicResult:
+    """Return a result whose value proves nothing, and why.
+
+    What was not measured, or is still being measured, stays as it is.
+    """
+    if result.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL):
+        return result
+    return replace(
+        result, verdict=Verdict.NOT_PROVEN, leaning="", note=f"{why} {result.note}".strip()
+    )

@@ -1,0 +1,112 @@
+"""All characteristics of a plan at once: value, uncertainty, verdict, or why there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from ocmm_core.alignment import AnyAlignment, unknown_frame
+from ocmm_core.errors import FitError, OcmmError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.decisions._decision import (
+    Rule,
+    make_result,
+    not_measured,
+    not_proven,
+    without_uncertainty,
+)
+from ocmm_core.tolerances.decisions._result import CharacteristicResult
+from ocmm_core.tolerances.kinds import evaluate, involved_features, needs_part_frame
+from ocmm_core.tolerances.uncertainty import (
+    NOT_DETERMINED,
+    WHAT_TO_DO,
+    FormSample,
+    form_samples,
+    noise_floor,
+    spreads_of,
+)
+from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames
+
+
+def evaluate_all(
+    characteristics: Sequence[Characteristic],
+    alignment: AnyAlignment | None,
+    actual: Mapping[str, ActualFeature | FitError],
+    covariance: Float | None,
+    rule: Rule,
+) -> tuple[CharacteristicResult, ...]:
+    """Return a result for every characteristic, in their order.
+
+    Parameters
+    ----------
+    characteristics, alignment, rule
+        As the plan says.
+    actual
+        Features as measured, or why they are not (`features.actual.actual_features`).
+    covariance
+        (3 N + 1, 3 N + 1), mm^2: of all N ball centres and the tip radius, in the order of the
+        jacobians. Without it nothing is stated: a value without uncertainty is no result.
+    """
+    samples = () if covariance is None else form_samples(actual, covariance)
+    measured = {
+        name: feature for name, feature in actual.items() if isinstance(feature, ActualFeature)
+    }
+    frames = Frames(measured, alignment)
+    return tuple(
+        _evaluated(characteristic, alignment, actual, measured, frames, covariance, samples, rule)
+        for characteristic in characteristics
+    )
+
+
+def _evaluated(
+    characteristic: Characteristic,
+    alignment: AnyAlignment | None,
+    actual: Mapping[str, ActualFeature | FitError],
+    measured: Mapping[str, ActualFeature],
+    frames: Frames,
+    covariance: Float | None,
+    samples: Sequence[FormSample],
+    rule: Rule,
+) -> CharacteristicResult:
+    for name in involved_features(characteristic, alignment):
+        feature = actual.get(name)
+        if isinstance(feature, FitError):
+            return not_measured(characteristic, feature.what)
+    if covariance is None:
+        return not_measured(
+            characteristic, "No uncertainty: the covariance of the points is unknown."
+        )
+    try:
+        evaluation = evaluate(characteristic, measured, alignment, frames)
+        spreads = spreads_of(characteristic, evaluation, measured, covariance, samples)
+        if not math.isfinite(spreads.growth):
+            why = f"{NOT_DETERMINED} {WHAT_TO_DO}"
+            return without_uncertainty(characteristic, evaluation, why)
+        result = make_result(characteristic, evaluation, spreads, rule)
+    except OcmmError as error:
+        return not_measured(characteristic, error.what)
+    unknown = unknown_frame(alignment)
+    if unknown and needs_part_frame(characteristic):
+        result = not_proven(result, unknown)
+    return _with_notes(result, characteristic, evaluation, covariance)
+
+
+def _with_notes(
+    result: CharacteristicResult,
+    characteristic: Characteristic,
+    evaluation: Evaluation,
+    covariance: Float,
+) -> CharacteristicResult:
+    value, uncertainty = result.measured, result.uncertainty
+    if evaluation.noise is not None:
+        floor = noise_floor(evaluation.noise, covariance)
+        said = f"A perfect part would show {floor:.4f} mm from the noise of the points."
+        return replace(result, floor=floor, note=f"{result.note} {said}".strip())
+    if value is None or uncertainty is None:
+        return result
+    if characteristic.kind == "distance" and value < uncertainty:
+        said = "The distance is smaller than its uncertainty."
+        return replace(result, note=f"{result.note} {said}".strip())
+    return result

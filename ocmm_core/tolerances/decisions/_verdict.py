@@ -1,0 +1,199 @@
+"""What several characteristics say together: of a feature, and of the whole part.
+
+The one place where verdicts are joined. Screens, sounds, papers, exports and the live stream show
+what is made here; nobody else picks one characteristic among several. The worst one leads.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from ocmm_core.tolerances.decisions._result import CharacteristicResult, Verdict
+
+WORST_FIRST = (
+    Verdict.NOT_CONFORM,
+    Verdict.NOT_PROVEN,
+    Verdict.NOT_MEASURED,
+    Verdict.PROVISIONAL,
+    Verdict.CONFORM,
+)
+"""Nothing is shown greener than the worst of what it stands for, in this order."""
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictSummary:
+    """The verdict on several characteristics.
+
+    Attributes
+    ----------
+    verdict
+        The worst of them; None where there is no characteristic, and so no tolerance.
+    deciding
+        Name of the characteristic that decides; empty without one.
+    counts
+        How many have which verdict, worst first; only those that occur.
+    """
+
+    verdict: Verdict | None
+    deciding: str
+    counts: tuple[tuple[Verdict, int], ...]
+
+    @property
+    def total(self) -> int:
+        """Return how many characteristics there are."""
+        return sum(count for _, count in self.counts)
+
+    @property
+    def words(self) -> str:
+        """Return how many share the verdict, e.g. ``1 of 3 NOT CONFORM``; empty for fewer than two.
+
+        With one characteristic the verdict says all there is to say.
+        """
+        if self.verdict is None or self.total < 2:
+            return ""
+        return f"{self.counts[0][1]} of {self.total} {self.verdict.value}"
+
+    @property
+    def counted(self) -> str:
+        """Return all counts, worst first, e.g. ``1 NOT CONFORM, 2 CONFORM``; empty without any."""
+        return ", ".join(f"{count} {verdict.value}" for verdict, count in self.counts)
+
+
+NO_VERDICT = VerdictSummary(None, "", ())
+"""Of what has no tolerance."""
+
+
+def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> VerdictSummary:
+    """Return the verdict on characteristics, and which of them decides.
+
+    Parameters
+    ----------
+    results
+        In the order of the plan.
+    feature
+        What they are about: among equally bad ones the first with a value that rests on this
+        feature alone decides, then the first with a value, then the first.
+    """
+    if not results:
+        return NO_VERDICT
+    found = Counter(result.verdict for result in results)
+    counts = tuple((verdict, found[verdict]) for verdict in WORST_FIRST if found[verdict])
+    worst = counts[0][0]
+    alone = (feature,) if feature else None
+
+    def rank(result: CharacteristicResult) -> tuple[bool, bool]:
+        return result.measured is None, alone is not None and result.features != alone
+
+    deciding = min((item for item in results if item.verdict is worst), key=rank)
+    return VerdictSummary(worst, deciding.name, counts)
+
+
+class PartWord(Enum):
+    """The verdict on the part, in the words that the inspector reads."""
+
+    CONFORMS = "PART CONFORMS"
+    DOES_NOT_CONFORM = "PART DOES NOT CONFORM"
+    NOT_PROVEN = "NOT PROVEN"
+    NOT_COMPLETE = "NOT COMPLETE"
+    NO_TOLERANCE = "NO TOLERANCE"
+
+
+_AS_VERDICT = {
+    PartWord.CONFORMS: Verdict.CONFORM,
+    PartWord.DOES_NOT_CONFORM: Verdict.NOT_CONFORM,
+    PartWord.NOT_PROVEN: Verdict.NOT_PROVEN,
+    PartWord.NOT_COMPLETE: Verdict.NOT_MEASURED,
+    PartWord.NO_TOLERANCE: None,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class PartVerdict:
+    """The verdict on the whole part.
+
+    Attributes
+    ----------
+    word
+        What leads.
+    summary
+        Of all characteristics.
+    failing, unproven
+        Names of the characteristics that are NOT CONFORM, and NOT PROVEN.
+    missing_features
+        Names of the features that do not have what the plan asks for, also skipped ones.
+    unmeasured
+        Names of the characteristics without a final value: NOT MEASURED or PROVISIONAL.
+    """
+
+    word: PartWord
+    summary: VerdictSummary
+    failing: tuple[str, ...]
+    unproven: tuple[str, ...]
+    missing_features: tuple[str, ...]
+    unmeasured: tuple[str, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Return whether everything that the plan asks for was measured."""
+        return not self.missing_features and not self.unmeasured
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Return what is not measured: features, then the characteristics that lack a value."""
+        return (*self.missing_features, *self.unmeasured)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Return the verdict whose colour and sign go with the word; None without tolerances."""
+        return _AS_VERDICT[self.word]
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Return why it is not better, worst first: ``NOT CONFORM: A, B``; empty where it is."""
+        lines = (
+            ("NOT CONFORM", self.failing),
+            ("NOT PROVEN", self.unproven),
+            ("INCOMPLETE", self.missing_features),
+            ("NOT MEASURED", self.unmeasured),
+        )
+        return tuple(f"{word}: {', '.join(names)}" for word, names in lines if names)
+
+
+def judge_part(
+    results: Sequence[CharacteristicResult], missing_features: Iterable[str]
+) -> PartVerdict:
+    """Return the verdict on a part.
+
+    A part with a characteristic that is NOT CONFORM does not conform, whatever is still missing. It
+    conforms only where every feature has what the plan asks for and all characteristics CONFORM.
+
+    Parameters
+    ----------
+    results
+        All characteristics, in the order of the plan.
+    missing_features
+        Names of features that are not done.
+    """
+    summary = summarise(results)
+    named = {
+        verdict: tuple(item.name for item in results if item.verdict is verdict)
+        for verdict in Verdict
+    }
+    missing = tuple(missing_features)
+    unmeasured = tuple(
+        item.name for item in results if item.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL)
+    )
+    if named[Verdict.NOT_CONFORM]:
+        word = PartWord.DOES_NOT_CONFORM
+    elif named[Verdict.NOT_PROVEN]:
+        word = PartWord.NOT_PROVEN
+    elif missing or unmeasured:
+        word = PartWord.NOT_COMPLETE
+    else:
+        word = PartWord.CONFORMS if results else PartWord.NO_TOLERANCE
+    return PartVerdict(
+        word, summary, named[Verdict.NOT_CONFORM], named[Verdict.NOT_PROVEN], missing, unmeasured
+    )

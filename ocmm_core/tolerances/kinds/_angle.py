@@ -1,0 +1,233 @@
+"""The angle of two elements, with the sense that the plan's directions give them.
+
+A measured axis has no direction of its own: a bore 0.05 degrees beyond square to another one looks
+like one that is 0.05 degrees short of it. In the part frame the plan tells which way every axis is
+meant to run, and the angle goes through 90 degrees as through any other value. Only where the two
+directions run together, at 0 and 180 degrees between them, there is no side to be on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.alignment import AnyAlignment, BoundAlignment, frame_of, nominal_frame
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, Shape
+from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.tolerances.zones import Characteristic, Evaluation, vector_evaluation
+
+_PREFERRED_DEG = 5.0
+"""The angle in the material is taken unless its supplement is nearer to the nominal by this."""
+_SENSELESS_DEG = 20.0
+"""Nominal angles nearer than this to the fold need the sense of the axes."""
+_MEANT_DEG = 20.0
+"""Directions of the plan further off the nominal angle than this do not mean that angle."""
+_LIKE = 0.5
+"""Cosine between a measured axis and that of the plan below which it does not tell the sense."""
+_FLATTEST_DEG = 0.01
+"""Directions that run together nearer than this show no side: differences would look certain."""
+_VECTOR_DEG = 0.5
+"""Angles below this, which should be none, are the length of a vector."""
+
+_NO_SIDE = "Nothing says on which side of a right angle it is."
+_ONE_WAY = (
+    "Noise moves an angle so near to its end one way only, which its U does not hold: parallelism "
+    "or perpendicularity says it better."
+)
+
+_MAPS = {2: ((180.0, -1.0), (0.0, 1.0)), 0: ((0.0, 1.0), (180.0, -1.0)),
+         1: ((90.0, -1.0), (-90.0, 1.0), (90.0, 1.0), (270.0, -1.0))}  # fmt: skip
+"""Offset and factor from the angle between the directions to those that may be meant, deg, by the
+number of planes: two planes enclose the angle in the material."""
+
+
+@dataclass(frozen=True, slots=True)
+class AngleRule:
+    """How an angle follows from two directions.
+
+    Attributes
+    ----------
+    senses
+        1 or -1 of each direction.
+    offset, factor
+        The value is offset + factor times the angle between them, deg.
+    told
+        The sense of both is known; else it was taken as what is nearest to the nominal.
+    """
+
+    senses: tuple[float, float]
+    offset: float
+    factor: float
+    told: bool
+
+    def value(self, first: Float, second: Float) -> float:
+        """Return the angle of two geometry vectors (12,), deg."""
+        one, other = self.senses[0] * first[DIRECTION], self.senses[1] * second[DIRECTION]
+        return self.offset + self.factor * _between(one, other)
+
+    def note(self, first: Float, second: Float) -> str:
+        """Return what to know of the angle of two geometry vectors (12,); may be empty."""
+        between = _between(first[DIRECTION], second[DIRECTION])
+        if min(between, 180.0 - between) < _VECTOR_DEG:
+            return _ONE_WAY
+        return "" if self.surely(self.value(first, second)) else _NO_SIDE
+
+    def surely(self, value: float) -> bool:
+        """Return whether a value could not as well be one on the other side of a right angle."""
+        fold = self.offset + self.factor * 90.0
+        return self.told or abs(value - fold) > _PREFERRED_DEG
+
+
+def angle_value(
+    characteristic: Characteristic,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    alignment: AnyAlignment | None,
+) -> float:
+    """Return the apex angle of a cone, or the angle of two elements, deg."""
+    first = geometries[characteristic.features[0]]
+    if len(characteristic.features) == 1:
+        return float(np.degrees(2.0 * first[HALF_ANGLE]))
+    rule = angle_rule(characteristic, geometries, shapes, alignment)
+    return rule.value(first, geometries[characteristic.features[1]])
+
+
+def needs_sense(characteristic: Characteristic, alignment: AnyAlignment | None) -> bool:
+    """Return whether the part frame says which side of a right angle an angle is on."""
+    if characteristic.kind != "angle" or not isinstance(alignment, BoundAlignment):
+        return False
+    names = characteristic.features
+    if len(names) != 2 or any(name not in alignment.nominals for name in names):
+        return False
+    if all(alignment.shapes[name] is Shape.PLANE for name in names):
+        return False
+    between = _between(*(alignment.nominals[name][DIRECTION] for name in names))
+    return abs(between - 90.0) < _SENSELESS_DEG
+
+
+def angle_rule(
+    characteristic: Characteristic,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    alignment: AnyAlignment | None,
+) -> AngleRule:
+    """Return how the angle of two features follows from their directions.
+
+    Between two faces it is the angle in the material, else the acute one, and in either case the
+    supplement where that clearly is what the nominal means. Near a right angle, where both look
+    alike, the directions of the plan tell.
+
+    Raises
+    ------
+    FitError
+        The part frame is needed, and its features do not say where the part is.
+    """
+    names = characteristic.features
+    flat = [shapes[name] is Shape.PLANE for name in names]
+    if needs_sense(characteristic, alignment) and isinstance(alignment, BoundAlignment):
+        found = _by_plan(characteristic, geometries, flat, alignment)
+        if found is not None:
+            return found
+    first, second = (geometries[name][DIRECTION] for name in names)
+    maps = _MAPS[sum(flat)]
+    if all(flat):
+        senses = (1.0, 1.0)
+    else:
+        # The acute angle: the sense of an axis, not that of a face, is open.
+        sense = 1.0 if float(first @ second) >= 0.0 else -1.0
+        senses = (1.0, sense) if flat[0] else (sense, 1.0)
+    between = _between(senses[0] * first, senses[1] * second)
+    offset, factor = maps[0]
+    value = offset + factor * between
+    nearer = abs(value - characteristic.nominal) - abs(180.0 - value - characteristic.nominal)
+    if nearer > _PREFERRED_DEG:
+        offset, factor = 180.0 - offset, -factor
+    return AngleRule(senses, offset, factor, told=all(flat))
+
+
+def angle_of_axes(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    rule: AngleRule,
+) -> Evaluation | None:
+    """Return the evaluation of an angle that should be none and nearly is; else None.
+
+    It is the length of a vector then: of what one direction is off the other, in two directions.
+
+    Raises
+    ------
+    FitError
+        The angle is at a place where it has no side, or nothing tells on which it is.
+    """
+    first, second = (actual[name] for name in characteristic.features)
+    one = rule.senses[0] * first.fit.direction
+    other = rule.senses[1] * second.fit.direction
+    by_one = rule.senses[0] * first.jacobian[DIRECTION]
+    by_other = rule.senses[1] * second.jacobian[DIRECTION]
+    between = _between(one, other)
+    if rule.offset == 180.0 and rule.factor < 0.0:
+        other, by_other, between = -other, -by_other, 180.0 - between
+    vector = rule.offset in (0.0, 180.0) and characteristic.nominal == 0.0
+    if vector and between < _VECTOR_DEG and characteristic.lower <= 0.0:
+        across = np.stack(perpendicular_pair(one))
+        components = across @ other
+        length = float(np.linalg.norm(components))
+        scale = float(between / length) if length > 0.0 else float(np.degrees(1.0))
+        return vector_evaluation(scale * components, scale * (across @ (by_other - by_one)), "")
+    value = rule.value(first.fit.geometry, second.fit.geometry)
+    if min(between, 180.0 - between) < _FLATTEST_DEG:
+        raise FitError(
+            "characteristic.no_angle",
+            f"The angle of {characteristic.name} has no sense at {value:.3f} degrees, and so no "
+            "uncertainty that could be stated.",
+            "Tolerance parallelism, perpendicularity or angularity instead.",
+        )
+    if not rule.surely(value) and not _both_sides_alike(characteristic, rule, value):
+        raise FitError(
+            "characteristic.no_side",
+            f"Nothing says on which side of a right angle the {value:.3f} degrees of "
+            f"{characteristic.name} are: an axis has no direction of its own.",
+            "Give the plan an alignment, and its features their nominal directions.",
+        )
+    return None
+
+
+def _both_sides_alike(characteristic: Characteristic, rule: AngleRule, value: float) -> bool:
+    """Return whether an angle without a sense means the same on both sides of the fold."""
+    fold = rule.offset + rule.factor * 90.0
+    middle = characteristic.nominal + 0.5 * (characteristic.lower + characteristic.upper)
+    return abs(middle - fold) < 1e-9 and abs(value - fold) >= _FLATTEST_DEG
+
+
+def _by_plan(
+    characteristic: Characteristic,
+    geometries: Mapping[str, Float],
+    flat: list[bool],
+    alignment: BoundAlignment,
+) -> AngleRule | None:
+    """Return the rule with the senses of the plan's directions; None where they do not tell."""
+    T_nominal_from_part = nominal_frame(alignment).inverse()
+    rotation = T_nominal_from_part.rotation @ frame_of(alignment, geometries).rotation
+    senses = []
+    for name, plane in zip(characteristic.features, flat, strict=True):
+        cosine = float(rotation @ geometries[name][DIRECTION] @ alignment.nominals[name][DIRECTION])
+        if not plane and abs(cosine) < _LIKE:
+            return None
+        senses.append(1.0 if plane or cosine > 0.0 else -1.0)
+    meant = _between(*(alignment.nominals[name][DIRECTION] for name in characteristic.features))
+    offset, factor = min(
+        _MAPS[sum(flat)], key=lambda item: abs(item[0] + item[1] * meant - characteristic.nominal)
+    )
+    if abs(offset + factor * meant - characteristic.nominal) > _MEANT_DEG:
+        return None
+    return AngleRule((senses[0], senses[1]), offset, factor, told=True)
+
+
+def _between(first: Float, second: Float) -> float:
+    """Return the angle between two directions (3,), 0 to 180 deg."""
+    sine = float(np.linalg.norm(np.cross(first, second)))
+    return float(np.degrees(np.arctan2(sine, float(first @ second))))

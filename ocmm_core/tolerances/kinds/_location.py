@@ -1,0 +1,116 @@
+"""Position and coaxiality (ISO 1101, 17.12 and 17.13), with the bonus of ISO 2692."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
+from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.tolerances.kinds._symmetry import SLOTS
+from ocmm_core.tolerances.zones import (
+    Characteristic,
+    Evaluation,
+    Frames,
+    Surface,
+    derived_points,
+    derived_zone,
+    surface_points,
+    surface_zone,
+    vector_evaluation,
+)
+
+_SPHERES = (Shape.POINT, Shape.SPHERE)
+_AXES = "xyz"
+
+
+def position(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    frames: Frames,
+) -> Evaluation:
+    """Return the diameter or width of the smallest zone about the true place.
+
+    Raises
+    ------
+    FitError
+        A datum does not hold, or there is neither a datum nor a part frame.
+    """
+    name = characteristic.features[0]
+    feature = actual[name]
+    frame = (
+        frames.of_datums(characteristic.datums, [name])
+        if characteristic.datums
+        else frames.of_part(characteristic.name)
+    )
+    nominal = nominal_geometry(feature.nominal)
+    if feature.fit.shape is Shape.PLANE and feature.touches is not None:
+        found = surface_zone([Surface(surface_points(feature), Shape.PLANE, nominal)], frame)
+    else:
+        points = derived_points(feature, characteristic.length or feature.nominal.length)
+        found = derived_zone(points, nominal[POINT], _rows(characteristic, nominal, feature), frame)
+    return _with_bonus(characteristic, feature, found)
+
+
+def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature) -> Float:
+    """Return the directions (d, 3), part frame, in which a centre or axis is off."""
+    shape = feature.fit.shape
+    usual = "sphere" if shape in _SPHERES else "planes" if shape is Shape.PLANE else "cylinder"
+    zone = characteristic.zone or usual
+    if zone == "sphere":
+        return np.eye(3)
+    if zone == "cylinder":
+        direction = np.array(feature.nominal.direction) if shape in _SPHERES else nominal[DIRECTION]
+        return np.stack(perpendicular_pair(direction))
+    if characteristic.axis:
+        return np.eye(3)[[_AXES.index(characteristic.axis)]]
+    return nominal[None, DIRECTION]
+
+
+def _with_bonus(
+    characteristic: Characteristic, feature: ActualFeature, found: Evaluation
+) -> Evaluation:
+    """Return an evaluation with what the size adds to the tolerance.
+
+    At maximum material a bore is as small, a shaft as large as it may be; at least material the
+    other way round. What the size is off that limit widens the zone by as much.
+    """
+    if not characteristic.modifier:
+        return found
+    place = SECOND if feature.fit.shape in SLOTS else RADIUS
+    size = 2.0 * float(feature.fit.geometry[place])
+    inner = feature.nominal.side == "inner"
+    sign = 1.0 if inner == (characteristic.modifier == "maximum material") else -1.0
+    bonus = sign * (size - characteristic.material_size)
+    if bonus <= 0.0:
+        return replace(found, bonus=0.0, bonus_gradient=np.zeros_like(found.gradient))
+    return replace(found, bonus=bonus, bonus_gradient=2.0 * sign * feature.jacobian[place])
+
+
+def coaxiality(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> Evaluation:
+    """Return twice the greatest distance of a centre or an axis from the datum's axis or centre.
+
+    Where both are balls the distance is that in space; a circle or ball that has a centre only is
+    measured across the axis of the datum, or across its own where the datum is a ball.
+    """
+    feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
+    axis, slope = datum.fit.direction, datum.jacobian[3:6]
+    if not np.any(axis):
+        axis, slope = feature.fit.direction, feature.jacobian[3:6]
+    found = []
+    for end in derived_points(feature, characteristic.length or feature.nominal.length):
+        arm = end.point - datum.fit.point
+        by_arm = end.by_coordinates - datum.jacobian[0:3]
+        if np.any(axis):
+            along = float(arm @ axis)
+            by_arm = by_arm - np.outer(axis, axis @ by_arm + arm @ slope) - along * slope
+            arm = arm - along * axis
+        found.append((2.0 * arm, 2.0 * by_arm))
+    arm, by_arm = max(found, key=lambda item: float(np.linalg.norm(item[0])))
+    if np.any(axis):
+        across = np.stack(perpendicular_pair(axis))
+        arm, by_arm = across @ arm, across @ by_arm
+    return vector_evaluation(arm, by_arm, characteristic.datums[0])

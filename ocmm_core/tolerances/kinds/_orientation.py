@@ -1,0 +1,130 @@
+"""Parallelism, perpendicularity and angularity of faces and axes (ISO 1101, 17.9 to 17.11)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, Shape, element, nominal_geometry
+from ocmm_core.geometry import Float, perpendicular_pair, unit
+from ocmm_core.tolerances.zones import (
+    Characteristic,
+    DerivedPoint,
+    Evaluation,
+    Frames,
+    Surface,
+    derived_points,
+    derived_zone,
+    surface_points,
+    surface_zone,
+)
+
+_MEANT = np.sin(np.deg2rad(0.5))
+"""Nominal directions further off parallel or square than this are not meant to be."""
+
+_AXES = "xyz"
+
+
+def orientation(
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
+) -> Evaluation:
+    """Return the width of the zone of a face, or the width or diameter of that of an axis.
+
+    The true direction is that of the plan in the frame of the datums, made exactly parallel or
+    square to the primary datum where the kind says so. A face has all its points between two
+    planes; of an axis both ends of its toleranced length count.
+
+    Raises
+    ------
+    FitError
+        The plan's directions are not what the kind says, a feature has no points of its own, or
+        the datums do not hold.
+    """
+    name = characteristic.features[0]
+    feature, datum = actual[name], actual[characteristic.datums[0]]
+    direction = _true_direction(characteristic, feature, datum)
+    frame = frames.of_datums(characteristic.datums, [name])
+    if feature.fit.shape is Shape.PLANE:
+        plane = element(np.zeros(3), direction)
+        surface = Surface(surface_points(feature), Shape.PLANE, plane)
+        return surface_zone([surface], frame.with_shifts())
+    rows = _rows(characteristic, datum, direction)
+    low, high = derived_points(feature, characteristic.length or feature.nominal.length)
+    # The zone shifts freely: half of the axis about its middle is all that counts.
+    half = DerivedPoint(
+        0.5 * (high.point - low.point), 0.5 * (high.by_coordinates - low.by_coordinates)
+    )
+    return derived_zone([half], np.zeros(3), rows, frame.turning())
+
+
+def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:
+    """Return the direction (3,), unit, that a feature should have, or None if it is not meant so.
+
+    Parameters
+    ----------
+    kind
+        Parallelism, perpendicularity or angularity.
+    own, base
+        (3,), unit: nominal directions of the feature and of the primary datum.
+    alike
+        Both are planes, or both are axes: their directions are parallel where they are.
+    """
+    if kind == "angularity":
+        return own
+    along = float(own @ base)
+    if alike == (kind == "parallelism"):
+        if np.linalg.norm(own - along * base) > _MEANT:
+            return None
+        return base if along > 0.0 else -base
+    if abs(along) > _MEANT:
+        return None
+    return unit(own - along * base)
+
+
+def _true_direction(
+    characteristic: Characteristic, feature: ActualFeature, datum: ActualFeature
+) -> Float:
+    """Return the direction (3,), unit, frame of the plan, that a feature should have."""
+    alike = (feature.fit.shape is Shape.PLANE) == (datum.fit.shape is Shape.PLANE)
+    own, base = (nominal_geometry(item.nominal)[DIRECTION] for item in (feature, datum))
+    meant = meant_direction(characteristic.kind, own, base, alike=alike)
+    if meant is None:
+        word = "parallel" if characteristic.kind == "parallelism" else "square"
+        raise FitError(
+            "characteristic.direction",
+            f"{characteristic.name}: the directions of {feature.nominal.name} and "
+            f"{datum.nominal.name} in the plan are not {word}.",
+            "Correct the directions, or use angularity.",
+        )
+    return meant
+
+
+def zone_of_axis(characteristic: Characteristic, datum: Shape) -> str:
+    """Return the zone of an axis: as the characteristic says, else what is usual."""
+    if characteristic.zone:
+        return characteristic.zone
+    if characteristic.kind == "parallelism":
+        return "planes" if datum is Shape.PLANE else "cylinder"
+    if characteristic.kind == "perpendicularity":
+        return "cylinder" if datum is Shape.PLANE else "planes"
+    return "planes"
+
+
+def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float) -> Float:
+    """Return the directions (d, 3), frame, in which the ends of an axis are off."""
+    if zone_of_axis(characteristic, datum.fit.shape) == "cylinder":
+        return np.stack(perpendicular_pair(direction))
+    across = nominal_geometry(datum.nominal)[DIRECTION]
+    if characteristic.axis:
+        across = np.eye(3)[_AXES.index(characteristic.axis)]
+    across = across - (across @ direction) * direction
+    if float(np.linalg.norm(across)) < _MEANT:
+        raise FitError(
+            "characteristic.no_zone",
+            f"{characteristic.name} does not say where its two planes stand.",
+            "Give it the 'axis' across the planes, or the zone 'cylinder'.",
+        )
+    return unit(across)[None]

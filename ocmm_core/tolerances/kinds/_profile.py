@@ -1,0 +1,64 @@
+"""Profile of a line and of a surface (ISO 1101, 17.7 and 17.8; ISO 1660)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, Shape, nominal_geometry
+from ocmm_core.geometry import Float, unit
+from ocmm_core.tolerances.zones import (
+    Characteristic,
+    Evaluation,
+    Frames,
+    Surface,
+    SurfacePoints,
+    ZoneFrame,
+    surface_points,
+    surface_zone,
+)
+
+
+def profile(
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
+) -> Evaluation:
+    """Return twice the greatest distance of surface points from the nominal surface.
+
+    Its place follows from the datums; without them, and where they leave motions open, it is the
+    one that makes the greatest distance smallest. All dimensions are the nominal ones. Several
+    features are one surface.
+
+    Raises
+    ------
+    FitError
+        A feature has no points of its own, or the datums do not hold.
+    """
+    frame = frames.of_datums(characteristic.datums, characteristic.features)
+    surfaces = [
+        _surface(surface_points(actual[name]), frame, characteristic.offset)
+        for name in characteristic.features
+    ]
+    found = surface_zone(surfaces, frame)
+    if characteristic.offset:
+        return replace(found, note=f"Zone offset by {characteristic.offset:+.4f} mm (UZ).")
+    return found
+
+
+def _surface(measured: SurfacePoints, frame: ZoneFrame, offset: float) -> Surface:
+    nominal = nominal_geometry(measured.feature.nominal)
+    shape = measured.feature.fit.shape
+    if shape in (Shape.POINT, Shape.LINE):
+        nominal[DIRECTION] = _face_normal(measured, frame, nominal)
+    return Surface(measured, shape, nominal, offset)
+
+
+def _face_normal(measured: SurfacePoints, frame: ZoneFrame, nominal: Float) -> Float:
+    """Return the normal (3,), frame, of the face that a point or line was probed on."""
+    if measured.feature.fit.shape is Shape.POINT:
+        return unit(np.array(measured.feature.nominal.direction))
+    normal = frame.T_frame_from_world.rotation @ measured.normals[0]
+    line = nominal[DIRECTION]
+    return unit(normal - (normal @ line) * line)

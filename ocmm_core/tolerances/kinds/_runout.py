@@ -1,0 +1,98 @@
+"""Circular and total run-out about a datum axis (ISO 1101, 17.15 and 17.16)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, POINT, Shape
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tolerances.zones import (
+    Characteristic,
+    Evaluation,
+    FormNoise,
+    Section,
+    SurfacePoints,
+    few_in_a_section,
+    own_fit,
+    sections,
+    surface_points,
+)
+
+
+def runout(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> Evaluation:
+    """Return how far a surface runs out when it turns about the datum axis.
+
+    Radially for round surfaces, square to the surface for a cone, axially for a face. Circular
+    run-out is that of the worst section; sections are found from where the points lie.
+
+    Raises
+    ------
+    FitError
+        The feature has no points of its own, or they do not lie in sections.
+    """
+    feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
+    surface = surface_points(feature)
+    axis = datum.fit.direction
+    arms = surface.points - datum.fit.point
+    along = arms @ axis
+    across = arms - np.outer(along, axis)
+    radii = np.linalg.norm(across, axis=1)
+    radial = across / np.maximum(radii, 1e-12)[:, None]
+    shape = feature.fit.shape
+    # Shares of the radial and the axial direction in the one that run-out is measured along. That
+    # is square to the surface: points of a section of a cone need not be at one height.
+    radially, axially = 0.0, 1.0
+    if shape is not Shape.PLANE:
+        towards = float(np.copysign(1.0, axis @ feature.fit.direction))
+        radially = float(np.cos(feature.fit.half_angle))
+        axially = -towards * float(np.sin(feature.fit.half_angle))
+    places = radii if shape is Shape.PLANE else along
+    values = radially * radii + axially * along
+    directions = radially * radial + axially * axis
+    by_axis = axially * arms - radially * along[:, None] * radial
+    by_datum = -directions @ datum.jacobian[POINT] + by_axis @ datum.jacobian[DIRECTION]
+
+    found: tuple[Section, ...] = (Section(np.arange(len(values)), 0.0),)
+    note = ""
+    if characteristic.kind == "circular runout" and shape is not Shape.CIRCLE:
+        found = sections(feature.nominal.name, places)
+    if characteristic.kind == "circular runout":
+        note = few_in_a_section(found)
+    worst = max(found, key=lambda section: float(np.ptp(values[section.rows])))
+    if len(found) > 1:
+        where = "radius" if shape is Shape.PLANE else "height"
+        note = f"Worst of {len(found)} sections, at {where} {worst.at:.1f} mm. {note}".strip()
+    gradient = _extremes(surface, values, directions, by_datum, worst.rows)
+    rows = by_datum[worst.rows]
+    _add_points(rows, surface, directions, worst.rows)
+    return Evaluation(
+        float(np.ptp(values[worst.rows])),
+        gradient,
+        frame=characteristic.datums[0],
+        noise=FormNoise(values[worst.rows], rows, np.zeros((len(rows), 0))),
+        note=note,
+    )
+
+
+def _extremes(
+    surface: SurfacePoints, values: Float, directions: Float, by_datum: Float, rows: Int
+) -> Float:
+    """Return the gradient of the greatest less the smallest value."""
+    high, low = rows[np.argmax(values[rows])], rows[np.argmin(values[rows])]
+    weights = np.zeros_like(directions)
+    weights[high] += directions[high]
+    weights[low] -= directions[low]
+    gradient: Float = by_datum[high] - by_datum[low] + surface.pull_back(weights)
+    return gradient
+
+
+def _add_points(rows: Float, surface: SurfacePoints, directions: Float, chosen: Int) -> None:
+    """Add to rows (m, 3 N + 1) what their own ball centres and the ball do."""
+    touches = own_fit(surface.feature)[0]
+    for row, point in enumerate(chosen):
+        place = touches.places[point]
+        rows[row, 3 * place : 3 * place + 3] += directions[point]
+        rows[row, -1] -= float(directions[point] @ surface.normals[point])

@@ -1,0 +1,119 @@
+"""Symmetry of slots and of pairs of faces (ISO 1101, 17.14)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, RADIUS, Shape
+from ocmm_core.geometry import Float, unit
+from ocmm_core.tolerances.zones import (
+    Characteristic,
+    Evaluation,
+    form_noise,
+    moved_geometry,
+    own_fit,
+    surface_points,
+    vector_evaluation,
+)
+
+SLOTS = (Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+"""Shapes with two long sides, thus with a middle plane."""
+
+_STEP = 1e-5
+"""mm, and of directions a fraction of one: step of the differences."""
+
+_OPPOSITE = -0.5
+"""Cosine between the normals of two faces above which they have no middle between them."""
+
+
+def symmetry(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> Evaluation:
+    """Return twice the greatest distance of extracted median points from the datum's middle.
+
+    Median points of two faces lie half way between a point of either face and the other one,
+    across the datum plane; those of a slot are the ends and the middle of its middle line. About a
+    datum axis the middle plane contains the axis and is turned as the slot is.
+
+    Raises
+    ------
+    FitError
+        A face has no points of its own, or the faces are not opposite to each other.
+    """
+    datum = actual[characteristic.datums[0]]
+    if len(characteristic.features) == 1:
+        return _of_slot(actual[characteristic.features[0]], datum)
+    first, second = (actual[name] for name in characteristic.features)
+    if float(first.fit.direction @ second.fit.direction) > _OPPOSITE:
+        raise FitError(
+            "characteristic.not_opposite",
+            f"{first.nominal.name} and {second.nominal.name} do not face away from each other; "
+            "there is no middle between them.",
+            "Name two opposite faces.",
+        )
+    return _of_faces(first, second, datum)
+
+
+def _of_slot(feature: ActualFeature, datum: ActualFeature) -> Evaluation:
+    geometries = {"slot": feature.fit.geometry, "datum": datum.fit.geometry}
+    plane = datum.fit.shape is Shape.PLANE
+    found = _slot_distances(geometries, plane)
+    worst = int(np.argmax(np.abs(found)))
+    gradient = np.zeros(feature.jacobian.shape[1])
+    for key, item in (("slot", feature), ("datum", datum)):
+        for k in range(GEOMETRY_SIZE):
+            if np.any(item.jacobian[k]):
+                ahead, behind = (
+                    _slot_distances(moved_geometry(geometries, key, k, step), plane)[worst]
+                    for step in (_STEP, -_STEP)
+                )
+                gradient += (ahead - behind) / (2.0 * _STEP) * item.jacobian[k]
+    return vector_evaluation(
+        2.0 * found[worst : worst + 1], 2.0 * gradient[None], datum.nominal.name
+    )
+
+
+def _slot_distances(geometries: Mapping[str, Float], plane: bool) -> Float:
+    """Return the distances (3,) of middle and ends of the middle line from the datum's middle."""
+    slot, datum = geometries["slot"], geometries["datum"]
+    normal = datum[DIRECTION]
+    if not plane:
+        width = np.cross(slot[DIRECTION], slot[ACROSS])
+        normal = unit(width - (width @ normal) * normal)
+    ends = np.array([0.0, -1.0, 1.0])[:, None] * slot[RADIUS] * slot[ACROSS] + slot[POINT]
+    distances: Float = (ends - datum[POINT]) @ normal
+    return distances
+
+
+def _of_faces(first: ActualFeature, second: ActualFeature, datum: ActualFeature) -> Evaluation:
+    normal, origin = datum.fit.direction, datum.fit.point
+    values, slopes = [], []
+    for near, far in ((first, second), (second, first)):
+        surface, touches = surface_points(near), own_fit(near)[0]
+        towards = far.fit.direction
+        cosine = float(normal @ towards)
+        arms = far.fit.point - surface.points
+        gaps = arms @ towards
+        by_point = normal - 0.5 * towards / cosine
+        by_towards = 0.5 * (arms / cosine - np.outer(gaps, normal) / cosine**2)
+        by_normal = surface.points - origin - 0.5 * np.outer(gaps, towards) / cosine**2
+        rows = by_towards @ far.jacobian[DIRECTION] + by_normal @ datum.jacobian[DIRECTION]
+        rows += 0.5 / cosine * (towards @ far.jacobian[POINT]) - normal @ datum.jacobian[POINT]
+        # The contact point moves with the normal of its own face, which the ball stands along.
+        rows -= touches.tip_radius * by_point @ near.jacobian[DIRECTION]
+        rows[:, -1] -= float(by_point @ near.fit.direction)
+        for row, place in enumerate(touches.places):
+            rows[row, 3 * place : 3 * place + 3] += by_point
+        values.append((surface.points - origin) @ normal + 0.5 * gaps / cosine)
+        slopes.append(rows)
+    distances, rows = np.concatenate(values), np.vstack(slopes)
+    worst = int(np.argmax(np.abs(distances)))
+    sign = -1.0 if distances[worst] < 0.0 else 1.0
+    return Evaluation(
+        2.0 * abs(float(distances[worst])),
+        2.0 * sign * rows[worst],
+        frame=datum.nominal.name,
+        noise=form_noise(distances, rows, np.zeros((len(distances), 0))),
+    )

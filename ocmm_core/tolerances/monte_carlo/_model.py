@@ -1,0 +1,228 @@
+"""What one Monte Carlo trial computes: from moved points to elements and from these to values.
+
+The elements are fitted anew in every trial, with all their curvature (`refit_kernel`); the ball is
+taken off as `features.actual` does. From the elements to a value there are only angles and
+distances of elements that hardly move: there the value is developed to second order, whose rest is
+some 1e-9 mm for movements of 0.01 mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.measured import ActualFeature, Touches, solver_start
+from ocmm_core.features.search import BALL, CONE, CYLINDER, DISC, TORUS
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    GEOMETRY_SIZE,
+    HALF_ANGLE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Criterion,
+    Fit,
+    Shape,
+)
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tolerances.monte_carlo._refit_kernel import (
+    LINE_KIND,
+    PLANE_KIND,
+    POINT_KIND,
+    PROJECTED_KIND,
+    refit,
+)
+
+_KINDS = {
+    Shape.POINT: POINT_KIND,
+    Shape.LINE: LINE_KIND,
+    Shape.PLANE: PLANE_KIND,
+    Shape.CIRCLE: DISC,
+    Shape.SPHERE: BALL,
+    Shape.CYLINDER: CYLINDER,
+    Shape.CONE: CONE,
+    Shape.TORUS: TORUS,
+}
+
+_STEP = 1e-3
+"""Step of the second differences, in units of a size for directions and mm for all else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refit:
+    """One probed feature, ready to be fitted again.
+
+    Attributes
+    ----------
+    name
+        Of the feature.
+    kind
+        Of `refit_kernel`.
+    centroid, base, size
+        Its ball centres: centroid (3,), about it (n, 3), and their size, mm.
+    places
+        (n,): of its points among all.
+    start
+        (8,): the element of the measured points.
+    plane
+        Feature along whose normal the points are projected; empty where none.
+    touches, outer
+        What takes the ball off.
+    """
+
+    name: str
+    kind: int
+    centroid: Float
+    base: Float
+    size: float
+    places: Int
+    start: Float
+    plane: str
+    touches: Touches
+    outer: bool
+
+    def geometries(
+        self, deviations: Float, fitted: Mapping[str, Float]
+    ) -> tuple[Float, Float, int]:
+        """Return compensated geometry (m, 12), range of the residuals (m,), trials without a fit.
+
+        Parameters
+        ----------
+        deviations
+            (m, 3 N + 1), mm: of all ball centres and the tip radius.
+        fitted
+            Geometries of the features before this one, in world coordinates.
+        """
+        count = len(deviations)
+        geometry, ranges = np.empty((count, GEOMETRY_SIZE)), np.empty(count)
+        normals = fitted[self.plane][:, DIRECTION] if self.plane else np.empty((0, 3))
+        failed = refit(
+            self.kind, self.base, self.size, self.places, deviations, self.start,
+            np.ascontiguousarray(normals), geometry, ranges,
+        )  # fmt: skip
+        geometry[:, POINT] += self.centroid
+        self._take_ball_off(geometry, self.touches.tip_radius + deviations[:, -1])
+        return geometry, ranges, failed
+
+    def _take_ball_off(self, geometry: Float, radius: Float) -> None:
+        sign = 1.0 if self.outer else -1.0
+        mean = self.touches.directions.mean(axis=0)
+        direction = geometry[:, DIRECTION]
+        if self.kind == POINT_KIND:
+            geometry[:, POINT] -= radius[:, None] * mean
+        elif self.kind == PLANE_KIND:
+            geometry[:, POINT] -= radius[:, None] * direction
+        elif self.kind == LINE_KIND:
+            beside = mean - (direction @ mean)[:, None] * direction
+            beside /= np.linalg.norm(beside, axis=1)[:, None]
+            geometry[:, POINT] -= radius[:, None] * beside
+        elif self.kind == CONE:
+            geometry[:, RADIUS] -= sign * radius / np.cos(geometry[:, HALF_ANGLE])
+        elif self.kind == TORUS:
+            geometry[:, SECOND] -= sign * radius
+        else:
+            geometry[:, RADIUS] -= sign * radius
+
+
+def refits_of(actual: Mapping[str, ActualFeature]) -> tuple[Refit, ...]:
+    """Return the features that can be fitted again quickly, planes first.
+
+    Those are least-squares elements of the shapes with a compiled fit, probed and not constructed,
+    circles by plane first.
+    """
+    found = []
+    for name, feature in actual.items():
+        shape, touches, raw = feature.fit.shape, feature.touches, feature.raw
+        if touches is None or raw is None or shape not in _KINDS:
+            continue
+        if raw.criterion is not Criterion.LEAST_SQUARES or feature.nominal.free:
+            continue
+        found.append(_refit(name, feature, touches, raw))
+    names = {item.name for item in found}
+    return tuple(
+        sorted(
+            (item for item in found if not item.plane or item.plane in names),
+            key=lambda item: item.plane != "",
+        )
+    )
+
+
+def _refit(name: str, feature: ActualFeature, touches: Touches, raw: Fit) -> Refit:
+    centroid = touches.tips.mean(axis=0)
+    base = touches.tips - centroid
+    size = max(float(np.sqrt(np.mean(np.sum(base**2, axis=1)))), 1.0)
+    plane = feature.nominal.projection
+    kind = PROJECTED_KIND if plane else _KINDS[raw.shape]
+    start = solver_start(raw, centroid, size)
+    return Refit(
+        name, kind, centroid, np.ascontiguousarray(base), size,
+        np.array(touches.places, dtype=np.int64), start, plane, touches,
+        feature.nominal.side == "outer",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class SecondOrder:
+    """A value about the measured elements: value, slope and curvature by their geometry.
+
+    Attributes
+    ----------
+    names
+        Features that it rests on.
+    at
+        (k,): their geometry as measured, only the numbers that move.
+    columns
+        (k,): of those numbers among the geometries one after the other.
+    value, slope, curvature
+        Of the value, (k,) and (k, k).
+    """
+
+    names: tuple[str, ...]
+    at: Float
+    columns: Int
+    value: float
+    slope: Float
+    curvature: Float
+
+    def values(self, geometries: Mapping[str, Float]) -> Float:
+        """Return the value in every trial, (m,)."""
+        all_of_them = np.hstack([geometries[name] for name in self.names])
+        moved = all_of_them[:, self.columns] - self.at
+        bent = np.einsum("mk,mk->m", moved @ self.curvature, moved)
+        values: Float = self.value + moved @ self.slope + 0.5 * bent
+        return values
+
+
+def second_order(
+    function: Callable[[Mapping[str, Float]], float],
+    names: Sequence[str],
+    actual: Mapping[str, ActualFeature],
+) -> SecondOrder:
+    """Return a function of the geometries of features, developed about the measured ones."""
+    flat = np.concatenate([actual[name].fit.geometry for name in names])
+    moving = np.concatenate([np.any(actual[name].jacobian != 0.0, axis=1) for name in names])
+    columns = np.flatnonzero(moving)
+    whole = {name: feature.fit.geometry for name, feature in actual.items()}
+
+    def at(step: Float) -> float:
+        moved = flat.copy()
+        moved[columns] += step
+        parts = np.split(moved, len(names))
+        return function({**whole, **dict(zip(names, parts, strict=True))})
+
+    k = len(columns)
+    value = at(np.zeros(k))
+    slope, curvature = np.zeros(k), np.zeros((k, k))
+    steps = np.eye(k) * _STEP
+    ahead = np.array([at(step) for step in steps])
+    behind = np.array([at(-step) for step in steps])
+    slope = (ahead - behind) / (2.0 * _STEP)
+    curvature[np.diag_indices(k)] = (ahead - 2.0 * value + behind) / _STEP**2
+    for i in range(k):
+        for j in range(i):
+            both = at(steps[i] + steps[j]) + at(-steps[i] - steps[j])
+            mixed = both - ahead[i] - behind[i] - ahead[j] - behind[j] + 2.0 * value
+            curvature[i, j] = curvature[j, i] = mixed / (2.0 * _STEP**2)
+    return SecondOrder(tuple(names), flat[columns], columns, value, slope, curvature)

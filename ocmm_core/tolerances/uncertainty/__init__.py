@@ -1,0 +1,72 @@
+"""How a value scatters about the true one: noise, few points, form, and the budget."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.tolerances.uncertainty._budget import Budget, BudgetRow, budget_of
+    from ocmm_core.tolerances.uncertainty._first_order import NOT_DETERMINED, WHAT_TO_DO
+    from ocmm_core.tolerances.uncertainty._fit_uncertainty import (
+        FitUncertainty,
+        Stated,
+        fit_uncertainty,
+    )
+    from ocmm_core.tolerances.uncertainty._floor import noise_floor
+    from ocmm_core.tolerances.uncertainty._interval import (
+        ONE_SIDED,
+        TWO_SIDED,
+        Normal,
+        Spread,
+        expanded,
+    )
+    from ocmm_core.tolerances.uncertainty._sampling import (
+        FormSample,
+        form_samples,
+        sample_of,
+        widened,
+    )
+    from ocmm_core.tolerances.uncertainty._spread import (
+        Spreads,
+        gradients_of,
+        of_own_form,
+        spreads_of,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _budget="Budget BudgetRow budget_of",
+        _first_order="NOT_DETERMINED WHAT_TO_DO",
+        _fit_uncertainty="FitUncertainty Stated fit_uncertainty",
+        _floor="noise_floor",
+        _interval="Normal ONE_SIDED Spread TWO_SIDED expanded",
+        _sampling="FormSample form_samples sample_of widened",
+        _spread="Spreads gradients_of of_own_form spreads_of",
+    )
+
+__all__ = [
+    "NOT_DETERMINED",
+    "ONE_SIDED",
+    "TWO_SIDED",
+    "WHAT_TO_DO",
+    "Budget",
+    "BudgetRow",
+    "FitUncertainty",
+    "FormSample",
+    "Normal",
+    "Spread",
+    "Spreads",
+    "Stated",
+    "budget_of",
+    "expanded",
+    "fit_uncertainty",
+    "form_samples",
+    "gradients_of",
+    "noise_floor",
+    "of_own_form",
+    "sample_of",
+    "spreads_of",
+    "widened",
+]

@@ -1,0 +1,155 @@
+"""The uncertainty budget of a result: what each source contributes, as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.geometry import Float
+from ocmm_core.measuring import Contribution
+from ocmm_core.tolerances.uncertainty._first_order import NOT_DETERMINED, WHAT_TO_DO
+from ocmm_core.tolerances.uncertainty._interval import Length, expanded
+from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
+from ocmm_core.tolerances.uncertainty._spread import gradients_of, spreads_of, that_count
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
+
+_NOTHING = 1e-12
+"""Share of the variance below which a source is left out as rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetRow:
+    """One source.
+
+    Attributes
+    ----------
+    name
+        What it is.
+    standard
+        Standard uncertainty that it alone gives the value, in the unit of the value.
+    share
+        Of the variance, 0 to 1.
+    kind
+        ``"A"``: from repeated observations of this job; ``"B"``: from anything else.
+    distribution
+        Of the quantity itself: normal, uniform or Student's.
+    origin
+        Where it is written down.
+    """
+
+    name: str
+    standard: float
+    share: float
+    kind: str
+    distribution: str
+    origin: str
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """Where the uncertainty of one value comes from.
+
+    Attributes
+    ----------
+    characteristic
+        Its name.
+    value, unit
+        As measured.
+    rows
+        The greatest first; the sum of their squares is the square of ``standard``.
+    standard
+        Combined standard uncertainty u.
+    expanded
+        U: 2 u, and more where noise makes the value greater than it is.
+    degrees
+        Effective degrees of freedom; infinite where nothing rests on few observations.
+    """
+
+    characteristic: str
+    value: float
+    unit: str
+    rows: tuple[BudgetRow, ...]
+    standard: float
+    expanded: float
+    degrees: float
+
+
+def budget_of(
+    characteristic: Characteristic,
+    evaluation: Evaluation,
+    actual: Mapping[str, ActualFeature],
+    parts: Sequence[Contribution],
+    covariance: Float,
+    samples: Sequence[FormSample],
+) -> Budget:
+    """Return the budget of a value.
+
+    Parameters
+    ----------
+    evaluation
+        Value and how it answers to the points.
+    actual
+        Features that it rests on.
+    parts
+        Parts of the joint covariance (`measuring.contributions`).
+    covariance
+        Their sum, (3 N + 1, 3 N + 1).
+    samples
+        What the features show of their form (`sampling.form_samples`).
+
+    Raises
+    ------
+    MeasuringError
+        Its elements are determined too weakly for an uncertainty.
+    """
+    spreads = spreads_of(characteristic, evaluation, actual, covariance, samples)
+    if not math.isfinite(spreads.growth):
+        raise MeasuringError("uncertainty.curved", NOT_DETERMINED, WHAT_TO_DO)
+    spread = spreads.of_value
+    gradients = gradients_of(evaluation, bonus=False)
+    way = spread.way if isinstance(spread, Length) else np.ones(1)
+    form = widened(gradients, covariance, that_count(characteristic, actual, samples))
+
+    def row(name: str, of: Float, kind: str, distribution: str, origin: str) -> BudgetRow:
+        # What is subtracted to tell parts from each other may come out below zero by rounding.
+        variance = max(float(way @ of @ way), 0.0)
+        share = variance / spread.sigma**2
+        return BudgetRow(name, float(np.sqrt(variance)), share, kind, distribution, origin)
+
+    rows = [
+        row(
+            part.source.name,
+            part.of(gradients),
+            part.source.kind,
+            part.source.distribution,
+            part.source.origin,
+        )
+        for part in parts
+    ]
+    rows += [
+        row(f"Form of {name}", of, "A", "Student's", "residuals of its points beyond their noise")
+        for name, of in form.of_form.items()
+    ]
+    if spreads.growth > 1.0:
+        bent = (1.0 - spreads.growth**-2) * spread.sigma**2
+        rows.append(
+            BudgetRow(
+                "Curvature of the fit", math.sqrt(bent), bent / spread.sigma**2, "B",
+                "normal", "the element fitted again at both ends of the interval",
+            )
+        )  # fmt: skip
+    rows.sort(key=lambda item: item.standard, reverse=True)
+    return Budget(
+        characteristic=characteristic.name,
+        value=evaluation.value,
+        unit=characteristic.unit,
+        rows=tuple(item for item in rows if item.share > _NOTHING),
+        standard=spread.sigma,
+        expanded=expanded(spread, evaluation.value),
+        degrees=form.degrees,
+    )

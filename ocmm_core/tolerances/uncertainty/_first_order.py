@@ -1,0 +1,180 @@
+"""Whether an uncertainty of first order holds, and what to do where it does not quite.
+
+U is the change of a value, to first order, when all points move along the way that changes it most,
+as far as the covariance of the points and the degrees of freedom say. Here they are moved that far,
+to both sides, and the elements are fitted again (`features.second_order`). How far the value really
+goes is the second-order term of the fit where it counts, at the ends of the interval (compare the
+profiles of D. M. Bates and D. G. Watts, Nonlinear Regression Analysis, 1988, chapter 6). A term
+that is small makes U a little longer, so that both tails together keep their probability; where it
+is not, the interval of first order says nothing, and neither would one that is only stretched.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from scipy.special import chdtri, ndtr, stdtr
+
+from ocmm_core.features.measured import ActualFeature, beyond_first_order
+from ocmm_core.features.shapes import Criterion, Shape
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
+from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor
+
+MOST_CURVED = 0.3
+"""Second-order term at the ends of the interval, against U, beyond which U is refused."""
+
+NOT_DETERMINED = "No uncertainty: the points determine the element too weakly, as on a short arc."
+WHAT_TO_DO = "Take more points, spread over more of it."
+
+CHANCE = 0.05
+"""A refusal is near where a scatter that comes out so great with this probability would refuse."""
+
+NEAR_REFUSAL = 0.25
+"""Share of the probability beyond U that is left near a refusal.
+
+The scatter itself decides whether there is a U. Of fits that are often refused those are left whose
+scatter came out small by chance, and among them are nearly all whose U is too small.
+"""
+
+_STRAIGHT = (Shape.POINT, Shape.LINE, Shape.PLANE)
+
+_SMALL = 1e-6
+"""Share of the greatest variance below which a component of a vector is not asked."""
+
+_LONGEST, _HALVINGS = 10.0, 30
+
+Follow: TypeAlias = Callable[[Float], Float]
+"""From moves (m, N, 3) of the points to how much more k values change than to first order, (m, k).
+"""
+
+
+def growth(
+    gradients: Float,
+    covariance: Float | None,
+    samples: Sequence[FormSample],
+    found: Widened,
+    follow: Follow,
+    stretch: float = 1.0,
+) -> float:
+    """Return the factor by which U grows, 1 and more; infinite where there is no U.
+
+    Parameters
+    ----------
+    gradients, covariance, samples, found
+        Arguments of `sampling.widened`, and what it gave.
+    follow
+        Fits the elements again.
+    stretch
+        The test is made for points whose scatter is this much greater than it came out.
+    """
+    if not np.all(np.isfinite(found.covariance)):
+        return 1.0
+    variances, vectors = np.linalg.eigh(found.covariance)
+    greatest = float(variances[-1])
+    if greatest <= 0.0:
+        return 1.0
+    asked = [i for i, variance in enumerate(variances) if variance > _SMALL * greatest]
+    used = np.flatnonzero(np.any(gradients != 0.0, axis=0))
+    kept = None if covariance is None else covariance[np.ix_(used, used)]
+    moves = []
+    for i in asked:
+        along = vectors[:, i] @ gradients
+        move = np.zeros(gradients.shape[1])
+        if kept is not None:
+            # Points that the value does not rest on move along; they are of no interest.
+            move[used] = kept @ along[used]
+        places = move[:-1].reshape(-1, 3)
+        for sample in samples:
+            scale = found.scales.get(sample.feature, 0.0)
+            if scale > 0.0:
+                slopes = sample.slopes(along[None]).reshape(len(sample.places), -1)
+                places[sample.places] += scale * np.einsum("nij,nj->ni", sample.normals, slopes)
+        moves.append(2.0 / math.sqrt(float(variances[i])) * places)
+    changes = follow(np.array([sign * move for move in moves for sign in (1.0, -1.0)]))
+    reach = 2.0 * math.sqrt(greatest)
+    largest = 1.0
+    for row, i in enumerate(asked):
+        ahead, behind = changes[2 * row : 2 * row + 2] @ vectors[:, i] / reach
+        largest = max(largest, _both_tails(float(ahead), -float(behind), found.degrees, stretch))
+    return largest
+
+
+def follow_features(gradients: Float, features: Iterable[ActualFeature]) -> Follow | None:
+    """Return how values of a job follow its points; None where nothing that bends is in them.
+
+    What is asked are the least-squares elements that were probed. From the elements to the values
+    the way is taken as straight: zones and lengths have statements of their own (`interval`).
+
+    Parameters
+    ----------
+    gradients
+        (k, 3 N + 1): of the values by all points.
+    features
+        That the values may rest on.
+    """
+    parts = []
+    for feature in features:
+        raw, touches = feature.raw, feature.touches
+        if raw is None or touches is None or raw.shape in _STRAIGHT:
+            continue
+        if raw.criterion is not Criterion.LEAST_SQUARES:
+            continue
+        places = np.array(touches.places)
+        own = gradients[:, :-1].reshape(len(gradients), -1, 3)[:, places]
+        if not np.any(own):
+            continue
+        by_geometry = own.reshape(len(gradients), -1) @ np.linalg.pinv(raw.jacobian, 1e-10)
+        sign = 1.0 if feature.nominal.side == "outer" else -1.0
+        parts.append((raw, touches.tips, places, by_geometry.T, sign * touches.tip_radius))
+    if not parts:
+        return None
+
+    def follow(moves: Float) -> Float:
+        total: Float = np.zeros((len(moves), len(gradients)))
+        for raw, tips, places, by_geometry, offset in parts:
+            total += beyond_first_order(raw, tips, moves[:, places], offset) @ by_geometry
+        return total
+
+    return follow
+
+
+def _both_tails(ahead: float, behind: float, degrees: float, stretch: float) -> float:
+    """Return the growth of U whose two tails have the probability of the interval together.
+
+    Parameters
+    ----------
+    ahead, behind
+        By how much more the value moves than U at either end, in U.
+    """
+    most = stretch * max(abs(ahead), abs(behind))
+    if not most <= MOST_CURVED:
+        return math.inf
+    k, outside, doubt = student_factor(degrees), 1.0 - TWO_SIDED, 1.0
+    if math.isfinite(degrees):
+        doubt = math.sqrt(float(chdtri(degrees, CHANCE)) / degrees)
+    if doubt * most > MOST_CURVED:
+        outside *= NEAR_REFUSAL
+
+    def tail(curved: float, grown: float) -> float:
+        root = 1.0 + 4.0 * curved * grown
+        if root < 0.0:
+            return 0.0
+        share = 2.0 * grown / (1.0 + math.sqrt(root))
+        if math.isfinite(degrees):
+            return float(stdtr(degrees, -share * k))
+        return float(ndtr(-share * k))
+
+    if tail(ahead, 1.0) + tail(behind, 1.0) <= outside:
+        return 1.0
+    low, high = 1.0, _LONGEST
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if tail(ahead, middle) + tail(behind, middle) > outside:
+            low = middle
+        else:
+            high = middle
+    return high

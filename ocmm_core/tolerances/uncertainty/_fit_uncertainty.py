@@ -1,0 +1,247 @@
+"""The uncertainty of a fit whose points are all that is known: from the scatter of its residuals.
+
+It is the uncertainty of a job (`sampling.widened`, `first_order.growth`) in which the noise of the
+points is not known, so that all scatter counts as form: independent from place to place, square to
+the element. Student's distribution takes care of few points.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import fdtri
+
+from ocmm_core.features.elements import distance_derivatives
+from ocmm_core.features.measured import beyond_first_order
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    HALF_ANGLE,
+    MINIMUM_POINTS,
+    POINT,
+    RADIUS,
+    SECOND,
+    Criterion,
+    Fit,
+    Shape,
+)
+from ocmm_core.geometry import Float, Points3, perpendicular_pair
+from ocmm_core.tolerances.uncertainty._first_order import growth
+from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
+from ocmm_core.tolerances.uncertainty._sampling import FormSample, student_factor, widened
+
+_FLAT = (
+    Shape.CIRCLE,
+    Shape.ELLIPSE,
+    Shape.ROUND_SLOT,
+    Shape.SQUARE_SLOT,
+    Shape.RECTANGLE,
+)
+_PLANE_PARAMETERS = 3
+
+FEW_DEGREES = 2
+"""Degrees of freedom up to which two scatters of an outline are not taken as one."""
+
+LIKELY_SCATTER_MM = 0.01
+"""The test of first order takes the scatter as if one more residual, of this size, had been seen.
+
+Few residuals come out small by chance, and then a fit that hardly determines its element looks as
+if it did. A job knows the noise of its points and needs no such help.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """What can be said of one number of a fit, or of a direction.
+
+    Attributes
+    ----------
+    standard
+        Standard uncertainty u; of a direction the greatest, rad.
+    expanded
+        U, which holds the true value in 95.45 % of cases; of a direction the angle of the cone
+        about it. None where first order is not valid, or the fit has a rival.
+    degrees
+        Effective degrees of freedom.
+    growth
+        Factor of the second-order term in U; 1 where first order is exact, infinite where it is
+        not valid.
+    """
+
+    standard: float
+    expanded: float | None
+    degrees: float
+    growth: float = 1.0
+
+    @property
+    def valid(self) -> bool:
+        """Return whether first order, with its second-order term, holds."""
+        return math.isfinite(self.growth)
+
+    @property
+    def k(self) -> float | None:
+        """Return the coverage factor U / u; None without U."""
+        if self.expanded is None or self.standard == 0.0:
+            return None
+        return self.expanded / self.standard
+
+
+@dataclass(frozen=True, slots=True)
+class FitUncertainty:
+    """What the scatter of the points says of every number of a fit.
+
+    Attributes
+    ----------
+    centre
+        Of x, y and z of a centre or point; None for a line, a plane and an axis.
+    foot
+        Of where these lie, square to them, at the foot of the points' centroid; else None.
+    direction
+        rad, of an axis or normal.
+    turn
+        rad, of the direction of the length within its plane; how the plane lies is in `direction`.
+    radius, second, half_angle
+        As in the geometry of the fit, mm and rad; None for what the shape lacks.
+    """
+
+    centre: tuple[Stated, Stated, Stated] | None
+    foot: Stated | None
+    direction: Stated | None
+    turn: Stated | None
+    radius: Stated | None
+    second: Stated | None
+    half_angle: Stated | None
+
+
+def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
+    """Return the uncertainty of a least-squares fit from the scatter of its points (n, 3), mm.
+
+    None where there is no scatter: for other criteria, and with as many points as the shape needs.
+    """
+    samples = scatter_samples(fit, points)
+    if not samples:
+        return None
+    jacobian = np.hstack([fit.jacobian, np.zeros((len(fit.geometry), 1))])
+
+    # Of an outline that within its plane, which bends.
+    scatter, degrees = samples[0].scatter, samples[0].degrees
+    likely = (degrees * scatter + LIKELY_SCATTER_MM**2) / (degrees + 1.0)
+    stretch = math.sqrt(max(likely / scatter, 1.0)) if scatter > 0.0 else math.inf
+
+    # Effective degrees of freedom are too many where the scatter of the fewest is small by chance:
+    # then each scatter has a U of its own, and their squares add up.
+    own = {sample.degrees for sample in samples}
+    mixed = len(own) > 1 and min(own) <= FEW_DEGREES
+
+    def stated(rows: Float) -> Stated:
+        """Return the statement on combinations (k, 12) of the geometry."""
+        gradients = rows @ jacobian
+        found = widened(gradients, None, samples)
+        variances = _unwidened(found.covariance, found.degrees)
+        standard = math.sqrt(max(float(variances[-1]), 0.0))
+        total = float(variances.sum())
+        if total <= 0.0:
+            return Stated(0.0, 0.0, found.degrees)
+        grown = growth(
+            gradients, None, samples, found,
+            lambda moves: beyond_first_order(fit, points, moves) @ rows.T, stretch,
+        )  # fmt: skip
+        if fit.rival is not None or not math.isfinite(grown):
+            return Stated(standard, None, found.degrees, grown)
+        reach = _reach(variances, found.degrees)
+        if mixed:
+            alone = [widened(gradients, None, [sample]) for sample in samples]
+            reach = math.sqrt(
+                sum(
+                    _reach(_unwidened(one.covariance, one.degrees), one.degrees) ** 2
+                    for one in alone
+                )
+            )
+        return Stated(standard, grown * reach, found.degrees, grown)
+
+    rows = np.eye(len(fit.geometry))
+    centre = foot = None
+    if fit.shape in (Shape.LINE, Shape.CYLINDER, Shape.CONE):
+        foot = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[POINT])
+    elif fit.shape is Shape.PLANE:
+        foot = stated((fit.direction @ rows[POINT])[None])
+    else:
+        x, y, z = (stated(rows[k : k + 1]) for k in range(*POINT.indices(3)))
+        centre = (x, y, z)
+
+    direction = turn = None
+    if fit.direction.any():
+        direction = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[DIRECTION])
+    if fit.across.any():
+        turn = stated((np.cross(fit.direction, fit.across) @ rows[ACROSS])[None])
+
+    def number(place: int) -> Stated | None:
+        return stated(rows[place : place + 1]) if fit.geometry[place] != 0.0 else None
+
+    return FitUncertainty(
+        centre, foot, direction, turn, number(RADIUS), number(SECOND), number(HALF_ANGLE)
+    )
+
+
+def _unwidened(covariance: Float, degrees: float) -> Float:
+    """Return the variances (k,) along the principal axes, without Student's factor."""
+    variances = np.asarray(np.linalg.eigvalsh(covariance), dtype=np.float64)
+    unwidened: Float = variances * (2.0 / student_factor(degrees)) ** 2
+    return unwidened
+
+
+def _reach(variances: Float, degrees: float) -> float:
+    """Return the radius that holds a vector, by two moments of its square (Satterthwaite)."""
+    total = float(variances.sum())
+    if total <= 0.0 or not math.isfinite(degrees):
+        return 0.0
+    components = total**2 / float(np.sum(variances**2))
+    return math.sqrt(total * float(fdtri(components, degrees, TWO_SIDED)))
+
+
+def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
+    """Return what the residuals of a fit say of its scatter; nothing without residuals.
+
+    An outline has two scatters, that within its plane and that out of it, as the two have different
+    causes: the form of the outline, and the heights that it was probed at.
+    """
+    if fit.criterion is not Criterion.LEAST_SQUARES:
+        return ()
+    n = len(points)
+    places = np.arange(n)
+
+    def sample(name: str, normals: Float, squares: float, degrees: int) -> FormSample:
+        scatter = squares / degrees
+        return FormSample(name, places, normals, scatter, scatter, degrees)
+
+    residuals = fit.residuals
+    squares = float(residuals @ residuals)
+    if fit.shape is Shape.POINT:
+        if n < 2:
+            return ()
+        return (sample("scatter", np.tile(np.eye(3), (n, 1, 1)), squares, 3 * n - 3),)
+    if fit.shape is Shape.LINE:
+        if n < 3:
+            return ()
+        pair = np.stack(perpendicular_pair(fit.direction), axis=1)
+        return (sample("scatter", np.tile(pair, (n, 1, 1)), squares, 2 * n - 4),)
+    degrees = n - MINIMUM_POINTS[fit.shape]
+    if degrees < 1:
+        return ()
+    _, normals = distance_derivatives(fit, points)
+    if fit.shape not in _FLAT:
+        return (sample("scatter", normals[:, :, None], squares, degrees),)
+    heights = (points - fit.point) @ fit.direction
+    within = normals - np.outer(normals @ fit.direction, fit.direction)
+    within /= np.maximum(np.linalg.norm(within, axis=1), 1e-12)[:, None]
+    if fit.shape is Shape.CIRCLE:
+        arms = points - fit.point - np.outer(heights, fit.direction)
+        radial = np.linalg.norm(arms, axis=1) - fit.radius
+        squares = float(radial @ radial)
+    upright = np.tile(fit.direction[:, None], (n, 1, 1))
+    return (
+        sample("within its plane", within[:, :, None], squares, degrees),
+        sample("out of its plane", upright, float(heights @ heights), n - _PLANE_PARAMETERS),
+    )

@@ -1,0 +1,99 @@
+"""What noise alone shows where there is no deviation: the floor of every result of form.
+
+A range of deviations is never zero, however perfect the part is. The floor is printed beside the
+result and never taken off it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.zones import FormNoise
+
+DRAWS = 100
+"""Their ranges scatter by some 20 %: the mean is good to 2 %."""
+MANY = 200
+DRAWS_OF_MANY = 30
+"""Ranges of many points scatter less."""
+SEED = 20
+_STEPS = 40
+_NOTHING = 1e-7
+"""Effect of a parameter, against the strongest, below which it has none."""
+_JITTER = 1e-9
+"""Added to the variances, against the greatest, as rounding may leave the matrix not positive."""
+
+
+def noise_floor(noise: FormNoise, covariance: Float, seed: int = SEED) -> float:
+    """Return the value, mm, that a perfect part would show on average from the noise of the points.
+
+    Parameters
+    ----------
+    noise
+        Of the evaluation; where the zone was made smallest, that of the noise is, too.
+    covariance
+        (3 N + 1, 3 N + 1), mm^2.
+    seed
+        Of the draws.
+    """
+    rows = len(noise.by_coordinates) // 2 if noise.mirrored else len(noise.by_coordinates)
+    by_coordinates = noise.by_coordinates[:rows]
+    errors = by_coordinates @ covariance @ by_coordinates.T
+    variances = np.maximum(np.diagonal(errors), 0.0)
+    greatest = float(variances.max())
+    if not greatest > 0.0:
+        return 0.0
+    lower = np.linalg.cholesky(errors + 2.0 * _JITTER * greatest * np.eye(len(errors)))
+    count = DRAWS if rows < MANY else DRAWS_OF_MANY
+    draws = np.random.default_rng(seed).standard_normal((count, rows)) @ lower.T
+    if noise.free.shape[1]:
+        return 2.0 * float(least_greatest(draws, noise.free[:rows]).mean())
+    if noise.mirrored:
+        return 2.0 * float(np.abs(draws).max(axis=1).mean())
+    return float(np.ptp(draws, axis=1).mean())
+
+
+def least_greatest(deviations: Float, free: Float) -> Float:
+    """Return the smallest greatest amount (b,) of each row of deviations less what is free.
+
+    It is good to a percent or two, enough for a mean over noise; see `bounds_of_least`.
+    """
+    lower, upper = bounds_of_least(deviations, free, _STEPS)
+    middle: Float = 0.5 * (upper + np.minimum(lower, upper))
+    return middle
+
+
+def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, Float]:
+    """Return what the smallest greatest amount of each row is not below and not above, (b,) each.
+
+    Parameters
+    ----------
+    deviations
+        (b, n).
+    free
+        (n, k): any combination of the columns may be taken off each row.
+    steps
+        The more, the nearer the bounds.
+
+    Notes
+    -----
+    Lawson's weights (C. Lawson, thesis, UCLA 1961): weighted least squares whose weights grow with
+    the residuals. The weighted mean square is a lower bound, the greatest residual an upper one.
+    """
+    u, strengths, _ = np.linalg.svd(free, full_matrices=False)
+    basis = u[:, strengths > _NOTHING * max(float(strengths[0]), 1e-300)]
+    weights = np.full(deviations.shape, 1.0 / deviations.shape[1])
+    upper = np.full(len(deviations), np.inf)
+    lower = np.zeros(len(deviations))
+    ridge = 1e-12 * np.eye(basis.shape[1])
+    for _ in range(steps):
+        weighted = weights[:, :, None] * basis
+        normal = basis.T @ weighted + ridge * np.max(weights, axis=1)[:, None, None]
+        right = np.einsum("bnk,bn->bk", weighted, deviations)
+        taken = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+        left = np.abs(deviations - taken @ basis.T)
+        upper = np.minimum(upper, left.max(axis=1))
+        lower = np.maximum(lower, np.sqrt(np.sum(weights * left**2, axis=1)))
+        weights = weights * left
+        weights /= np.maximum(weights.sum(axis=1), 1e-300)[:, None]
+    return lower, upper

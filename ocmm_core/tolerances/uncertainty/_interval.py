@@ -1,0 +1,267 @@
+"""What can be said of a true value from a measured one: normal, or a length.
+
+A diameter is measured as often too large as too small. A position (twice a distance) or a form (a
+range) is not: neither can be negative, and noise lets both look greater than they are. For them the
+statements here come from how the measured value would scatter about a supposed true one:
+
+- the part conforms where a value as small as the measured one would be improbable for a part at
+  the limit, counted so that noise never helps;
+- it does not where a value as great would be improbable for a part at the limit, the noise that
+  makes it look greater included.
+
+Ranges and ranks of many deviations are in `tolerances.extent`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Protocol
+
+import numpy as np
+from scipy.special import ndtr
+
+from ocmm_core.geometry import Float
+
+TWO_SIDED = 0.954499736103642
+"""Probability within two standard deviations: what U = 2 u stands for."""
+
+ONE_SIDED = 0.9772498680518208
+"""Probability below two standard deviations to one side."""
+
+_WIDTH = 9.0
+"""Standard deviations that an integral over a normal density reaches to each side."""
+
+_HALVINGS = 11
+"""Bisections of a bound: to two thousandths of the value."""
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+
+
+class Spread(Protocol):
+    """How a measured value scatters about the true one."""
+
+    @property
+    def sigma(self) -> float:
+        """Return the standard uncertainty."""
+        ...
+
+    @property
+    def one_sided(self) -> bool:
+        """Return whether the value has no lower limit, as it cannot be below zero."""
+        ...
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true value lies between the limits."""
+        ...
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return the probability that it lies beyond one of them, the more probable one."""
+        ...
+
+    def least(self, probability: float) -> float:
+        """Return what the true value is not below, with this probability."""
+        ...
+
+    def most(self, probability: float) -> float:
+        """Return what the true value is not above, with this probability."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """A value with a normal error.
+
+    Attributes
+    ----------
+    value, sigma
+        As measured, and its standard uncertainty.
+    one_sided
+        Only the upper limit counts.
+    """
+
+    value: float
+    sigma: float
+    one_sided: bool = False
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true value lies between the limits."""
+        return normal_probability((high - self.value) / self.sigma) - normal_probability(
+            (low - self.value) / self.sigma
+        )
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return the probability that it lies beyond one of them, the more probable one.
+
+        One limit at a time: else a value in the middle of a narrow tolerance would be proven
+        outside it.
+        """
+        return max(
+            normal_probability((low - self.value) / self.sigma),
+            normal_probability((self.value - high) / self.sigma),
+        )
+
+    def least(self, probability: float) -> float:
+        """Return what the true value is not below, with this probability."""
+        return self.value - self.sigma * normal_quantile(probability)
+
+    def most(self, probability: float) -> float:
+        """Return what the true value is not above, with this probability."""
+        return self.value + self.sigma * normal_quantile(probability)
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """The length of a vector with a normal error: position, coaxiality.
+
+    Attributes
+    ----------
+    vector
+        (k,), k of 1 to 3, as measured.
+    covariance
+        (k, k) of its error.
+    """
+
+    vector: Float
+    covariance: Float
+
+    @property
+    def one_sided(self) -> bool:
+        """Return True: a length has an upper limit only."""
+        return True
+
+    @property
+    def value(self) -> float:
+        """Return the measured value."""
+        return float(np.linalg.norm(self.vector))
+
+    @property
+    def sigma(self) -> float:
+        """Return the standard uncertainty along `way`; NaN where the covariance is none."""
+        variance = float(self.way @ self.covariance @ self.way)
+        return math.sqrt(variance) if variance >= 0.0 else math.nan
+
+    @property
+    def way(self) -> Float:
+        """Return the unit vector (k,) along the vector, or where errors are greatest."""
+        length = float(np.linalg.norm(self.vector))
+        if length > 0.0:
+            return self.vector / length
+        if not np.all(np.isfinite(self.covariance)):
+            return np.full(len(self.vector), math.nan)
+        along: Float = np.linalg.eigh(self.covariance)[1][:, -1]
+        return along
+
+    def inside(self, low: float, high: float) -> float:
+        """Return the probability that the true vector ends within the zone.
+
+        Every true vector is held for as likely beforehand: the probability of ISO 14253-1 in as
+        many dimensions as the zone has.
+        """
+        return within(high, self.vector, self.covariance)
+
+    def beyond(self, low: float, high: float) -> float:
+        """Return how improbable so long a vector is for a part at the limit, less from one."""
+        return within(float(np.linalg.norm(self.vector)), self.way * high, self.covariance)
+
+    def least(self, probability: float) -> float:
+        """Return what the true value is not below, with this probability."""
+        return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
+
+    def most(self, probability: float) -> float:
+        """Return what the true value is not above, with this probability."""
+        farthest = float(np.linalg.norm(self.vector)) + _WIDTH * math.sqrt(
+            max(float(np.linalg.eigvalsh(self.covariance)[-1]), 0.0)
+        )
+        low, high = self.value, farthest
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if self.beyond(0.0, middle) >= 1.0 - probability:
+                low = middle
+            else:
+                high = middle
+        return low
+
+
+def within(radius: float, mean: Float, covariance: Float) -> float:
+    """Return the probability that a normal vector of k = 1 to 3 components is no longer.
+
+    Parameters
+    ----------
+    radius
+        mm.
+    mean
+        (k,).
+    covariance
+        (k, k), positive semi-definite.
+
+    Notes
+    -----
+    In the principal axes: the last component in closed form, Gauss-Legendre over the others.
+    """
+    if radius <= 0.0:
+        return 0.0
+    variances, axes = np.linalg.eigh(covariance)
+    greatest = max(float(variances[-1]), 0.0)
+    if greatest == 0.0:
+        return float(np.linalg.norm(mean) <= radius)
+    sigmas = np.sqrt(np.maximum(variances, 1e-12 * greatest))
+    centre = axes.T @ np.asarray(mean, dtype=np.float64)
+    square = np.array([radius**2])
+    weights = np.ones(1)
+    # The narrowest come last: closed form does not mind, quadrature would.
+    for k in range(len(centre) - 1, 0, -1):
+        half = np.sqrt(np.maximum(square, 1e-300))
+        low = np.clip(centre[k] - _WIDTH * sigmas[k], -half, half)
+        high = np.clip(centre[k] + _WIDTH * sigmas[k], -half, half)
+        # The sine takes the slope without end at the rim of the disc out of the integral.
+        first, last = np.arcsin(low / half), np.arcsin(high / half)
+        turn = 0.5 * (first + last)[:, None] + 0.5 * (last - first)[:, None] * _NODES
+        at = half[:, None] * np.sin(turn)
+        width = 0.5 * (last - first)[:, None] * half[:, None] * np.cos(turn)
+        density = np.exp(-0.5 * ((at - centre[k]) / sigmas[k]) ** 2)
+        density /= sigmas[k] * math.sqrt(2.0 * math.pi)
+        weights = (weights[:, None] * width * _WEIGHTS * density).ravel()
+        square = (square[:, None] - at**2).ravel()
+    half = np.sqrt(np.maximum(square, 0.0))
+    shares = ndtr((half - centre[0]) / sigmas[0]) - ndtr((-half - centre[0]) / sigmas[0])
+    return min(max(float(weights @ shares), 0.0), 1.0)
+
+
+def expanded(spread: Spread, value: float) -> float:
+    """Return U: half the width of the interval about ``value`` that holds the truth.
+
+    Twice the standard uncertainty, and more where noise makes the value greater than it is: the
+    interval then has to reach down to what the true value is not below, and up to what it is not
+    above.
+    """
+    linear = 2.0 * spread.sigma
+    if isinstance(spread, Normal) or not math.isfinite(linear):
+        return linear
+    return max(linear, value - spread.least(TWO_SIDED), spread.most(ONE_SIDED) - value)
+
+
+def bisect_least(value: float, beyond: Callable[[float], float], probability: float) -> float:
+    """Return the greatest supposed value at which ``beyond`` is still this probable, from zero."""
+    if beyond(0.0) < probability:
+        return 0.0
+    low, high = 0.0, value
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if beyond(middle) >= probability:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def normal_probability(x: float) -> float:
+    """Return the probability that a standard normal variable lies below ``x``."""
+    return 0.5 * (1.0 + math.erf(x / math.sqrt(2.0)))
+
+
+def normal_quantile(probability: float) -> float:
+    """Return what a standard normal variable lies below with this probability."""
+    return NormalDist().inv_cdf(probability)

@@ -1,0 +1,228 @@
+"""What a few points on a surface that is not perfect leave open: form as a source of uncertainty.
+
+An element through few points depends on which places of the surface were touched. The residuals of
+the fit show how far the surface is from the element; what of them the noise of the points does not
+explain is taken for the form of the surface, independent from place to place, and is propagated
+through the fit like an error of the points along their normals. It is known from few residuals, so
+the uncertainty is widened as Student's distribution demands, with the effective degrees of freedom
+of Welch and Satterthwaite (GUM G.4).
+
+The estimate for one feature comes out below zero as often as above where its surface has no form
+that could be seen, and is kept so: what a value gets of the form of all its features is their sum,
+and only that is not let below zero (F. E. Satterthwaite, Biometrics Bulletin 2, 1946: a variance
+composed of mean squares, some with a negative sign). Each of them cut off at zero would add up to
+form that is not there, the more the more features a value rests on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.special import stdtrit
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature, Touches
+from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Shape
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
+
+_COVERAGE = 2.0
+
+
+def student_factor(degrees: float) -> float:
+    """Return k, by which u becomes U (95.45 %): 2 with infinite degrees of freedom."""
+    return float(stdtrit(degrees, 0.5 + 0.5 * TWO_SIDED)) if np.isfinite(degrees) else _COVERAGE
+
+
+@dataclass(frozen=True, slots=True)
+class FormSample:
+    """What the points of one probed feature say about the form of its surface.
+
+    Attributes
+    ----------
+    feature
+        Its name.
+    places
+        (n,): of its points among all N of the job.
+    normals
+        (n, 3, k): unit vectors of the k directions, 1 or 2, in which its deviations were seen.
+    scatter
+        Mean square of the residuals for each degree of freedom, mm^2.
+    variance
+        Of the form: the scatter less what the noise of the points explains, mm^2. An estimate from
+        few residuals, which may come out below zero.
+    degrees
+        Of freedom of the scatter, at least one.
+    """
+
+    feature: str
+    places: Int
+    normals: Float
+    scatter: float
+    variance: float
+    degrees: int
+
+    def slopes(self, gradients: Float) -> Float:
+        """Return how k values answer to a deviation at each place, (k, n m)."""
+        of_points = gradients[:, :-1].reshape(len(gradients), -1, 3)[:, self.places]
+        answers: Float = np.einsum("kni,nij->knj", of_points, self.normals)
+        return answers.reshape(len(gradients), -1)
+
+
+def form_samples(
+    actual: Mapping[str, ActualFeature | FitError], covariance: Float
+) -> tuple[FormSample, ...]:
+    """Return what every feature with more points than its shape needs says about form.
+
+    What is constructed has no surface of its own, and a single point no residuals.
+
+    Parameters
+    ----------
+    actual
+        Features as measured.
+    covariance
+        (3 N + 1, 3 N + 1), mm^2: of all N ball centres and the tip radius.
+    """
+    found = []
+    for name, feature in actual.items():
+        if not isinstance(feature, ActualFeature) or feature.touches is None:
+            continue
+        if feature.fit.shape is Shape.LINE:
+            sample = _line_sample(name, feature, feature.touches, covariance)
+        else:
+            sample = _sample(name, feature, feature.touches, covariance)
+        if sample is not None:
+            found.append(sample)
+    return tuple(found)
+
+
+def _sample(
+    name: str, feature: ActualFeature, touches: Touches, covariance: Float
+) -> FormSample | None:
+    places = np.array(touches.places, dtype=np.int64)
+    degrees = len(places) - MINIMUM_POINTS[feature.fit.shape]
+    if degrees < 1 or feature.fit.shape is Shape.POINT:
+        return None
+    by_points = feature.residual_jacobian
+    residuals = feature.fit.residuals
+    if feature.fit.criterion is not Criterion.LEAST_SQUARES:
+        # Other elements touch the points from one side or halve their range.
+        residuals = residuals - residuals.mean()
+    noise = by_points @ covariance @ by_points.T
+    own = by_points[:, :-1].reshape(len(places), -1, 3)[np.arange(len(places)), places]
+    lengths = np.linalg.norm(own, axis=1)
+    normals = own / np.maximum(lengths, 1e-12)[:, None]
+    return sample_of(
+        name, places, normals[:, :, None], float(residuals @ residuals), noise, degrees
+    )
+
+
+def _line_sample(
+    name: str, feature: ActualFeature, touches: Touches, covariance: Float
+) -> FormSample | None:
+    """Return the sample of a line, whose points deviate in two directions across it."""
+    places = np.array(touches.places, dtype=np.int64)
+    n = len(places)
+    degrees = 2 * n - 4
+    if degrees < 1:
+        return None
+    direction = feature.fit.direction
+    across = np.eye(3) - np.outer(direction, direction)
+    along = (touches.tips - touches.tips.mean(axis=0)) @ direction
+    kept = np.eye(n) - 1.0 / n - np.outer(along, along) / float(along @ along)
+    by_points = np.kron(kept, across)
+    columns = (3 * places[:, None] + np.arange(3)).ravel()
+    noise = by_points @ covariance[np.ix_(columns, columns)] @ by_points.T
+    pair = np.linalg.svd(across)[0][:, :2]
+    residuals = feature.fit.residuals
+    return sample_of(
+        name, places, np.tile(pair, (n, 1, 1)), float(residuals @ residuals), noise, degrees
+    )
+
+
+def sample_of(
+    name: str, places: Int, normals: Float, squares: float, noise: Float, degrees: int
+) -> FormSample:
+    """Return the sample of a feature whose squared residuals add up to ``squares``, mm^2.
+
+    ``noise`` is the covariance of the residuals that the noise of the points makes, mm^2.
+    """
+    return FormSample(
+        feature=name,
+        places=places,
+        normals=normals,
+        scatter=squares / degrees,
+        variance=(squares - float(np.trace(noise))) / degrees,
+        degrees=degrees,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Widened:
+    """Variance of values, with form and with the widening for few degrees of freedom.
+
+    Attributes
+    ----------
+    covariance
+        (k, k) of all that contributes.
+    of_form
+        What the form of each feature adds, (k, k) by name, widening included.
+    degrees
+        Effective degrees of freedom; infinite where form adds nothing.
+    scales
+        What of each feature's form is in it, mm^2: variance of a deviation at one of its places,
+        by name, widening included.
+    """
+
+    covariance: Float
+    of_form: Mapping[str, Float]
+    degrees: float
+    scales: Mapping[str, float] = field(default_factory=dict)
+
+
+def widened(gradients: Float, covariance: Float | None, samples: Sequence[FormSample]) -> Widened:
+    """Return the covariance (k, k) of values with ``gradients`` (k, 3 N + 1), form included.
+
+    Parameters
+    ----------
+    covariance
+        (3 N + 1, 3 N + 1): of all but form. None where the noise of the points is not known: all
+        that ``samples`` show is form then.
+    """
+    if covariance is None:
+        plain = np.zeros((len(gradients), len(gradients)))
+    else:
+        plain = gradients @ covariance @ gradients.T
+    # Nothing is added to what is no covariance: whoever decides refuses it.
+    nothing = covariance is not None and float(np.trace(plain)) <= 0.0
+    if not np.all(np.isfinite(plain)) or nothing:
+        return Widened(plain, {}, np.inf)
+    squares_of: dict[str, Float] = {}
+    variances: dict[str, float] = {}
+    doubt = balance = 0.0
+    for sample in samples:
+        slopes = sample.slopes(gradients)
+        if not np.any(slopes):
+            continue
+        squares = slopes @ slopes.T
+        balance += sample.variance * float(np.trace(squares))
+        doubt += (sample.scatter * float(np.trace(squares))) ** 2 / sample.degrees
+        if sample.variance > 0.0:
+            squares_of[sample.feature] = squares
+            variances[sample.feature] = sample.variance
+    if balance <= 0.0:
+        return Widened(plain, {}, np.inf)
+    # Those below zero take from the others: a row of a budget has no negative variance.
+    kept = balance / sum(variances[name] * float(np.trace(of)) for name, of in squares_of.items())
+    form = kept * sum((variances[k] * of for k, of in squares_of.items()), np.zeros_like(plain))
+    total = plain + form
+    degrees = float(np.trace(total)) ** 2 / doubt
+    factor = (student_factor(degrees) / _COVERAGE) ** 2
+    # The widening belongs to what is known badly: the budget then adds up.
+    share = float(np.trace(form))
+    extra = 1.0 + (factor - 1.0) * float(np.trace(total)) / share
+    scales = {name: extra * kept * variance for name, variance in variances.items()}
+    grown = {name: scales[name] * of for name, of in squares_of.items()}
+    return Widened(plain + extra * form, grown, degrees, scales)

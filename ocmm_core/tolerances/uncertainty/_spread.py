@@ -1,0 +1,154 @@
+"""From the evaluation of a characteristic to how its value scatters about the true one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.uncertainty._extent import Extent, Rank
+from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth
+from ocmm_core.tolerances.uncertainty._interval import Length, Normal, Spread
+from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
+from ocmm_core.tolerances.zones import FORMS, PROFILES, RUNOUTS, ZONES, Characteristic, Evaluation
+
+_FEW = 200
+"""Beyond so many deviations the smallest zone of noise is hardly below that of least squares."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spreads:
+    """Two statements about one value.
+
+    Attributes
+    ----------
+    of_value
+        About the value itself.
+    judged
+        About the value less the bonus of a modifier, which is held against the limit.
+    growth
+        Factor that the second-order terms of the fits have in both (`first_order`); infinite where
+        there is no uncertainty, and both are those of first order.
+    """
+
+    of_value: Spread
+    judged: Spread
+    growth: float = 1.0
+
+
+def spreads_of(
+    characteristic: Characteristic,
+    evaluation: Evaluation,
+    actual: Mapping[str, ActualFeature],
+    covariance: Float,
+    samples: Sequence[FormSample],
+) -> Spreads:
+    """Return how a value scatters.
+
+    Parameters
+    ----------
+    covariance
+        (3 N + 1, 3 N + 1), mm^2: of all but form.
+    samples
+        What the features show of their form (`sampling.form_samples`).
+    """
+    samples = that_count(characteristic, actual, samples)
+    gradients = gradients_of(evaluation, bonus=False)
+    found = widened(gradients, covariance, samples)
+    grown = 1.0
+    if evaluation.noise is None and evaluation.ranked is None:
+        # A range or rank of single points rests on no fit that could bend.
+        follow = follow_features(gradients, actual.values())
+        if follow is not None:
+            grown = growth(gradients, covariance, samples, found, follow)
+    scale = grown if np.isfinite(grown) else 1.0
+    of_value = _spread(characteristic, evaluation, covariance, scale**2 * found.covariance, False)
+    if evaluation.bonus_gradient is None:
+        return Spreads(of_value, of_value, grown)
+    less = widened(gradients_of(evaluation, bonus=True), covariance, samples)
+    judged = _spread(characteristic, evaluation, covariance, scale**2 * less.covariance, True)
+    return Spreads(of_value, judged, grown)
+
+
+def that_count(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    samples: Sequence[FormSample],
+) -> tuple[FormSample, ...]:
+    """Return the samples that make a value uncertain: those of which it is not the form itself."""
+    own = set(characteristic.features) if of_own_form(characteristic, actual) else set()
+    return tuple(sample for sample in samples if sample.feature not in own)
+
+
+def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
+    """Return whether the form of the feature is what is measured.
+
+    So it is of a zone of its surface points, and of local sizes: a two-point size (ISO 14405-1) is
+    the distance of two points of the real surface, and their form is part of it.
+    """
+    if characteristic.kind in FORMS | PROFILES | RUNOUTS:
+        return True
+    if characteristic.association.startswith("two-point"):
+        return True
+    if characteristic.kind not in ZONES:
+        return False
+    features = [actual[name] for name in characteristic.features if name in actual]
+    return any(
+        item.touches is not None and item.fit.shape in (Shape.PLANE, Shape.LINE)
+        for item in features
+    )
+
+
+def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Float:
+    """Return how the components of a value answer to the points, (k, 3 N + 1); k is often one.
+
+    Parameters
+    ----------
+    bonus
+        Of the value less its bonus.
+    """
+    less = evaluation.bonus_gradient if bonus else None
+    components, gradients = evaluation.components, evaluation.component_gradients
+    if components is None or gradients is None:
+        row = evaluation.gradient if less is None else evaluation.gradient - less
+        return row[None]
+    if less is None:
+        return gradients
+    length = float(np.linalg.norm(components))
+    # A vector of no length is shortened in no direction; its bonus is certain then.
+    along = components / length if length > 0.0 else np.zeros_like(components)
+    return gradients - np.outer(along, less)
+
+
+def _spread(
+    characteristic: Characteristic,
+    evaluation: Evaluation,
+    covariance: Float,
+    found: Float,
+    bonus: bool,
+) -> Spread:
+    """Return the spread of a value whose components have the covariance ``found``."""
+    taken = evaluation.bonus if bonus else 0.0
+    if evaluation.components is not None:
+        vector, length = evaluation.components, float(np.linalg.norm(evaluation.components))
+        if length > 0.0:
+            vector = vector * (max(length - taken, 0.0) / length)
+        return Length(vector, found)
+    # A variance that is negative or not finite comes out as NaN, which `decide` refuses.
+    variance = float(found[0, 0])
+    sigma = float(np.sqrt(variance)) if variance >= 0.0 else np.nan
+    value = evaluation.value - taken
+    if evaluation.noise is not None and np.isfinite(sigma):
+        noise = evaluation.noise
+        errors = noise.by_coordinates @ covariance @ noise.by_coordinates.T
+        free = noise.free if noise.free.shape[1] > 0 and len(noise.free) <= _FEW else None
+        return Extent(value, sigma, noise.deviations, errors, free)
+    ranked = evaluation.ranked
+    if ranked is not None and np.isfinite(sigma):
+        errors = ranked.gradients @ covariance @ ranked.gradients.T
+        return Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
+    return Normal(value, sigma, one_sided=characteristic.one_sided)

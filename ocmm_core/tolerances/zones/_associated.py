@@ -1,0 +1,67 @@
+"""Smallest zones and bounding elements of ball centres, each searched for once.
+
+A job is evaluated after every touch, and each search takes some 0.1 s. Features that got no point
+since have the same centres; their elements are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from ocmm_core.features.shapes import Criterion, Fit
+from ocmm_core.features.zones import fit_bounded, fit_zone
+from ocmm_core.geometry import Points3
+
+_KEPT = 100
+"""Elements that are kept: more than a job has characteristics of form."""
+
+
+def associated(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
+    """Return the element of points (n, 3), mm, by a criterion other than least squares.
+
+    Parameters
+    ----------
+    start
+        The least-squares fit of the same points.
+    offset
+        mm: how far outside an ellipse they lie, for its smallest zone.
+
+    Raises
+    ------
+    FitError
+        As `features.fit.fit_zone` and `features.fit.fit_bounded`.
+    """
+    return _searched(_Search(start, points, criterion, offset))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """What is searched for; two are equal where every number is."""
+
+    start: Fit
+    points: Points3
+    criterion: Criterion
+    offset: float
+
+    def _key(self) -> tuple[str, str, bytes, bytes, float]:
+        return (
+            self.criterion.value,
+            self.start.shape.value,
+            self.start.geometry.tobytes(),
+            self.points.tobytes(),
+            self.offset,
+        )
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Search) and self._key() == other._key()
+
+
+@lru_cache(maxsize=_KEPT)
+def _searched(search: _Search) -> Fit:
+    if search.criterion is Criterion.MINIMUM_ZONE:
+        return fit_zone(search.start, search.points, search.offset)
+    return fit_bounded(search.start, search.points, search.criterion)

@@ -1,0 +1,191 @@
+"""Centres, axes and sections: what is derived from surfaces before it is toleranced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements import fit_circle_projected
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tolerances.zones._surface import own_fit
+from ocmm_core.tolerances.zones._zones import DerivedPoint
+
+AXES = (Shape.LINE, Shape.CYLINDER, Shape.CONE)
+"""Shapes whose derived element is an axis, or that are one."""
+
+CENTRES = (
+    Shape.POINT,
+    Shape.CIRCLE,
+    Shape.SPHERE,
+    Shape.ELLIPSE,
+    Shape.ROUND_SLOT,
+    Shape.SQUARE_SLOT,
+    Shape.RECTANGLE,
+    Shape.TORUS,
+)
+"""Shapes that have a centre."""
+
+SECTION_POINTS = 4
+"""Points without which a section shows nothing; `SECTION_RECOMMENDED` are recommended."""
+SECTION_RECOMMENDED = 8
+
+_GAP = 0.15
+"""Part of the whole length between neighbouring points that separates two sections, and..."""
+_GAP_MM = 2.0
+"""... the least such gap: as well as a hand keeps to one height."""
+_THICKEST = 0.35
+"""Part of the whole length that a section may take up where there are several."""
+
+
+def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[DerivedPoint, ...]:
+    """Return the centre of a feature, or both ends of its axis.
+
+    Parameters
+    ----------
+    length
+        mm: toleranced length, about the middle of what was probed; zero for what was probed.
+
+    Raises
+    ------
+    FitError
+        An axis has no length.
+    """
+    geometry, jacobian = feature.fit.geometry, feature.jacobian
+    if feature.fit.shape not in AXES:
+        return (DerivedPoint(geometry[0:3], jacobian[0:3]),)
+    low, high = _extent(feature)
+    if length > 0.0:
+        middle = 0.5 * (low + high)
+        low, high = middle - 0.5 * length, middle + 0.5 * length
+    if high - low <= 0.0:
+        raise FitError(
+            "characteristic.no_length",
+            f"The axis of {feature.nominal.name} has no length.",
+            "Give the characteristic a 'length', or probe the feature at two heights.",
+        )
+    return tuple(
+        DerivedPoint(geometry[0:3] + t * geometry[3:6], jacobian[0:3] + t * jacobian[3:6])
+        for t in (low, high)
+    )
+
+
+def _extent(feature: ActualFeature) -> tuple[float, float]:
+    """Return from where to where along its axis a feature reaches, mm from its point."""
+    if feature.touches is None:
+        half = 0.5 * feature.nominal.length
+        return -half, half
+    along = (feature.touches.tips - feature.fit.point) @ feature.fit.direction
+    return float(along.min()), float(along.max())
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Points of a surface of revolution in one plane across an axis, or at one radius.
+
+    Attributes
+    ----------
+    rows
+        Of the touches of the feature.
+    at
+        mm: where it is.
+    """
+
+    rows: Int
+    at: float
+
+
+def sections(name: str, places: Float) -> tuple[Section, ...]:
+    """Return the sections in which points were taken.
+
+    Parameters
+    ----------
+    name
+        Of the feature, for errors.
+    places
+        (n,), mm: heights along the axis, or radii.
+
+    Raises
+    ------
+    FitError
+        The points do not lie in sections, or a section has too few.
+    """
+    order = np.argsort(places, kind="stable")
+    whole = float(np.ptp(places))
+    gaps = np.diff(places[order])
+    breaks = np.flatnonzero(gaps > max(_GAP_MM, _GAP * whole)) + 1
+    found = [Section(rows, float(places[rows].mean())) for rows in np.split(order, breaks)]
+    for section in found:
+        scattered = float(np.ptp(places[section.rows]))
+        if scattered > max(_GAP_MM, _THICKEST * whole) and whole > 2.0 * _GAP_MM:
+            raise FitError(
+                "characteristic.no_sections",
+                f"The points of {name} do not lie in sections: {len(section.rows)} of them spread "
+                f"over {scattered:.1f} mm.",
+                f"Take at least {SECTION_RECOMMENDED} points around in one section, then the next.",
+            )
+        if len(section.rows) < SECTION_POINTS:
+            raise FitError(
+                "characteristic.short_section",
+                f"A section of {name} has {len(section.rows)} of at least {SECTION_POINTS} points.",
+                f"Take {SECTION_RECOMMENDED} points in every section.",
+            )
+    return tuple(found)
+
+
+def few_in_a_section(found: tuple[Section, ...]) -> str:
+    """Return a note where a section has fewer points than recommended, else nothing."""
+    least = min(len(section.rows) for section in found)
+    if least >= SECTION_RECOMMENDED:
+        return ""
+    return f"Few points: a section has {least} of {SECTION_RECOMMENDED} recommended."
+
+
+def axis_sections(feature: ActualFeature) -> tuple[Section, ...]:
+    """Return the sections across the axis of a feature.
+
+    Raises
+    ------
+    FitError
+        As `sections`.
+    """
+    touches, raw = own_fit(feature)
+    return sections(feature.nominal.name, (touches.tips - raw.point) @ raw.direction)
+
+
+def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Float]:
+    """Return the least-squares circle of a section, ball centres, and its jacobian by them all.
+
+    The jacobian (12, 3 N + 1) takes the direction of the axis as given: it tilts the section by
+    what is of second order.
+    """
+    touches, raw = own_fit(feature)
+    fit, _ = fit_circle_projected(touches.tips[section.rows], raw.direction)
+    places = np.asarray(touches.places)[section.rows]
+    columns = (3 * places[:, None] + np.arange(3)).ravel()
+    by_all = np.zeros((len(fit.geometry), feature.jacobian.shape[1]))
+    by_all[:, columns] = fit.jacobian
+    return fit, by_all
+
+
+def median_line(feature: ActualFeature) -> tuple[DerivedPoint, ...]:
+    """Return the centres of all sections: the extracted axis.
+
+    Raises
+    ------
+    FitError
+        There are fewer than three sections.
+    """
+    found = axis_sections(feature)
+    if len(found) < 3:
+        raise FitError(
+            "characteristic.no_axis",
+            f"{feature.nominal.name} was probed in {len(found)} section(s); an axis shows whether "
+            "it is straight from three on.",
+            "Take points around at three heights or more.",
+        )
+    centres = [section_circle(feature, section) for section in found]
+    return tuple(DerivedPoint(fit.point, by_all[0:3]) for fit, by_all in centres)

@@ -1,0 +1,188 @@
+"""Points of the surface under the ball, and how they answer to everything that was measured.
+
+The ball touches where the surface's own normal passes through its centre, and the associated
+element knows that normal better than the hand that probed: a contact point is the ball's centre
+less one radius along the normal of the element there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements import distance_derivatives, fit_circle_projected, fit_ellipse
+from ocmm_core.features.measured import ActualFeature, Touches, fit_shape
+from ocmm_core.features.search import unambiguous
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
+from ocmm_core.geometry import Float, Int, Points3, unit
+
+_STEP = 1e-5
+"""Step of the differences: mm, and of directions a fraction of one."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurfacePoints:
+    """Contact points of one feature.
+
+    Attributes
+    ----------
+    feature
+        Whose points they are.
+    points
+        (n, 3), mm, world.
+    normals
+        (n, 3), unit, world: from the material towards the ball.
+    """
+
+    feature: ActualFeature
+    points: Points3
+    normals: Points3
+
+    def pull_back(self, weights: Float) -> Float:
+        """Return the gradient (3 N + 1,) of the sum of every point times its weight.
+
+        Parameters
+        ----------
+        weights
+            (n, 3); most of them may be zero.
+        """
+        touches = _own(self.feature)[0]
+        rows = np.flatnonzero(np.any(weights != 0.0, axis=1))
+        chosen, tips = weights[rows], touches.tips[rows]
+        geometry = self.feature.fit.geometry
+        radius = touches.tip_radius
+
+        nothing = np.zeros(1)
+        by_geometry = np.zeros(GEOMETRY_SIZE)
+        for k in np.flatnonzero(np.any(self.feature.jacobian, axis=1)).tolist():
+            step = np.zeros(GEOMETRY_SIZE)
+            step[k] = _STEP
+            by_geometry[k] = -radius * np.sum(
+                chosen * _difference(self.feature, rows, (tips, geometry), (nothing, step))
+            )
+        gradient = by_geometry @ self.feature.jacobian
+        gradient[-1] -= float(np.sum(chosen * self.normals[rows]))
+        by_tips = chosen.copy()
+        for k in range(3):
+            step = np.zeros(3)
+            step[k] = _STEP
+            by_tips[:, k] -= radius * np.sum(
+                chosen * _difference(self.feature, rows, (tips, geometry), (step, nothing)), axis=1
+            )
+        for row, place in enumerate(np.asarray(touches.places)[rows]):
+            gradient[3 * place : 3 * place + 3] += by_tips[row]
+        return np.asarray(gradient, dtype=np.float64)
+
+
+def surface_points(feature: ActualFeature) -> SurfacePoints:
+    """Return the contact points of a feature.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed and has no points of its own.
+    """
+    touches, _ = _own(feature)
+    rows = np.arange(len(touches.tips))
+    normals = _normals(feature, rows, touches.tips, feature.fit.geometry)
+    return SurfacePoints(feature, touches.tips - touches.tip_radius * normals, normals)
+
+
+def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:
+    """Return the touches of a feature and the fit of their ball centres.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed and has no points of its own.
+    """
+    return _own(feature)
+
+
+def least_squares(feature: ActualFeature) -> Fit:
+    """Return the least-squares element of the ball centres, whatever the feature's criterion.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed, or its points do not determine the element.
+    """
+    touches, raw = _own(feature)
+    if raw.criterion is Criterion.LEAST_SQUARES:
+        # What starts from it stays in its plane, also where that was found with the circle.
+        return replace(raw, free=False)
+    if raw.shape is Shape.CIRCLE:
+        return fit_circle_projected(touches.tips, raw.direction)[0]
+    if raw.shape is Shape.ELLIPSE:
+        return unambiguous(fit_ellipse(touches.tips, raw.direction, ellipse_offset(feature)))
+    fit = fit_shape(
+        raw.shape, touches.tips, direction_hint=raw.direction, radius_hint=raw.radius,
+        second_hint=raw.second, half_angle_hint=raw.half_angle or None,
+    )  # fmt: skip
+    return unambiguous(fit)
+
+
+def ellipse_offset(feature: ActualFeature) -> float:
+    """Return how far outside its ellipse ball centres lie, mm; zero for other shapes.
+
+    Ball centres of those lie on one of the same shape, which is what is fitted.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed.
+    """
+    touches, raw = _own(feature)
+    if raw.shape is not Shape.ELLIPSE:
+        return 0.0
+    return touches.tip_radius if feature.nominal.side == "outer" else -touches.tip_radius
+
+
+def _own(feature: ActualFeature) -> tuple[Touches, Fit]:
+    if feature.touches is None or feature.raw is None:
+        raise FitError(
+            "characteristic.no_points",
+            f"{feature.nominal.name} is constructed and has no surface points of its own.",
+            "Tolerance a feature that is probed.",
+        )
+    return feature.touches, feature.raw
+
+
+def _difference(
+    feature: ActualFeature,
+    rows: Int,
+    at: tuple[Float, Float],
+    step: tuple[Float, Float],
+) -> Float:
+    """Return the central difference of the normals (m, 3) by ball centres or geometry."""
+    ahead = _normals(feature, rows, at[0] + step[0], at[1] + step[1])
+    behind = _normals(feature, rows, at[0] - step[0], at[1] - step[1])
+    difference: Float = (ahead - behind) / (2.0 * _STEP)
+    return difference
+
+
+def _normals(feature: ActualFeature, rows: Int, tips: Points3, geometry: Float) -> Points3:
+    """Return the normals (m, 3), unit, from the material to ball centres (m, 3) near an element.
+
+    Also for a direction that is not quite a unit vector, as differences make it.
+    """
+    touches, raw = _own(feature)
+    shape = feature.nominal.shape
+    mean = touches.directions.mean(axis=0)
+    if shape is Shape.POINT:
+        return np.tile(mean, (len(tips), 1))
+    direction = geometry[3:6]
+    length = float(np.linalg.norm(direction))
+    direction = direction / length if length > 0.0 else direction
+    if shape is Shape.PLANE:
+        return np.tile(direction, (len(tips), 1))
+    if shape is Shape.LINE:
+        return np.tile(unit(mean - (mean @ direction) * direction), (len(tips), 1))
+    turned = geometry.copy()
+    turned[3:6] = direction
+    near = replace(raw, geometry=turned, residuals=raw.residuals[rows])
+    sign = 1.0 if feature.nominal.side == "outer" else -1.0
+    outward: Points3 = sign * unit(distance_derivatives(near, tips)[1])
+    return outward

@@ -1,0 +1,182 @@
+"""Local sizes between two opposite points (ISO 14405-1, LP), by their rank.
+
+Two points that are not quite opposite would show a chord or a slanting line. What each of them is
+off the element is added to the size of the element instead, which for opposite points is their
+distance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements import distance_derivatives
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, GEOMETRY_SIZE, POINT, RADIUS, SECOND, Shape
+from ocmm_core.geometry import Float, Int, unit
+from ocmm_core.tolerances.zones._characteristic import Association
+from ocmm_core.tolerances.zones._surface import own_fit, surface_points
+from ocmm_core.tolerances.zones._zone_frame import moved_geometry
+
+_OPPOSITE_DEG = 20.0
+"""Two points further from opposite than this show no two-point size."""
+_LEVEL_MM = 3.0
+"""The same for their heights on a cylinder, and for their places along two sides."""
+_FLANK = 0.999
+"""Cosine between the normal at a point and the direction across, from which it lies on a side."""
+_FACING = -0.9
+"""Cosine between the normals of two faces above which they have no size between them."""
+_CONTENDERS = 50
+"""Sizes that noise may bring to the front; those behind them are nowhere near."""
+_STEP = 1e-5
+"""mm, and of directions a fraction of one: step of the differences."""
+
+
+def around(feature: ActualFeature, association: Association) -> tuple[Float, Float]:
+    """Return halves of the two-point sizes of circle, sphere or cylinder, and their gradients.
+
+    They are those that count for a rank, the foremost first (`_contenders`).
+
+    Raises
+    ------
+    FitError
+        The feature is constructed, or no two points are opposite.
+    """
+    touches, raw = own_fit(feature)
+    arms = touches.tips - raw.point
+    heights = np.zeros(len(arms))
+    if raw.shape is Shape.CYLINDER:
+        heights = arms @ raw.direction
+    if raw.shape is not Shape.SPHERE:
+        arms = arms - np.outer(arms @ raw.direction, raw.direction)
+    directions = arms / np.linalg.norm(arms, axis=1)[:, None]
+    opposite = directions @ directions.T < -np.cos(np.deg2rad(_OPPOSITE_DEG))
+    level = np.abs(heights[:, None] - heights) < _LEVEL_MM
+    first, second = _pairs(np.triu(opposite & level), [feature], "at one height")
+    sums = raw.residuals[first] + raw.residuals[second]
+    chosen = _contenders(sums, association)
+    by_residual = feature.residual_jacobian
+    by_pair = 0.5 * (by_residual[first[chosen]] + by_residual[second[chosen]])
+    return feature.fit.radius + 0.5 * sums[chosen], feature.jacobian[RADIUS] + by_pair
+
+
+def across_slot(
+    feature: ActualFeature, association: Association, *, lengthwise: bool
+) -> tuple[Float, Float]:
+    """Return the two-point sizes across the sides of a slot or rectangle, and their gradients.
+
+    Parameters
+    ----------
+    lengthwise
+        Between its straight ends instead.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed, or no two points are opposite.
+    """
+    touches, raw = own_fit(feature)
+    beside = np.cross(raw.direction, raw.across)
+    way, along = (raw.across, beside) if lengthwise else (beside, raw.across)
+    place = RADIUS if lengthwise else SECOND
+    arms = touches.tips - raw.point
+    sides = distance_derivatives(raw, touches.tips)[1] @ way
+    # Round ends have no side, but where they begin; there the side has not ended.
+    plus, minus = sides > _FLANK, sides < -_FLANK
+    near = np.ones((len(arms), len(arms)), dtype=bool)
+    for direction in (along, raw.direction):
+        places = arms @ direction
+        near &= np.abs(places[:, None] - places) < _LEVEL_MM
+    first, second = _pairs(np.outer(plus, minus) & near, [feature], "face to face")
+    sums = raw.residuals[first] + raw.residuals[second]
+    chosen = _contenders(sums, association)
+    by_residual = feature.residual_jacobian
+    by_pair = by_residual[first[chosen]] + by_residual[second[chosen]]
+    whole = 2.0 * float(feature.fit.geometry[place])
+    return whole + sums[chosen], 2.0 * feature.jacobian[place] + by_pair
+
+
+def between_faces(
+    one: ActualFeature, other: ActualFeature, association: Association
+) -> tuple[Float, Float]:
+    """Return the two-point sizes between two opposite faces, and their gradients.
+
+    They are taken square to the middle plane of the two faces.
+
+    Raises
+    ------
+    FitError
+        A face is constructed, they do not face away from each other or towards each other, or no
+        two points are opposite.
+    """
+    if float(one.fit.direction @ other.fit.direction) > _FACING:
+        raise FitError(
+            "characteristic.not_opposite",
+            f"{one.nominal.name} and {other.nominal.name} are not opposite to each other; there "
+            "is no two-point size between them.",
+            "Name two opposite faces, or leave out the association.",
+        )
+    across = _across(one.fit.geometry, other.fit.geometry)
+    square = np.eye(3) - np.outer(across, across)
+    sites = [surface_points(face).points @ square for face in (one, other)]
+    apart = np.linalg.norm(sites[0][:, None] - sites[1], axis=2)
+    first, second = _pairs(apart < _LEVEL_MM, [one, other], "face to face")
+    middles = 0.5 * (sites[0][first] + sites[1][second])
+    residuals = [own_fit(face)[1].residuals for face in (one, other)]
+    lean = [float(face.fit.direction @ across) for face in (one, other)]
+    gaps = _gaps(one.fit.geometry, other.fit.geometry, middles)
+    gaps = gaps + residuals[0][first] / lean[0] - residuals[1][second] / lean[1]
+    sign = 1.0 if float(gaps.mean()) > 0.0 else -1.0
+    chosen = _contenders(sign * gaps, association)
+
+    geometries = {"one": one.fit.geometry, "other": other.fit.geometry}
+    gradients = np.zeros((len(chosen), one.jacobian.shape[1]))
+    for key, face in (("one", one), ("other", other)):
+        for k in range(GEOMETRY_SIZE):
+            if np.any(face.jacobian[k]):
+                ends = []
+                for step in (_STEP, -_STEP):
+                    moved = moved_geometry(geometries, key, k, step)
+                    ends.append(_gaps(moved["one"], moved["other"], middles[chosen]))
+                slopes = (ends[0] - ends[1]) / (2.0 * _STEP)
+                gradients += np.outer(slopes, face.jacobian[k])
+    gradients += one.residual_jacobian[first[chosen]] / lean[0]
+    gradients -= other.residual_jacobian[second[chosen]] / lean[1]
+    return sign * gaps[chosen], sign * gradients
+
+
+def _across(one: Float, other: Float) -> Float:
+    return unit(one[DIRECTION] - other[DIRECTION])
+
+
+def _gaps(one: Float, other: Float, sites: Float) -> Float:
+    """Return how far one plane lies beyond the other, square to their middle, at sites (m, 3)."""
+    across = _across(one, other)
+    heights = [
+        (plane[POINT] - sites) @ plane[DIRECTION] / float(plane[DIRECTION] @ across)
+        for plane in (one, other)
+    ]
+    gaps: Float = heights[0] - heights[1]
+    return gaps
+
+
+def _pairs(opposite: NDArray[np.bool_], features: list[ActualFeature], how: str) -> tuple[Int, Int]:
+    first, second = np.nonzero(opposite)
+    if not first.size:
+        names = " and ".join(feature.nominal.name for feature in features)
+        raise FitError(
+            "characteristic.no_pairs",
+            f"No two points of {names} are opposite to each other.",
+            f"Take points in opposite pairs, {how}.",
+        )
+    return first, second
+
+
+def _contenders(sums: Float, association: Association) -> Int:
+    """Return the rows that count for a rank, the foremost first; all where it is the mean."""
+    if association == "two-point mean":
+        return np.arange(len(sums))
+    ahead = -sums if association == "two-point maximum" else sums
+    order: Int = np.argsort(ahead, kind="stable")[:_CONTENDERS]
+    return order

@@ -1,0 +1,241 @@
+"""Widths of zones about true geometry: of surface points, and of centres and axes.
+
+Every zone of ISO 1101 is one of two: points of a surface between two copies of the nominal surface,
+or points of a centre or an axis within a sphere, a cylinder or two planes about the nominal place.
+What the datums leave open, the zone may follow; it is then the smallest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import Float, skew
+from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise
+from ocmm_core.tolerances.zones._minimax import Smallest, smallest_length, smallest_zone
+from ocmm_core.tolerances.zones._nominal_distance import nominal_distances
+from ocmm_core.tolerances.zones._surface import SurfacePoints, own_fit
+from ocmm_core.tolerances.zones._zone_frame import ZoneFrame
+
+_OUTER_STEPS = 6
+_FOLLOWED = 1e-7
+"""Effect of a motion, against the strongest, below which it does nothing."""
+_SETTLED = 1e-5
+"""Motion, mm, after which the small motions of the program are taken anew about the new place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A surface and what it should be.
+
+    Attributes
+    ----------
+    measured
+        Its contact points.
+    shape, nominal
+        Shape and geometry vector (12,) in the frame of the zone.
+    offset
+        mm: how far the middle of the zone lies outside the nominal surface, away from material.
+    """
+
+    measured: SurfacePoints
+    shape: Shape
+    nominal: Float
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class DerivedPoint:
+    """A centre, or one point of an axis.
+
+    Attributes
+    ----------
+    point
+        (3,), mm, world.
+    by_coordinates
+        (3, 3 N + 1).
+    """
+
+    point: Float
+    by_coordinates: Float
+
+
+def surface_zone(surfaces: Sequence[Surface], frame: ZoneFrame) -> Evaluation:
+    """Return twice the greatest distance of surface points from true geometry."""
+    worlds = [surface.measured.points for surface in surfaces]
+
+    def distances(at: ZoneFrame) -> tuple[Float, Float, Float]:
+        values, normals = [], []
+        for surface, world in zip(surfaces, worlds, strict=True):
+            points = at.T_frame_from_world.apply(world)
+            distance, normal = nominal_distances(surface.shape, surface.nominal, points)
+            values.append(distance - _outwards(surface) * surface.offset)
+            normals.append(normal)
+        at_points = at.T_frame_from_world.apply(np.vstack(worlds))
+        return np.concatenate(values), np.vstack(normals), at_points
+
+    scale = _scale(frame, np.vstack(worlds))
+    smallest = Smallest(np.zeros(0), 0.0, np.zeros(0))
+    for _ in range(_OUTER_STEPS):
+        start = frame
+
+        def deviations(motion: Float, start: ZoneFrame = start) -> tuple[Float, Float]:
+            at = start.moved(motion / scale)
+            values, normals, points = distances(at)
+            twists = np.hstack([np.cross(points, normals), normals])
+            return values, twists @ (at.motions / scale)
+
+        smallest = smallest_zone(deviations, len(scale))
+        frame = start.moved(smallest.motion / scale)
+        if not len(scale) or float(np.abs(smallest.motion).max()) < _SETTLED:
+            break
+
+    values, normals, points = distances(frame)
+    weights = 2.0 * smallest.shares[:, None] * normals
+    twists = np.hstack([np.cross(points, normals), normals])
+    gradient = 2.0 * smallest.shares @ twists @ frame.by_coordinates
+    first = 0
+    for surface in surfaces:
+        own = slice(first, first + len(surface.measured.points))
+        first = own.stop
+        gradient = gradient + surface.measured.pull_back(
+            weights[own] @ frame.T_frame_from_world.rotation
+        )
+    free = twists @ frame.motions
+    rows = twists @ frame.by_coordinates
+    rows += _by_own_points(surfaces, normals @ frame.T_frame_from_world.rotation, rows.shape[1])
+    return Evaluation(
+        2.0 * smallest.value,
+        np.asarray(gradient, dtype=np.float64),
+        frame=frame.words,
+        noise=form_noise(values, rows, free),
+    )
+
+
+def form_noise(distances: Float, by_coordinates: Float, free: Float) -> FormNoise:
+    """Return the deviations of a zone from its middle.
+
+    Parameters
+    ----------
+    distances
+        (n,), mm.
+    by_coordinates
+        (n, 3 N + 1), nothing absorbed yet.
+    free
+        (n, k): by what the zone may follow.
+    """
+    n = len(distances)
+    if free.shape[1]:
+        u, strengths, _ = np.linalg.svd(free, full_matrices=False)
+        followed = u[:, strengths > _FOLLOWED * max(float(strengths[0]), 1e-300)]
+        by_coordinates = by_coordinates - followed @ (followed.T @ by_coordinates)
+        ones = np.ones(n)
+        if float(np.linalg.norm(ones - followed @ (followed.T @ ones))) < _FOLLOWED * n:
+            return FormNoise(distances, by_coordinates, free)
+    return FormNoise(
+        np.concatenate([distances, -distances]),
+        np.vstack([by_coordinates, -by_coordinates]),
+        np.vstack([free, -free]),
+        mirrored=True,
+    )
+
+
+def _by_own_points(surfaces: Sequence[Surface], normals: Float, coordinates: int) -> Float:
+    """Return how distances answer to their own ball centres and the ball, (n, 3 N + 1)."""
+    rows = np.zeros((len(normals), coordinates))
+    row = 0
+    for surface in surfaces:
+        touches = own_fit(surface.measured.feature)[0]
+        for place, outward in zip(touches.places, surface.measured.normals, strict=True):
+            rows[row, 3 * place : 3 * place + 3] = normals[row]
+            rows[row, -1] = -float(normals[row] @ outward)
+            row += 1
+    return rows
+
+
+def derived_zone(
+    points: Sequence[DerivedPoint], true_point: Float, rows: Float, frame: ZoneFrame
+) -> Evaluation:
+    """Return twice the greatest distance of centres or points of an axis from true geometry.
+
+    Parameters
+    ----------
+    points
+        Of which the farthest counts.
+    true_point
+        (3,), mm, frame: the true centre, or a point of the true axis or plane.
+    rows
+        (d, 3): orthonormal directions, frame, along which the distance is taken: three for a
+        sphere, two across an axis, one across two planes.
+    """
+    world = np.array([item.point for item in points])
+    scale = _scale(frame, world)
+    smallest = Smallest(np.zeros(0), 0.0, np.zeros(0))
+    for _ in range(_OUTER_STEPS):
+        start = frame
+
+        def deviations(motion: Float, start: ZoneFrame = start) -> tuple[Float, Float]:
+            at = start.moved(motion / scale)
+            places = at.T_frame_from_world.apply(world)
+            twists = np.array([rows @ np.hstack([-skew(x), np.eye(3)]) for x in places])
+            return (places - true_point) @ rows.T, twists @ (at.motions / scale)
+
+        smallest = smallest_length(deviations, len(scale))
+        frame = start.moved(smallest.motion / scale)
+        if not len(scale) or float(np.abs(smallest.motion).max()) < _SETTLED:
+            break
+
+    places = frame.T_frame_from_world.apply(world)
+    vectors = (places - true_point) @ rows.T
+    slopes = [
+        rows @ frame.point_derivative(place, item.by_coordinates)
+        for place, item in zip(places, points, strict=True)
+    ]
+    return _of_vectors(smallest, vectors, np.array(slopes), frame.words)
+
+
+def vector_evaluation(components: Float, gradients: Float, frame: str) -> Evaluation:
+    """Return the evaluation of a value that is the length of a vector (d,)."""
+    value = float(np.linalg.norm(components))
+    if value > 0.0:
+        gradient = components @ gradients / value
+    else:
+        # Any direction is as good: the one that the points move most.
+        gradient = gradients[int(np.argmax(np.linalg.norm(gradients, axis=1)))]
+    return Evaluation(
+        value, gradient, components=components, component_gradients=gradients, frame=frame
+    )
+
+
+def _of_vectors(smallest: Smallest, vectors: Float, slopes: Float, words: str) -> Evaluation:
+    """Return the evaluation of deviations (m, d) with their shares in the value."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    held = np.flatnonzero(smallest.shares > 1e-9)
+    first = vectors[held[np.argmax(lengths[held])]]
+    along = vectors[held] @ first
+    if np.all(np.abs(along) >= (1.0 - 1e-6) * lengths[held] * np.linalg.norm(first)):
+        # All that hold the zone lie on one line: their sum is a vector that may cross zero.
+        shares = 2.0 * smallest.shares[held] * np.where(along < 0.0, -1.0, 1.0)
+        components = shares @ vectors[held]
+        return vector_evaluation(components, np.tensordot(shares, slopes[held], axes=1), words)
+    units = vectors[held] / np.maximum(lengths[held], 1e-300)[:, None]
+    gradient = 2.0 * np.einsum("m,md,mdj->j", smallest.shares[held], units, slopes[held])
+    return Evaluation(2.0 * smallest.value, gradient, frame=words)
+
+
+def _scale(frame: ZoneFrame, points: Float) -> Float:
+    """Return how far, mm, every open motion moves the points at most, (k,)."""
+    places = frame.T_frame_from_world.apply(points)
+    moves = np.array([np.hstack([-skew(x), np.eye(3)]) @ frame.motions for x in places])
+    lengths = np.linalg.norm(moves, axis=1).max(axis=0)
+    return np.asarray(np.maximum(lengths, 1e-9), dtype=np.float64)
+
+
+def _outwards(surface: Surface) -> float:
+    """Return 1 where the distance grows away from the material, -1 where it grows into it."""
+    if surface.shape in (Shape.PLANE, Shape.POINT, Shape.LINE):
+        return 1.0
+    return 1.0 if surface.measured.feature.nominal.side == "outer" else -1.0

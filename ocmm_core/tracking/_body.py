@@ -1,0 +1,275 @@
+"""The probe body: LEDs and ball in the probe frame, and the document that describes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import Vector3
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, unit
+from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM as AMBIGUITY_LIMIT_MM
+from ocmm_core.tracking._ambiguity import Ambiguity as Ambiguity
+from ocmm_core.tracking._ambiguity import check_distinct as check_distinct
+from ocmm_core.tracking._ambiguity import confused, nearest
+from ocmm_core.tracking._led_document import MIN_LEDS as MIN_LEDS
+from ocmm_core.tracking._led_document import MIN_WIDTH_MM as MIN_WIDTH_MM
+from ocmm_core.tracking._led_document import LedEntry as LedEntry
+from ocmm_core.tracking._led_document import OrientationRule as OrientationRule
+from ocmm_core.tracking._led_document import check_leds as check_leds
+from ocmm_core.tracking._led_document import rule_directions as rule_directions
+from ocmm_core.tracking._led_document import unit_rules as unit_rules
+from ocmm_core.tracking._strobe import StrobeCode, StrobeEntry, strobe_code
+
+SCHEMA = "ocmm.probe/1"
+
+
+class ProbeDocument(Document, frozen=True, kw_only=True):
+    """A probe as it is written down; lengths in mm."""
+
+    name: str
+    tip: Vector3
+    tip_diameter: float
+    tip_diameter_sigma: float
+    tip_sigma: Vector3
+    led_sigma: float
+    emission_half_angle_deg: float
+    leds: list[LedEntry]
+    orientation_rules: tuple[OrientationRule, ...] = ()
+    strobe: StrobeEntry | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LedBody:
+    """LEDs that move as one: all that identification knows of a probe or of a reference body.
+
+    Attributes
+    ----------
+    name
+        Name of the body.
+    leds_body
+        (L, 3), mm, body frame.
+    led_directions_body
+        (L, 3), unit.
+    emission_half_angle
+        rad; outside this cone an LED is not seen.
+    rules
+        ``(body_axis, world_direction)`` pairs, each (3,).
+    code
+        Strobe code of the LEDs; None where they always shine.
+    """
+
+    name: str
+    leds_body: Float
+    led_directions_body: Float
+    emission_half_angle: float
+    rules: tuple[tuple[Float, Float], ...] = ()
+    code: StrobeCode | None = None
+
+    @property
+    def n_leds(self) -> int:
+        """Return the number of LEDs."""
+        return len(self.leds_body)
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeBody:
+    """A probe body with labels that cannot be confused.
+
+    Attributes
+    ----------
+    name
+        Name of the probe.
+    leds_probe
+        (L, 3), mm, probe frame.
+    led_directions_probe
+        (L, 3), unit.
+    emission_half_angle
+        rad; outside this cone an LED is not seen.
+    tip_probe
+        (3,), mm, probe frame: ball centre.
+    tip_radius
+        mm.
+    tip_radius_sigma
+        mm, standard uncertainty.
+    geometry_covariance
+        (3 L + 3, 3 L + 3), mm^2: LED coordinates, then the tip.
+    rules
+        ``(probe_axis, world_direction)`` pairs, each (3,).
+    identity
+        SHA-256 of the document.
+    code
+        Strobe code of the LEDs; None where they always shine.
+    """
+
+    name: str
+    leds_probe: Float
+    led_directions_probe: Float
+    emission_half_angle: float
+    tip_probe: Float
+    tip_radius: float
+    tip_radius_sigma: float
+    geometry_covariance: Float
+    rules: tuple[tuple[Float, Float], ...]
+    identity: str
+    code: StrobeCode | None = None
+
+    @property
+    def n_leds(self) -> int:
+        """Return the number of LEDs."""
+        return len(self.leds_probe)
+
+    @property
+    def led_body(self) -> LedBody:
+        """Return the LEDs without the tip."""
+        return LedBody(
+            self.name,
+            self.leds_probe,
+            self.led_directions_probe,
+            self.emission_half_angle,
+            self.rules,
+            self.code,
+        )
+
+
+def load_probe(path: Path | str) -> ProbeBody:
+    """Return the probe of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, has too few or too many LEDs, LEDs in one place or on one line,
+        a tip diameter that is not positive, or labels that can be confused.
+    """
+    return body_of(load_document(path, ProbeDocument, SCHEMA), path, digest(path))
+
+
+def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBody:
+    """Return the probe of a document; see `load_probe`.
+
+    Parameters
+    ----------
+    document
+        Also one that is not in a file yet.
+    path
+        Of its file; named in errors.
+    identity
+        SHA-256 of the file.
+
+    Raises
+    ------
+    InputError
+        As `load_probe`.
+    """
+    _check(Path(path), document)
+    leds = np.array([led.position for led in document.leds])
+    body = ProbeBody(
+        name=document.name,
+        leds_probe=leds,
+        led_directions_probe=unit(np.array([led.direction for led in document.leds])),
+        emission_half_angle=float(np.radians(document.emission_half_angle_deg)),
+        tip_probe=np.array(document.tip),
+        tip_radius=0.5 * document.tip_diameter,
+        tip_radius_sigma=0.5 * document.tip_diameter_sigma,
+        geometry_covariance=np.diag(
+            np.concatenate(
+                [np.full(leds.size, document.led_sigma**2), np.square(document.tip_sigma)]
+            )
+        ),
+        rules=unit_rules(document.orientation_rules),
+        identity=identity,
+        code=strobe_code(Path(path), document.strobe, len(leds)),
+    )
+    check_labels(path, "probe", body)
+    return body
+
+
+def satisfies_rules(
+    body: ProbeBody | LedBody, rotations_world_from_probe: Float
+) -> NDArray[np.bool_]:
+    """Return which attitudes (..., 3, 3) keep every orientation rule of the body, (...)."""
+    kept = np.ones(rotations_world_from_probe.shape[:-2], dtype=np.bool_)
+    for axis, world in body.rules:
+        kept &= (rotations_world_from_probe @ axis) @ world > 0.0
+    return kept
+
+
+def nearest_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
+    """Return the wrong labelling with the smallest rigid residual, see `ambiguity.nearest`.
+
+    Where the body has no tip, the error is that of the middle of its LEDs.
+    """
+    return nearest(*_shape(body))
+
+
+def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None:
+    """Refuse a body whose labels can be confused; a strobe code makes all labels certain.
+
+    Parameters
+    ----------
+    path, what
+        The document and what it describes, ``"probe"`` or ``"reference"``.
+    body
+        Its content.
+
+    Raises
+    ------
+    InputError
+        Labels can be confused where all LEDs are seen, or where one is hidden, or there are three.
+    """
+    if body.code is not None:
+        return
+    point = "tip" if isinstance(body, ProbeBody) else "body"
+    remedy = "Move one LED by 10 mm, or add an orientation rule that excludes that order."
+    worst = confused(*_shape(body), hidden=0)
+    if worst is not None:
+        raise InputError(
+            f"{what}.ambiguous",
+            f"{path}: LEDs taken in the order {worst.labels} fit the body to "
+            f"{worst.residual_mm:.3f} mm and would put the {point} {worst.tip_error_mm:.1f} mm "
+            "off.",
+            remedy,
+        )
+    if body.n_leds == MIN_LEDS:
+        raise InputError(
+            f"{what}.leds",
+            f"{path}: the {what} has {MIN_LEDS} LEDs, of which a reflection could be one.",
+            "Add a fourth LED, or give the LEDs a strobe code.",
+        )
+    worst = confused(*_shape(body), hidden=1)
+    if worst is not None:
+        hidden = worst.labels.index(-1)
+        raise InputError(
+            f"{what}.ambiguous",
+            f"{path}: while one LED is hidden, LEDs taken in the order {worst.labels} (-1: LED "
+            f"{hidden} is not seen) fit the body to {worst.residual_mm:.3f} mm and would put the "
+            f"{point} {worst.tip_error_mm:.1f} mm off.",
+            remedy,
+        )
+
+
+def _shape(body: ProbeBody | LedBody) -> tuple[Float, Float, tuple[tuple[Float, Float], ...]]:
+    if isinstance(body, ProbeBody):
+        return body.leds_probe, body.tip_probe, body.rules
+    return body.leds_body, body.leds_body.mean(axis=0), body.rules
+
+
+def _check(path: Path, document: ProbeDocument) -> None:
+    check_leds(path, "probe", document.leds, rule_directions(document.orientation_rules))
+    if not 0.0 < document.tip_diameter < 100.0:
+        raise InputError(
+            "probe.tip_diameter",
+            f"{path}: field 'tip_diameter' is {document.tip_diameter} mm.",
+            "Give the calibrated ball diameter in millimetres.",
+        )
+    leds = np.array([led.position for led in document.leds])
+    if float(np.linalg.norm(leds - np.array(document.tip), axis=1).max()) > 1000.0:
+        raise InputError(
+            "probe.size",
+            f"{path}: an LED is more than 1 m from the tip.",
+            "Check that the positions are in millimetres.",
+        )

@@ -1,0 +1,260 @@
+"""Which slot of which camera follows which LED.
+
+Spots of two cameras are paired by how well they meet in space, and the meeting points are matched
+to the bodies by their mutual distances, whichever LEDs are hidden. Each match is completed with the
+spots of all cameras that its pose explains. The answer is given only if one labelling explains the
+spots and every other explains fewer, by more than one light could add: when in doubt, no label.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import MAX_SLOTS, Rig, project
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking._body import LedBody, ProbeBody
+from ocmm_core.tracking.kernels import grow_known
+from ocmm_core.tracking.kernels import identify_kernel as kernel
+
+CHI2_SIGMAS = 5.0
+"""Normal quantile of the chi-square gates: one false alarm in three million."""
+
+_REACH_MM = 400.0
+"""The LEDs stand outside the volume in which the ball measures, by as much at the most."""
+
+_CONE_SLACK = np.radians(10.0)
+"""An LED is seen a little outside its stated cone."""
+
+_REASONS = {
+    kernel.FEW: "fewer than three targets are seen by two cameras",
+    kernel.NO_FIT: "the spots do not fit the body",
+    kernel.AMBIGUOUS: "more than one labelling of the LEDs fits the spots",
+    kernel.CONFUSED: "too many spots could be LEDs",
+    kernel.THIN: "too few LEDs are seen to tell them from reflections",
+    kernel.NEAR_RULE: "the body is held too near to what its orientation rules forbid",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifyOptions:
+    """Tolerances of the search.
+
+    Attributes
+    ----------
+    sigma_px
+        Standard deviation of one spot, px: everything that a single frame is subject to.
+    rival_px
+        Where two spots or two LEDs are this near to each other in a camera, px, neither is named.
+    """
+
+    sigma_px: float
+    rival_px: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """Outcome of the search.
+
+    Attributes
+    ----------
+    slot_of_led
+        (C, L) int64: slot that follows the LED, -1 where none does; None if in doubt.
+    reason
+        Why there is none; empty if there is one.
+    """
+
+    slot_of_led: Int | None
+    reason: str = ""
+
+
+def identify(
+    rig: Rig,
+    body: LedBody | ProbeBody,
+    spots: Float,
+    options: IdentifyOptions,
+    led_of_slot: Int | None = None,
+) -> Identification:
+    """Return which slot follows which LED.
+
+    Parameters
+    ----------
+    spots
+        (C, 8, 2), px: one frame, NaN where a slot is empty.
+    options
+        Tolerances.
+    led_of_slot
+        (C, 8): what the strobe code says of every slot (`strobe.decode`), None where it says
+        nothing.
+    """
+    return identify_all(rig, [led_body(body)], spots, options, [led_of_slot])[0]
+
+
+def identify_all(
+    rig: Rig,
+    bodies: Sequence[LedBody],
+    spots: Float,
+    options: IdentifyOptions,
+    led_of_slot: Sequence[Int | None] = (),
+) -> tuple[Identification, ...]:
+    """Return which slot follows which LED of each body; no slot is given to two of them.
+
+    Parameters
+    ----------
+    bodies
+        Probe and reference body, of which `ambiguity.check_distinct` must hold.
+    spots
+        (C, 8, 2), px: one frame, NaN where a slot is empty.
+    options
+        Tolerances.
+    led_of_slot
+        Of every body, see `identify`; empty where no body has a strobe code.
+    """
+    status, labels = identify_many(rig, bodies, spots[None], options, led_of_slot)
+    return tuple(
+        Identification(None, _REASONS[int(outcome)])
+        if outcome != kernel.FOUND
+        else Identification(slots[:, : body.n_leds].copy())
+        for body, outcome, slots in zip(bodies, status[0], labels[0], strict=True)
+    )
+
+
+def identify_many(
+    rig: Rig,
+    bodies: Sequence[LedBody],
+    spots: Float,
+    options: IdentifyOptions,
+    led_of_slot: Sequence[Int | None] = (),
+) -> tuple[NDArray[np.uint8], Int]:
+    """Return outcome (n, B) and slots of LEDs (n, B, C, 8) of frames (n, C, 8, 2) by themselves.
+
+    The outcomes are those of `identify_kernel`; slots are -1 where there is none, and in frames
+    that have no answer.
+    """
+    count, n_cameras = len(bodies), len(rig.cameras)
+    leds, directions = np.zeros((2, count, MAX_SLOTS, 3))
+    n_rules = np.array([len(body.rules) for body in bodies])
+    axes, worlds = np.zeros((2, count, max(1, int(n_rules.max())), 3))
+    for index, body in enumerate(bodies):
+        leds[index, : body.n_leds] = body.leds_body
+        directions[index, : body.n_leds] = body.led_directions_body
+        for rule, (axis, world) in enumerate(body.rules):
+            axes[index, rule], worlds[index, rule] = axis, world
+    usable = np.full((count, n_cameras, MAX_SLOTS), -1, dtype=np.int64)
+    coded = np.zeros(count, dtype=np.bool_)
+    for index, of_slots in enumerate(led_of_slot):
+        if of_slots is not None:
+            usable[index], coded[index] = of_slots, True
+    status = np.empty((len(spots), count), dtype=np.uint8)
+    labels = np.empty((len(spots), count, n_cameras, MAX_SLOTS), dtype=np.int64)
+    kernel.identify_frames(
+        np.ascontiguousarray(spots, dtype=np.float64),
+        rig.packed(),
+        np.stack([camera.centre_world for camera in rig.cameras]),
+        rig.volume_world + np.array([[-_REACH_MM], [_REACH_MM]]),
+        np.array([body.n_leds for body in bodies]),
+        leds,
+        directions,
+        np.array([_least_cosine(body) for body in bodies]),
+        axes,
+        worlds,
+        n_rules,
+        usable.reshape(count, n_cameras * MAX_SLOTS),
+        coded,
+        options.sigma_px,
+        options.rival_px,
+        chi2_limit(np.arange(2 * n_cameras * MAX_SLOTS + 1)),
+        status,
+        labels,
+    )
+    return status, labels
+
+
+def extended_labels(
+    rig: Rig, body: LedBody, spots: Float, labels: Int, options: IdentifyOptions
+) -> Int:
+    """Return labels (C, L) with free LEDs given to the spots at their places, where that is sure.
+
+    LEDs whose slot is empty in this frame are free as well, for they may come back in another one;
+    they keep their slot if they are not found. The labels are returned as they are where they do
+    not fit this frame, or where something would be left in doubt.
+
+    Parameters
+    ----------
+    spots
+        (C, 8, 2), px: one frame, NaN where a slot is empty.
+    labels
+        (C, L), -1 where none.
+    """
+    more = labels.copy()
+    doubt = grow_known(
+        np.ascontiguousarray(spots),
+        rig.packed(),
+        np.stack([camera.centre_world for camera in rig.cameras]),
+        body.leds_body,
+        body.led_directions_body,
+        _least_cosine(body),
+        options.sigma_px,
+        options.rival_px,
+        chi2_limit(np.arange(2 * len(rig.cameras) * MAX_SLOTS + 1)),
+        more,
+    )
+    if doubt > kernel.MAX_DOUBT:
+        return labels
+    taken = (labels[:, :, None] == more[:, None, :]).any(axis=2)
+    return np.where((more < 0) & ~taken, labels, more)
+
+
+def nearest_slots(
+    rig: Rig, body: LedBody | ProbeBody, spots: Float, rotation: Float, origin: Float,
+    gate_px: float,
+) -> Int:  # fmt: skip
+    """Return the slot whose spot lies at the place of each LED, (C, L), -1 where none does.
+
+    Parameters
+    ----------
+    spots
+        (C, 8, 2), px, NaN where a slot is empty.
+    rotation, origin
+        Pose of the body in the world, (3, 3) and (3,), mm.
+    gate_px
+        Greatest distance, px; LED and spot must also be nearest to each other.
+    """
+    body = led_body(body)
+    leds_world = body.leds_body @ rotation.T + origin
+    slot_of_led = np.full((len(rig.cameras), body.n_leds), -1, dtype=np.int64)
+    for c, camera in enumerate(rig.cameras):
+        distance = np.linalg.norm(project(camera, leds_world)[:, None] - spots[c][None], axis=2)
+        distance = np.where(np.isfinite(distance), distance, np.inf)
+        for led, slot in np.argwhere(distance < gate_px):
+            if distance[led, slot] == distance[led].min() == distance[:, slot].min():
+                slot_of_led[c, led] = slot
+    return slot_of_led
+
+
+def _least_cosine(body: LedBody) -> float:
+    return float(np.cos(min(body.emission_half_angle + _CONE_SLACK, np.pi)))
+
+
+def led_body(body: LedBody | ProbeBody) -> LedBody:
+    """Return the LEDs of a body that may have a tip."""
+    return body.led_body if isinstance(body, ProbeBody) else body
+
+
+def ordered_spots(uv: Float, slot_of_led: Int) -> Float:
+    """Return spots by LED (n, C, L, 2) from spots by slot (n, C, 8, 2); NaN where there is none."""
+    cameras = np.arange(slot_of_led.shape[0])[:, None]
+    ordered: Float = uv[:, cameras, slot_of_led]
+    ordered[:, slot_of_led < 0] = np.nan
+    return ordered
+
+
+def chi2_limit(dof: Int) -> Float:
+    """Return what chi-square exceeds by chance once in three million (Wilson-Hilferty)."""
+    degrees = np.maximum(np.asarray(dof, dtype=np.float64), 1.0)
+    ratio = 2.0 / (9.0 * degrees)
+    limit: Float = degrees * (1.0 - ratio + CHI2_SIGMAS * np.sqrt(ratio)) ** 3
+    return limit

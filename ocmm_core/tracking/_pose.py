@@ -1,0 +1,192 @@
+"""Spots to pose and tip in plain numpy: the reference of the kernel, and its typed front.
+
+`solve_reference` is written for reading and for checking `kernel.solve_frames`; `solve` is what
+the product calls.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import Rig, distortion_jacobian, ideal_from_pixels
+from ocmm_core.geometry import Float, Int, rigid_fit, rotation_from_vector, skew
+from ocmm_core.tracking._body import ProbeBody
+from ocmm_core.tracking.kernels import LOST, MAX_TIP_SIGMA, OK, allocate, solve_frames
+
+Method = Literal["gauss-newton", "thesis"]
+
+
+@dataclass(frozen=True, slots=True)
+class PoseBatch:
+    """Pose and tip of n frames; NaN where the status is not 0 (OK).
+
+    Attributes
+    ----------
+    status
+        (n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, or LEDs so near to
+        one line that spot noise alone moves the tip by `kernel.MAX_TIP_SIGMA`).
+    tip_world
+        (n, 3), mm.
+    tip_covariance
+        (n, 3, 3), mm^2, of independent spot noise with the sigma that was given.
+    rotation_world_from_probe, origin_world
+        (n, 3, 3) and (n, 3), mm.
+    chi2
+        (n,): squared residuals over sigma squared.
+    dof
+        (n,): twice the number of spots minus six.
+    """
+
+    status: NDArray[np.uint8]
+    tip_world: Float
+    tip_covariance: Float
+    rotation_world_from_probe: Float
+    origin_world: Float
+    chi2: Float
+    dof: Int
+
+
+def solve(
+    uv: Float, rig: Rig, body: ProbeBody, sigma_px: float, method: Method = "gauss-newton"
+) -> PoseBatch:
+    """Return pose, tip, covariance and chi-square of every frame.
+
+    Parameters
+    ----------
+    uv
+        (n, C, L, 2), px by LED number, NaN where not seen.
+    sigma_px
+        Standard deviation of a spot, px, each axis.
+    method
+        ``"gauss-newton"``: one step on all reprojection residuals after the rigid fit, which
+        reaches the Cramer-Rao bound; ``"thesis"``: unweighted rigid fit of triangulated
+        targets (thesis 2.4), for comparison. Its covariance is that of the former, and therefore
+        too small for it.
+    """
+    return solve_leds(uv, rig, body.leds_probe, body.tip_probe, sigma_px, method)
+
+
+def solve_leds(
+    uv: Float, rig: Rig, leds: Float, point: Float, sigma_px: float, method: Method = "gauss-newton"
+) -> PoseBatch:
+    """Do the same as `solve` for LEDs (L, 3) and any point (3,) that goes with them, mm."""
+    outputs = allocate(len(uv))
+    steps = 0 if method == "thesis" else 1
+    solve_frames(np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px, steps, *outputs)
+    return PoseBatch(*outputs)
+
+
+def solve_reference(
+    uv: Float, rig: Rig, body: ProbeBody, sigma_px: float, method: Method = "gauss-newton"
+) -> PoseBatch:
+    """Do the same as `solve`, frame by frame in plain numpy."""
+    outputs = PoseBatch(*allocate(len(uv)))
+    for frame, spots in enumerate(uv):
+        _solve_frame(frame, spots, rig, body, sigma_px, method, outputs)
+    return outputs
+
+
+def triangulate(rig: Rig, spots: Float) -> Float:
+    """Return the LED positions (L, 3), mm, world, from spots (C, L, 2), px.
+
+    NaN where fewer than two cameras see the LED. Thesis 2.4.1 with homogeneous rows (errata).
+    """
+    positions = np.full((spots.shape[1], 3), np.nan)
+    for led in range(spots.shape[1]):
+        rows, rhs = [], []
+        for camera, uv in zip(rig.cameras, spots[:, led], strict=True):
+            if not np.isfinite(uv).all():
+                continue
+            ideal = ideal_from_pixels(camera, uv)
+            pose = camera.T_camera_from_world
+            for axis in range(2):
+                rows.append(ideal[axis] * pose.rotation[2] - camera.focal * pose.rotation[axis])
+                t = pose.translation
+                rhs.append(camera.focal * t[axis] - ideal[axis] * t[2])
+        if len(rows) >= 4:
+            positions[led] = np.linalg.lstsq(np.array(rows), np.array(rhs))[0]
+    return positions
+
+
+def reprojection(
+    rig: Rig, leds: Float, spots: Float, rotation: Float, origin: Float
+) -> tuple[Float, Float]:
+    """Return residuals (m,), px, and their derivative (m, 6) by the pose, spot by spot.
+
+    The LEDs (L, 3), mm, are those of the body that stands at ``rotation`` and ``origin``. The pose
+    moves by a rotation vector (rad, world axes, about the origin of the body) and a translation
+    (mm). Spots are taken camera by camera, LED by LED, u before v. Residuals are
+    formed on the ideal image and brought to pixels by the slope of the distortion.
+    """
+    residuals, rows = [], []
+    arms_of_all = leds @ rotation.T
+    for camera, camera_spots in zip(rig.cameras, spots, strict=True):
+        seen = np.isfinite(camera_spots).all(axis=1)
+        arms = arms_of_all[seen]
+        in_camera = camera.T_camera_from_world.apply(arms + origin)
+        depth = in_camera[:, 2]
+        ideal = ideal_from_pixels(camera, camera_spots[seen])
+        predicted = camera.focal * in_camera[:, :2] / depth[:, None]
+        slope = np.array([[camera.sx], [camera.sy]]) * distortion_jacobian(camera, ideal)
+        pinhole = np.zeros((len(arms), 2, 3))
+        pinhole[:, 0, 0] = pinhole[:, 1, 1] = camera.focal / depth
+        pinhole[:, :, 2] = -predicted / depth[:, None]
+        d_point = slope @ pinhole @ camera.T_camera_from_world.rotation
+        d_turn = np.cross(arms[:, None], d_point)
+        residuals.append(np.einsum("nij,nj->ni", slope, ideal - predicted).ravel())
+        rows.append(np.concatenate([d_turn, d_point], axis=2).reshape(-1, 6))
+    return np.concatenate(residuals), np.concatenate(rows)
+
+
+def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:
+    """Return d(tip)/d(pose), (3, 6), for the pose increments of `reprojection`."""
+    return arm_jacobian(rotation @ body.tip_probe)
+
+
+def arm_jacobian(arm_world: Float) -> Float:
+    """Return d(point)/d(pose), (3, 6), of a point at ``arm_world`` (3,), mm, from the origin."""
+    return np.hstack([-skew(arm_world), np.eye(3)])
+
+
+def _solve_frame(
+    frame: int, spots: Float, rig: Rig, body: ProbeBody, sigma_px: float, method: Method,
+    out: PoseBatch,
+) -> None:  # fmt: skip
+    for array in (
+        out.tip_world, out.tip_covariance, out.rotation_world_from_probe, out.origin_world, out.chi2
+    ):  # fmt: skip
+        array[frame] = np.nan
+    out.status[frame], out.dof[frame] = LOST, 0
+    positions = triangulate(rig, spots)
+    located = np.isfinite(positions).all(axis=1)
+    if np.count_nonzero(located) < 3:
+        return
+    rotation, origin = rigid_fit(body.leds_probe[located], positions[located])
+    residuals, rows = reprojection(rig, body.leds_probe, spots, rotation, origin)
+    information = rows.T @ rows
+    squares = float(residuals @ residuals)
+    # LEDs on one line leave a pose undetermined.
+    if np.linalg.matrix_rank(information) < 6:
+        return
+    covariance = np.linalg.inv(information)
+    if method != "thesis":
+        gradient = rows.T @ residuals
+        step = covariance @ gradient
+        squares -= float(gradient @ step)
+        rotation = rotation_from_vector(step[:3]) @ rotation
+        origin = origin + step[3:]
+    to_tip = tip_jacobian(rotation, body)
+    tip_covariance = sigma_px**2 * to_tip @ covariance @ to_tip.T
+    if not np.trace(tip_covariance) <= MAX_TIP_SIGMA**2:
+        return
+    out.status[frame] = OK
+    out.tip_world[frame] = rotation @ body.tip_probe + origin
+    out.tip_covariance[frame] = tip_covariance
+    out.rotation_world_from_probe[frame] = rotation
+    out.origin_world[frame] = origin
+    out.chi2[frame] = max(squares, 0.0) / sigma_px**2
+    out.dof[frame] = len(residuals) - 6

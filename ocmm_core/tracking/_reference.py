@@ -1,0 +1,332 @@
+"""The tip relative to a reference body: what a nudged camera frame or a moved table cannot change.
+
+The reference body stands on the part. Where it stood when the job began is its *home*; the world of
+the job is the frame of the cameras as it was then. Whatever moves cameras against part later, the
+pose of the reference body now takes the tip back to that world:
+
+    tip_world = T_rig_from_reference(home) . T_rig_from_reference(now)^-1 . tip_rig
+
+Both poses of a frame come from the same exposure, so that nothing lags behind. The trail and the
+live position use a pose that is averaged while the body rests (`reference_filter`); measured points
+use the poses of their own frames (`simultaneous`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, Int, RigidTransform
+from ocmm_core.tracking._body import ProbeBody
+from ocmm_core.tracking._body_tracker import (
+    BodyTracker,
+    TrackingOptions,
+    enough_spots,
+    spot_sigma_px,
+)
+from ocmm_core.tracking._pose import arm_jacobian, reprojection
+from ocmm_core.tracking._reference_body import ReferenceBody
+from ocmm_core.tracking._reference_filter import ReferenceFilter
+from ocmm_core.tracking._reference_home import HomeTaker
+from ocmm_core.tracking._result import FrameStatus, ReferenceHome, ReferenceTrack, TrackBlock
+from ocmm_core.tracking._sensitivity import TipSensitivity, pose_sensitivity, tip_sensitivity
+
+_SETTLED = 64
+"""Frames of the averaged pose from which a motion is told to people."""
+_NEAR_MM, _NEAR_RAD = 5.0, 0.01
+"""The covariance of the pose is computed anew where the body has moved further."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferencePoses:
+    """Poses of a reference body to give tips against.
+
+    Attributes
+    ----------
+    rotation, origin
+        (n, 3, 3) and (n, 3), mm, rig frame.
+    covariance
+        (n, 6, 6), for the increments of `pose.reprojection`, rig frame.
+    """
+
+    rotation: Float
+    origin: Float
+    covariance: Float
+
+
+class ReferenceTracker:
+    """Follow a reference body, and give the probe relative to it; used by one thread.
+
+    Parameters
+    ----------
+    rig, reference, options
+        What to track with.
+    home
+        Where it stood when the job began; None to take the first place where it rests.
+
+    Attributes
+    ----------
+    tracker
+        Follows its LEDs.
+    home
+        See above.
+    motion
+        How far the middle of its LEDs is from home, mm, and how far it is turned, rad; None while
+        that is not known. It waits until the mean of the pose has settled.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        reference: ReferenceBody,
+        options: TrackingOptions,
+        home: ReferenceHome | None = None,
+    ) -> None:
+        self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
+        self.home = home
+        self.motion: tuple[float, float] | None = None
+        self._rig = rig
+        self._reference = reference
+        self._taker = HomeTaker(rig, reference)
+        self._filter = ReferenceFilter()
+        self._anchors: dict[bytes, _Anchor] = {}
+
+    @property
+    def reason(self) -> str:
+        """Return why nothing can be given relative to the body, in words; empty otherwise."""
+        if self.tracker.slot_of_led is None:
+            return self.tracker.reason
+        return self._taker.reason if self.home is None else ""
+
+    def process(self, block: FrameBlock) -> ReferenceTrack:
+        """Return what the frames say about the reference body; the probe is still to come."""
+        body = self.tracker.process(block)
+        return ReferenceTrack(body, body, self._covariances(body), self.home)
+
+    def relate(self, probe: TrackBlock, seen: ReferenceTrack, left: FrameBlock) -> TrackBlock:
+        """Return the tracked probe (rig frame) in the world of the job.
+
+        Parameters
+        ----------
+        probe
+            Tracked frames.
+        seen
+            Of the same frames, from `process`.
+        left
+            The same frames without the spots of the probe.
+        """
+        begin = 0
+        doubt = seen.body.status == FrameStatus.UNIDENTIFIED
+        # What the probe explains cannot be the reference body: it is not there at all.
+        seen.body.status[doubt & ~enough_spots(left.uv)] = FrameStatus.LOST
+        if self.home is None:
+            taken = self._taker.feed(seen.body)
+            begin = len(probe) if taken is None else taken[0]
+            self.home = taken[1] if taken is not None else None
+        poses = ReferencePoses(*self._filter.feed(seen.body, seen.covariance))
+        if self.home is None or not self._filter.n_frames:
+            self.motion = None
+        elif self._filter.n_frames >= _SETTLED:
+            self.motion = self._motion(self.home, poses.rotation[-1], poses.origin[-1])
+        seen = replace(seen, probe=probe, home=self.home)
+        return related(seen, poses, begin)
+
+    def _motion(self, home: ReferenceHome, rotation: Float, origin: Float) -> tuple[float, float]:
+        turn, shift = motion_to_world(home, rotation[None], origin[None])
+        middle = rotation @ self._reference.middle + origin
+        moved = turn[0] @ middle + shift[0] - middle
+        sine = 0.5 * np.array(
+            [turn[0, 2, 1] - turn[0, 1, 2], turn[0, 0, 2] - turn[0, 2, 0],
+             turn[0, 1, 0] - turn[0, 0, 1]]
+        )  # fmt: skip
+        return float(np.linalg.norm(moved)), float(np.arcsin(min(float(np.linalg.norm(sine)), 1.0)))
+
+    def _covariances(self, body: TrackBlock) -> Float:
+        """Return the covariance (n, 6, 6) of every pose, NaN where there is none."""
+        covariance = np.full((len(body), 6, 6), np.nan)
+        good = np.flatnonzero(body.status == FrameStatus.OK)
+        while len(good):
+            pattern = body.seen[good[0]]
+            alike = (body.seen[good] == pattern).all(axis=1)
+            left, good = good[alike], good[~alike]
+            key = pattern.tobytes()
+            while len(left):
+                anchor = self._anchors.get(key)
+                if anchor is None or not anchor.is_near(body, left[:1])[0]:
+                    anchor = self._anchors[key] = self._anchor_at(body, int(left[0]))
+                near = anchor.is_near(body, left)
+                stop = len(left) if near.all() else int(np.argmin(near))
+                covariance[left[:stop]] = anchor.covariance
+                left = left[stop:]
+        return covariance
+
+    def _anchor_at(self, body: TrackBlock, frame: int) -> _Anchor:
+        rotation, origin = body.rotation_world_from_probe[frame], body.origin_world[frame]
+        leds = self._reference.leds.leds_body
+        _, rows = reprojection(self._rig, leds, body.uv[frame], rotation, origin)
+        inverse = np.linalg.inv(rows.T @ rows).astype(np.float64)
+        return _Anchor(rotation, origin, spot_sigma_px(self._rig) ** 2 * inverse)
+
+
+@dataclass(frozen=True, slots=True)
+class _Anchor:
+    rotation: Float
+    origin: Float
+    covariance: Float
+
+    def is_near(self, body: TrackBlock, frames: Int) -> NDArray[np.bool_]:
+        shift = np.linalg.norm(body.origin_world[frames] - self.origin, axis=1)
+        turn = np.abs(body.rotation_world_from_probe[frames] - self.rotation).max(axis=(1, 2))
+        return np.asarray((shift < _NEAR_MM) & (turn < _NEAR_RAD))
+
+
+def related(seen: ReferenceTrack, poses: ReferencePoses, begin: int = 0) -> TrackBlock:
+    """Return the probe in the world of the job.
+
+    Parameters
+    ----------
+    seen
+        Probe and reference body as the cameras saw them.
+    poses
+        Where the reference body is taken to be in each frame.
+    begin
+        First frame for which there is a home.
+
+    Returns
+    -------
+    TrackBlock
+        The covariance of the tip holds the spot noise of both poses; what the cameras' calibration
+        does to both is common to many points (`relative_sensitivity`).
+    """
+    probe, home = seen.probe, seen.home
+    lost = seen.body.status != FrameStatus.OK
+    lost[: len(probe) if home is None else begin] = True
+    status = np.where(lost, FrameStatus.REFERENCE_LOST, probe.status).astype(np.uint8)
+    if home is None:
+        turn, shift = np.full((len(probe), 3, 3), np.nan), np.full((len(probe), 3), np.nan)
+    else:
+        turn, shift = motion_to_world(home, poses.rotation, poses.origin)
+        turn[lost], shift[lost] = np.nan, np.nan
+    arms = probe.tip_world - poses.origin
+    by_pose = np.zeros((len(probe), 3, 6))
+    by_pose[:, :, :3] = -_skew(arms)
+    by_pose[:, :, 3:] = np.eye(3)
+    covariance = probe.tip_covariance + by_pose @ poses.covariance @ by_pose.transpose(0, 2, 1)
+    return replace(
+        probe,
+        status=status,
+        tip_world=_moved(turn, shift, probe.tip_world),
+        tip_covariance=turn @ covariance @ turn.transpose(0, 2, 1),
+        rotation_world_from_probe=turn @ probe.rotation_world_from_probe,
+        origin_world=_moved(turn, shift, probe.origin_world),
+        reference=seen,
+    )
+
+
+def simultaneous(track: TrackBlock) -> TrackBlock:
+    """Return tracked frames, each relative to the pose of the reference body in that very frame."""
+    seen = track.reference
+    if seen is None:
+        return track
+    body = seen.body
+    poses = ReferencePoses(body.rotation_world_from_probe, body.origin_world, seen.covariance)
+    found = related(seen, poses)
+    # Frames before the home was known stay without a tip.
+    return replace(found, status=track.status)
+
+
+def motion_to_world(home: ReferenceHome, rotation: Float, origin: Float) -> tuple[Float, Float]:
+    """Return what takes the rig frame now to the world of the job: (n, 3, 3) and (n, 3), mm.
+
+    Parameters
+    ----------
+    home
+        Where the reference body stood.
+    rotation, origin
+        (n, 3, 3) and (n, 3), mm: where it is now, rig frame.
+    """
+    at_home = home.T_rig_from_reference
+    turn: Float = at_home.rotation @ rotation.transpose(0, 2, 1)
+    return turn, at_home.translation - (turn @ origin[:, :, None])[:, :, 0]
+
+
+def relative_sensitivity(
+    spots: Float,
+    reference_spots: Float,
+    home: ReferenceHome,
+    rig: Rig,
+    body: ProbeBody,
+    reference: ReferenceBody,
+) -> TipSensitivity:
+    """Return the tip in the world of the job and its derivatives.
+
+    Three poses of the same cameras go into it: the probe, the reference body now, and the reference
+    body at home. Where the reference body has not moved, whatever is the matter with the cameras
+    moves its two poses alike and cancels; where it has, only the rest of it cancels. So spots of
+    all three are listed, those of the reference body now with the opposite sign.
+
+    Parameters
+    ----------
+    spots, reference_spots
+        (C, L, 2) and (C, R, 2), px, of the same frames.
+    home
+        Where the reference body stood when the job began.
+    rig, body, reference
+        What it was measured with.
+
+    Raises
+    ------
+    TrackingError
+        The spots do not determine a pose.
+    """
+    tip = tip_sensitivity(spots, rig, body)
+    now = pose_sensitivity(reference_spots, rig, reference.leds.leds_body)
+    then = pose_sensitivity(home.spots, rig, reference.leds.leds_body)
+    back = RigidTransform(then.rotation, then.origin).compose(
+        RigidTransform(now.rotation, now.origin).inverse()
+    )
+    tip_world = back.apply(tip.tip_world)
+    by_now = -back.rotation @ arm_jacobian(tip.tip_world - now.origin)
+    by_then = arm_jacobian(tip_world - then.origin)
+    by_home_spots = by_then @ then.by_spots
+    by_leds = by_now @ now.by_leds + by_then @ then.by_leds
+    return TipSensitivity(
+        tip_world=tip_world,
+        camera=np.concatenate([tip.camera, now.camera, then.camera]),
+        uv=np.concatenate([tip.uv, now.uv, then.uv]),
+        by_spots=np.concatenate(
+            [
+                np.einsum("ij,jmk->imk", back.rotation, tip.by_spots),
+                (by_now @ now.by_spots).reshape(3, -1, 2),
+                by_home_spots.reshape(3, -1, 2),
+            ],
+            axis=1,
+        ),
+        by_cameras=back.rotation @ tip.by_cameras
+        + by_now @ now.by_cameras
+        + by_then @ then.by_cameras,
+        by_geometry=back.rotation @ tip.by_geometry,
+        by_common=np.hstack(
+            [
+                by_leds @ np.linalg.cholesky(reference.geometry_covariance),
+                rig.noise.white_px / np.sqrt(home.n_frames) * by_home_spots,
+            ]
+        ),
+    )
+
+
+def _moved(turn: Float, shift: Float, points: Float) -> Float:
+    moved: Float = (turn @ points[:, :, None])[:, :, 0] + shift
+    return moved
+
+
+def _skew(vectors: Float) -> Float:
+    """Return the matrices (n, 3, 3) whose products with x are the vectors (n, 3) cross x."""
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    stacked = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1)
+    return stacked.reshape(-1, 3, 3)

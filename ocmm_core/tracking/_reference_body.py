@@ -1,0 +1,139 @@
+"""The reference body: LEDs fixed on the part or its table, and the document that describes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, unit
+from ocmm_core.tracking._ambiguity import check_distinct
+from ocmm_core.tracking._body import LedBody, ProbeBody, check_labels
+from ocmm_core.tracking._led_document import (
+    LedEntry,
+    OrientationRule,
+    check_leds,
+    rule_directions,
+    unit_rules,
+)
+from ocmm_core.tracking._strobe import StrobeEntry, strobe_code
+
+SCHEMA = "ocmm.reference/1"
+
+
+class ReferenceDocument(Document, frozen=True, kw_only=True):
+    """A reference body as it is written down; lengths in mm, reference frame."""
+
+    name: str
+    led_sigma: float
+    emission_half_angle_deg: float
+    leds: list[LedEntry]
+    orientation_rules: tuple[OrientationRule, ...] = ()
+    strobe: StrobeEntry | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceBody:
+    """A reference body with labels that cannot be confused.
+
+    Attributes
+    ----------
+    leds
+        What is seen of it; its body frame is the reference frame.
+    geometry_covariance
+        (3 R, 3 R), mm^2: LED coordinates.
+    text
+        The document, for the job file.
+    identity
+        SHA-256 of the document.
+    """
+
+    leds: LedBody
+    geometry_covariance: Float
+    text: str
+    identity: str
+
+    @property
+    def name(self) -> str:
+        """Return its name."""
+        return self.leds.name
+
+    @property
+    def label(self) -> str:
+        """Return name and shortened hash, for reports; pure ASCII, no commas."""
+        kept = (sign if sign.isascii() and sign.isprintable() else "?" for sign in self.name)
+        return f"{''.join(kept).replace(',', ' ')} {self.identity[:12]}"
+
+    @property
+    def n_leds(self) -> int:
+        """Return the number of LEDs."""
+        return self.leds.n_leds
+
+    @property
+    def middle(self) -> Float:
+        """Return the middle of its LEDs (3,), mm, reference frame."""
+        middle: Float = self.leds.leds_body.mean(axis=0)
+        return middle
+
+
+def load_reference(path: Path | str) -> ReferenceBody:
+    """Return the reference body of the document at ``path``.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, its LEDs are too few or too many, in one place or on one line,
+        or its labels can be confused.
+    """
+    path = Path(path)
+    document = load_document(path, ReferenceDocument, SCHEMA)
+    check_leds(path, "reference", document.leds, rule_directions(document.orientation_rules))
+    for field in ("led_sigma", "emission_half_angle_deg"):
+        if getattr(document, field) <= 0.0:
+            raise InputError(
+                "reference.value",
+                f"{path}: field '{field}' is {getattr(document, field)}, but must be greater than "
+                "zero.",
+                "Correct that field.",
+            )
+    positions = np.array([led.position for led in document.leds])
+    leds = LedBody(
+        name=document.name,
+        leds_body=positions,
+        led_directions_body=unit(np.array([led.direction for led in document.leds])),
+        emission_half_angle=float(np.radians(document.emission_half_angle_deg)),
+        rules=unit_rules(document.orientation_rules),
+        code=strobe_code(path, document.strobe, len(document.leds)),
+    )
+    check_labels(path, "reference", leds)
+    return ReferenceBody(
+        leds=leds,
+        geometry_covariance=document.led_sigma**2 * np.eye(positions.size),
+        text=path.read_bytes().decode("utf-8"),
+        identity=digest(path),
+    )
+
+
+def check_together(probe: ProbeBody, reference: ReferenceBody) -> None:
+    """Refuse a probe and a reference body that cannot be told apart in the same images.
+
+    Raises
+    ------
+    InputError
+        They have more LEDs than a camera follows, or three LEDs of one look like three of the
+        other.
+    """
+    count = probe.n_leds + reference.n_leds
+    if count > MAX_SLOTS:
+        raise InputError(
+            "reference.slots",
+            f"The probe '{probe.name}' has {probe.n_leds} LEDs and the reference body "
+            f"'{reference.name}' has {reference.n_leds}: a camera follows {MAX_SLOTS}, not "
+            f"{count}.",
+            f"Choose a probe or a reference body with fewer LEDs, together at most {MAX_SLOTS}.",
+        )
+    check_distinct((probe.led_body, reference.leds))

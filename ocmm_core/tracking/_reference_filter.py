@@ -1,0 +1,162 @@
+"""The pose of a reference body, averaged while it rests and followed at once when it moves.
+
+A body that stands still needs no new pose in every frame: the mean over half a second has hardly
+any noise. A mean lags behind motion, so three tests watch it in every frame, on the latest frame
+and on exponential means over about 16 and 256 frames, each by chi-square over the six numbers of
+the pose (5 sigma: once in three million frames by chance). Where one fails, the mean begins anew
+with what that test saw: a nudge of ten sigma is followed in the frame in which it happens. What no
+test sees yet is less than a third of the noise of one frame; it concerns the trail and the live
+position only, because measured points use the poses of their own frames.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ocmm_core.geometry import Float
+from ocmm_core.tracking._identify import chi2_limit
+from ocmm_core.tracking._result import FrameStatus, TrackBlock
+from ocmm_core.tracking.kernels import cholesky, forward, turn
+
+LONGEST = 4096
+"""The mean forgets what is older than so many frames: half a second at 8 kHz."""
+
+_SHARES = np.array([1.0, 1.0 / 16.0, 1.0 / 256.0])
+_SIZE = 6 + 6 * len(_SHARES) + 2
+_FRAMES, _SINCE = _SIZE - 2, _SIZE - 1
+"""Where the state holds frames in the mean and frames since it began."""
+
+
+class ReferenceFilter:
+    """Average poses of a reference body that rests; used by one thread.
+
+    What comes out does not depend on how the stream is cut into blocks.
+
+    Attributes
+    ----------
+    n_frames
+        How many frames the mean holds after the latest one; 0 where the body is not tracked.
+    """
+
+    def __init__(self) -> None:
+        self._limit = float(chi2_limit(np.array([6]))[0])
+        self._rotation, self._origin = np.eye(3), np.zeros(3)
+        self._state = np.zeros(_SIZE)
+        self.n_frames = 0
+
+    def feed(self, body: TrackBlock, covariance: Float) -> tuple[Float, Float, Float]:
+        """Return rotation (n, 3, 3), origin (n, 3), mm, and covariance (n, 6, 6) of every frame.
+
+        Parameters
+        ----------
+        body
+            The tracked body.
+        covariance
+            (n, 6, 6), of its pose in single frames, for the increments of `pose.reprojection`.
+
+        Returns
+        -------
+        tuple
+            NaN where the body is not tracked; the mean begins anew after that.
+        """
+        n = len(body)
+        rotations, origins, frames = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n)
+        _follow(
+            body.status == FrameStatus.OK, body.rotation_world_from_probe, body.origin_world,
+            covariance, self._limit, _SHARES, self._rotation, self._origin, self._state,
+            rotations, origins, frames,
+        )  # fmt: skip
+        self.n_frames = int(self._state[_FRAMES])
+        return rotations, origins, covariance / frames[:, None, None]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _follow(
+    good: NDArray[np.bool_], rotations_in: Float, origins_in: Float, covariance: Float,
+    limit: float, shares: Float, anchor: Float, place: Float, state: Float,
+    rotations: Float, origins: Float, frames: Float,
+) -> None:  # fmt: skip
+    """Do what the class says; ``anchor``, ``place`` and ``state`` are kept between calls.
+
+    The mean is held as increments (6) to the pose ``anchor`` (3, 3), ``place`` (3).
+    """
+    n_tests = len(shares)
+    factor = np.empty((6, 6))
+    step = np.empty(6)
+    scaled = np.empty(6)
+    work, other = np.empty((3, 3)), np.empty((3, 3))
+    for i in range(len(good)):
+        if not good[i]:
+            state[:] = 0.0
+            rotations[i] = np.nan
+            origins[i] = np.nan
+            frames[i] = 1.0
+            continue
+        if state[_FRAMES] == 0.0:
+            _begin(anchor, place, state, rotations_in[i], origins_in[i])
+        else:
+            _increments(anchor, place, rotations_in[i], origins_in[i], step)
+            for k in range(6):
+                step[k] -= state[k]
+            for a in range(6):
+                for b in range(6):
+                    factor[a, b] = covariance[i, a, b]
+            sound = cholesky(factor)
+            since = state[_SINCE] + 1.0
+            failed = -1
+            for test in range(n_tests):
+                share = shares[test]
+                first = 6 + 6 * test
+                for k in range(6):
+                    state[first + k] += share * (step[k] - state[first + k])
+                    scaled[k] = state[first + k]
+                forward(factor, scaled)
+                squares = 0.0
+                for k in range(6):
+                    squares += scaled[k] * scaled[k]
+                spread = share / (2.0 - share) * (1.0 - (1.0 - share) ** (2.0 * since))
+                if failed < 0 and not squares <= limit * (spread + 1.0 / state[_FRAMES]):
+                    failed = test
+            if not sound or failed == 0:
+                _begin(anchor, place, state, rotations_in[i], origins_in[i])
+            elif failed > 0:
+                first = 6 + 6 * failed
+                for k in range(6):
+                    state[k] += state[first + k]
+                state[_FRAMES] = min((2.0 - shares[failed]) / shares[failed], since)
+                state[_SINCE] = 0.0
+                for k in range(6, 6 + 6 * n_tests):
+                    state[k] = 0.0
+            else:
+                state[_SINCE] = since
+                state[_FRAMES] = min(state[_FRAMES] + 1.0, LONGEST)
+                for k in range(6):
+                    state[k] += step[k] / state[_FRAMES]
+        for a in range(3):
+            origins[i, a] = place[a] + state[3 + a]
+            for b in range(3):
+                rotations[i, a, b] = anchor[a, b]
+        turn(rotations[i], state[0], state[1], state[2], work, other)
+        frames[i] = state[_FRAMES]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _begin(anchor: Float, place: Float, state: Float, rotation: Float, origin: Float) -> None:
+    """Begin the mean anew with one pose."""
+    anchor[:] = rotation
+    place[:] = origin
+    state[:] = 0.0
+    state[_FRAMES] = 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _increments(anchor: Float, place: Float, rotation: Float, origin: Float, out: Float) -> None:
+    """Write what takes the anchor to a pose near it: a rotation vector and a translation."""
+    change = rotation @ anchor.T
+    out[0] = 0.5 * (change[2, 1] - change[1, 2])
+    out[1] = 0.5 * (change[0, 2] - change[2, 0])
+    out[2] = 0.5 * (change[1, 0] - change[0, 1])
+    for a in range(3):
+        out[3 + a] = origin[a] - place[a]

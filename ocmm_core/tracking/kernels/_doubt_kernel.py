@@ -1,0 +1,97 @@
+"""The compiled question whether a single false LED could have spoilt a pose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.kernels import _kernel as kernel
+from ocmm_core.tracking.kernels import _small_algebra as small_algebra
+from ocmm_core.tracking.kernels._kernel import Bool, normal_equations
+from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward
+
+FALSE_CHI2, FALSE_CHI2_PER_VIEW = 14.0, 5.0
+"""An LED that agrees less with the pose of the others is false: a true one does so once in ten
+thousand times."""
+
+ODD_CHI2, ODD_CHI2_PER_VIEW = 4.0, 2.5
+"""One that agrees less than this is a little odd: one in twenty is."""
+
+GROWTH_WEIGHT = 0.5
+
+
+@compiled(kernel, small_algebra)
+def doubt(
+    led_ideal: Float, led_slopes: Float, seen: Bool, cams: Float, leds: Float,
+    rotation: Float, origin: Float, sigma: float,
+) -> float:  # fmt: skip
+    """Return how far a single false LED can have moved the pose, in squared standard deviations.
+
+    Every LED is left out in turn. Infinite where the others leave the pose open, or expect the LED
+    elsewhere than its spots are. Else the greatest of what the pose moves without an LED that is a
+    little odd (any LED, where three only are seen by two cameras), squared, in units of the stated
+    covariance; and of what the variance grows without an LED, in the same units, weighted: a light
+    that little else speaks for moves the pose far before it looks odd.
+    """
+    h = np.empty((6, 6))
+    g = np.empty(6)
+    own = np.empty((6, 6))
+    own_g = np.empty(6)
+    rest = np.empty((6, 6))
+    change = np.empty(6)
+    column = np.empty(6)
+    normal_equations(led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g)
+    n_cameras, n_leds = seen.shape
+    only = np.zeros((n_cameras, n_leds), np.bool_)
+    located = 0
+    for led in range(n_leds):
+        located += int(_views(seen, led) >= 2)
+    worst = 0.0
+    for led in range(n_leds):
+        views = _views(seen, led)
+        if views == 0:
+            continue
+        for c in range(n_cameras):
+            only[c, led - 1] = False
+            only[c, led] = seen[c, led]
+        misfit = normal_equations(
+            led_ideal, led_slopes, only, cams, leds, rotation, origin, own, own_g
+        )
+        for i in range(6):
+            change[i] = g[i] - own_g[i]
+            for j in range(6):
+                rest[i, j] = h[i, j] - own[i, j]
+        if not cholesky(rest):
+            return np.inf
+        forward(rest, change)
+        for i in range(6):
+            misfit += change[i] * change[i]
+        misfit /= sigma * sigma
+        if misfit > FALSE_CHI2 + FALSE_CHI2_PER_VIEW * views:
+            return np.inf
+        backward(rest, change)
+        moved = 0.0
+        grown = 0.0
+        for i in range(6):
+            for j in range(6):
+                moved += change[i] * h[i, j] * change[j] / (sigma * sigma)
+            for j in range(6):
+                column[j] = 1.0 if i == j else 0.0
+            forward(rest, column)
+            backward(rest, column)
+            for j in range(6):
+                grown += column[j] * own[i, j]
+        worst = max(worst, GROWTH_WEIGHT * grown)
+        if located < 4 or misfit > ODD_CHI2 + ODD_CHI2_PER_VIEW * views:
+            worst = max(worst, moved)
+    return worst
+
+
+@compiled()
+def _views(seen: Bool, led: int) -> int:
+    """Return how many cameras see an LED."""
+    views = 0
+    for c in range(seen.shape[0]):
+        views += int(seen[c, led])
+    return views

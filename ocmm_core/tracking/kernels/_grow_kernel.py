@@ -1,0 +1,286 @@
+"""The compiled growth of a labelling: from three LEDs to all spots that their pose explains.
+
+Here and in the search, arrays are copied and summed element by element: numba compiles slices with
+all their checks and messages, which takes longer than all the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking.kernels import (
+    _doubt_kernel as doubt_kernel,
+)
+from ocmm_core.tracking.kernels import (
+    _kernel as kernel,
+)
+from ocmm_core.tracking.kernels import (
+    _meeting_kernel as meeting_kernel,
+)
+from ocmm_core.tracking.kernels import (
+    _small_algebra as small_algebra,
+)
+from ocmm_core.tracking.kernels._doubt_kernel import doubt
+from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations, triangulate_leds
+from ocmm_core.tracking.kernels._meeting_kernel import view
+from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
+
+SPOT_CHI2 = 23.0
+"""A spot further from where its LED must be (squared, over its variance) is not the LED's: one in
+a hundred thousand spots is left out by chance."""
+
+_NEEDS = (doubt_kernel, kernel, meeting_kernel, small_algebra)
+
+
+@compiled(*_NEEDS)
+def grow(
+    ideal: Float, slopes: Float, there: Bool, usable: Int, cams: Float, centres: Float,
+    leds: Float, directions: Float, least_cosine: float, sigma: float, rival_px: float,
+    limits: Float, labels: Int, rotation: Float, origin: Float, worth: Float,
+) -> float:  # fmt: skip
+    """Complete a labelling of three LEDs with all spots that its pose explains.
+
+    One spot after the other is added, that whose place is known best first, and only where no
+    other spot could be meant. In the end spots are taken out that have another spot or the place
+    of another LED within ``rival_px``: which is which cannot be told there, and the images of two
+    lights that are so near disturb each other.
+
+    Parameters
+    ----------
+    ideal, slopes, there
+        Spots by slot, see `meeting_kernel.straighten`.
+    usable
+        (C S,): LED that a slot follows by its strobe code, -1 where it may be any, -2 none.
+    cams, centres
+        (C, 21) and (C, 3), mm.
+    leds, directions, least_cosine
+        The body, and the cosine of the widest angle under which an LED can be seen.
+    sigma, rival_px
+        px.
+    limits
+        Chi-square limit by degrees of freedom.
+    labels
+        (C, L): slots, -1 where none; changed in place.
+    rotation, origin
+        Outputs (3, 3) and (3,), mm: pose in the world.
+    worth
+        Output (1,): see `doubt_kernel.doubt`.
+
+    Returns
+    -------
+    float
+        Chi-square, or -1 where the labelling does not hold.
+    """
+    n_cameras, n_leds = labels.shape
+    led_ideal = np.empty((n_cameras, n_leds, 2))
+    led_slopes = np.empty((n_cameras, n_leds, 4))
+    seen = np.empty((n_cameras, n_leds), np.bool_)
+    h = np.empty((6, 6))
+    g = np.empty(6)
+    step = np.empty((3, 3))
+    work = np.empty((3, 3))
+    rows = np.empty((2, 6))
+    place = np.empty(2)
+    points = np.empty((n_leds, 3))
+    located = np.empty(n_leds, np.bool_)
+    spots = _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+    count = triangulate_leds(led_ideal, seen, cams, points, located)
+    fit_leds(leds, points, located, count, rotation, origin, np.empty((4, 4)), np.empty((4, 4)))
+    for c in range(n_cameras):
+        for led in range(n_leds):
+            if seen[c, led] and not _faces(
+                centres[c], leds[led], directions[led], rotation, origin, least_cosine
+            ):
+                return -1.0
+    while True:
+        chi2 = _improve(
+            led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g, step, work, sigma
+        )
+        if chi2 < 0.0 or chi2 > limits[2 * spots - 6]:
+            return -1.0
+        best, best_c, best_led, best_slot = np.inf, -1, -1, -1
+        for c in range(n_cameras):
+            for led in range(n_leds):
+                if seen[c, led] or not _faces(
+                    centres[c], leds[led], directions[led], rotation, origin, least_cosine
+                ):
+                    continue
+                _predict(cams, c, leds[led], rotation, origin, place, rows)
+                forward(h, rows[0])
+                forward(h, rows[1])
+                s00, s01, s11 = 1.0, 0.0, 1.0
+                for k in range(6):
+                    s00 += rows[0, k] * rows[0, k]
+                    s01 += rows[0, k] * rows[1, k]
+                    s11 += rows[1, k] * rows[1, k]
+                scale = 1.0 / (sigma * sigma * (s00 * s11 - s01 * s01))
+                near, slot_near = 0, -1
+                for slot in range(there.shape[1]):
+                    if not there[c, slot]:
+                        continue
+                    ex, ey = _miss(ideal[c, slot], slopes[c, slot], place)
+                    if scale * (s11 * ex * ex - 2.0 * s01 * ex * ey + s00 * ey * ey) < SPOT_CHI2:
+                        near += 1
+                        slot_near = slot
+                if near != 1 or s00 + s11 >= best or _taken(labels, c, slot_near):
+                    continue
+                follows = usable[c * there.shape[1] + slot_near]
+                if follows in (-1, led):
+                    best, best_c, best_led, best_slot = s00 + s11, c, led, slot_near
+        if best_c < 0:
+            break
+        labels[best_c, best_led] = best_slot
+        spots = _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+    if _drop_rivals(
+        ideal, slopes, there, cams, centres, leds, directions, least_cosine, rival_px, labels,
+        rotation, origin, place, rows,
+    ):  # fmt: skip
+        _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+        if triangulate_leds(led_ideal, seen, cams, points, located) < 3:
+            return -1.0
+        chi2 = _improve(
+            led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g, step, work, sigma
+        )
+        if chi2 < 0.0:
+            return -1.0
+    worth[0] = doubt(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
+    return chi2
+
+
+@compiled()
+def _gather(
+    ideal: Float, slopes: Float, labels: Int, led_ideal: Float, led_slopes: Float, seen: Bool
+) -> int:
+    """Put the labelled spots in the order of the LEDs; return their number."""
+    spots = 0
+    for c in range(labels.shape[0]):
+        for led in range(labels.shape[1]):
+            slot = labels[c, led]
+            seen[c, led] = slot >= 0
+            if slot < 0:
+                continue
+            spots += 1
+            for k in range(2):
+                led_ideal[c, led, k] = ideal[c, slot, k]
+            for k in range(4):
+                led_slopes[c, led, k] = slopes[c, slot, k]
+    return spots
+
+
+@compiled(kernel, small_algebra)
+def _improve(
+    led_ideal: Float, led_slopes: Float, seen: Bool, cams: Float, leds: Float,
+    rotation: Float, origin: Float, h: Float, g: Float, step: Float, work: Float, sigma: float,
+) -> float:  # fmt: skip
+    """Take a Gauss-Newton step; return chi-square after it, -1 where the pose is open."""
+    squares: float = normal_equations(
+        led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g
+    )
+    if not cholesky(h):
+        return -1.0
+    forward(h, g)
+    for i in range(6):
+        squares -= g[i] * g[i]
+    backward(h, g)
+    turn(rotation, g[0], g[1], g[2], step, work)
+    for i in range(3):
+        origin[i] += g[3 + i]
+    return max(squares, 0.0) / (sigma * sigma)
+
+
+@compiled()
+def _faces(
+    centre: Float, led: Float, direction: Float, rotation: Float, origin: Float, least_cosine: float
+) -> bool:
+    """Return whether an LED shines towards a camera."""
+    along, size = 0.0, 0.0
+    for i in range(3):
+        place, heading = origin[i], 0.0
+        for j in range(3):
+            place += rotation[i, j] * led[j]
+            heading += rotation[i, j] * direction[j]
+        along += (centre[i] - place) * heading
+        size += (centre[i] - place) ** 2
+    return bool(along >= least_cosine * np.sqrt(size))
+
+
+@compiled(meeting_kernel)
+def _predict(
+    cams: Float, c: int, led: Float, rotation: Float, origin: Float, place: Float, rows: Float
+) -> None:
+    """Write where an LED is seen (2,), mm on the ideal image, and by how many px the pose moves it.
+
+    ``rows`` (2, 6): rotation vector about the origin of the body, and translation.
+    """
+    arm = np.empty(3)
+    point = np.empty(3)
+    derivative = np.empty((2, 3))
+    for i in range(3):
+        arm[i] = rotation[i, 0] * led[0] + rotation[i, 1] * led[1] + rotation[i, 2] * led[2]
+        point[i] = arm[i] + origin[i]
+    place[0], place[1], _ = view(cams, c, point, derivative)
+    for axis in range(2):
+        scale = cams[c, 13 + axis]
+        dx, dy, dz = (
+            scale * derivative[axis, 0], scale * derivative[axis, 1], scale * derivative[axis, 2]
+        )  # fmt: skip
+        rows[axis, 0] = arm[1] * dz - arm[2] * dy
+        rows[axis, 1] = arm[2] * dx - arm[0] * dz
+        rows[axis, 2] = arm[0] * dy - arm[1] * dx
+        rows[axis, 3], rows[axis, 4], rows[axis, 5] = dx, dy, dz
+
+
+@compiled()
+def _miss(ideal: Float, slope: Float, place: Float) -> tuple[float, float]:
+    """Return how far a spot lies from a place on the ideal image, px."""
+    ex, ey = ideal[0] - place[0], ideal[1] - place[1]
+    return slope[0] * ex + slope[1] * ey, slope[2] * ex + slope[3] * ey
+
+
+@compiled()
+def _taken(labels: Int, c: int, slot: int) -> bool:
+    taken = False
+    for led in range(labels.shape[1]):
+        taken = taken or labels[c, led] == slot
+    return taken
+
+
+@compiled(meeting_kernel)
+def _drop_rivals(
+    ideal: Float, slopes: Float, there: Bool, cams: Float, centres: Float, leds: Float,
+    directions: Float, least_cosine: float, rival_px: float, labels: Int,
+    rotation: Float, origin: Float, place: Float, rows: Float,
+) -> bool:  # fmt: skip
+    """Take labels away where a second spot or a second LED is as near; return whether any was."""
+    n_cameras, n_leds = labels.shape
+    near = np.zeros((n_leds, there.shape[1]), np.bool_)
+    dropped = False
+    for c in range(n_cameras):
+        for led in range(n_leds):
+            for slot in range(there.shape[1]):
+                near[led, slot] = False
+            if labels[c, led] < 0 and not _faces(
+                centres[c], leds[led], directions[led], rotation, origin, least_cosine
+            ):
+                continue
+            _predict(cams, c, leds[led], rotation, origin, place, rows)
+            for slot in range(there.shape[1]):
+                if there[c, slot]:
+                    ex, ey = _miss(ideal[c, slot], slopes[c, slot], place)
+                    near[led, slot] = ex * ex + ey * ey < rival_px * rival_px
+        for led in range(n_leds):
+            slot = labels[c, led]
+            if slot < 0:
+                continue
+            rivals = 0
+            for other in range(there.shape[1]):
+                rivals += int(near[led, other])
+            for other in range(n_leds):
+                rivals += int(near[other, slot])
+            # Itself is counted twice where it lies at its place.
+            if rivals > 2 * int(near[led, slot]):
+                labels[c, led] = -1
+                dropped = True
+    return dropped

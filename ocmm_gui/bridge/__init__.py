@@ -1,0 +1,22 @@
+"""Between the measuring station and Qt: state by signals, live values by a timer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.bridge._bridge import StationBridge
+    from ocmm_gui.bridge._evaluator import Evaluator
+else:
+    __getattr__ = door(
+        __name__,
+        _bridge="StationBridge",
+        _evaluator="Evaluator",
+    )
+
+__all__ = [
+    "Evaluator",
+    "StationBridge",
+]

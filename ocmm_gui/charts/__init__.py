@@ -1,0 +1,64 @@
+"""Plots with axes: one frame for all, and what is drawn in it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.charts._bars import Bars, Row
+    from ocmm_gui.charts._bus_charts import Curve, HistogramChart, RecentChart
+    from ocmm_gui.charts._design_plots import BendingPlot, MapPlot
+    from ocmm_gui.charts._error_chart import ErrorChart, group_of
+    from ocmm_gui.charts._history_charts import HistoryChart
+    from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse
+    from ocmm_gui.charts._plot import Plot
+    from ocmm_gui.charts._residual_plots import AllSensors, Histogram
+    from ocmm_gui.charts._space_plot import SpaceArrows
+    from ocmm_gui.charts._sphere_map import Mapped, SphereMap
+    from ocmm_gui.charts._tolerance_bar import ToleranceBar
+    from ocmm_gui.charts._trail_plot import Trail, TrailPlot
+    from ocmm_gui.charts._trend_chart import TrendChart
+else:
+    __getattr__ = door(
+        __name__,
+        _bars="Bars Row",
+        _bus_charts="Curve HistogramChart RecentChart",
+        _design_plots="BendingPlot MapPlot",
+        _error_chart="ErrorChart group_of",
+        _history_charts="HistoryChart",
+        _pivot_plots="SpotResiduals TipCourse",
+        _plot="Plot",
+        _residual_plots="AllSensors Histogram",
+        _space_plot="SpaceArrows",
+        _sphere_map="Mapped SphereMap",
+        _tolerance_bar="ToleranceBar",
+        _trail_plot="Trail TrailPlot",
+        _trend_chart="TrendChart",
+    )
+
+__all__ = [
+    "AllSensors",
+    "Bars",
+    "BendingPlot",
+    "Curve",
+    "ErrorChart",
+    "Histogram",
+    "HistogramChart",
+    "HistoryChart",
+    "MapPlot",
+    "Mapped",
+    "Plot",
+    "RecentChart",
+    "Row",
+    "SpaceArrows",
+    "SphereMap",
+    "SpotResiduals",
+    "TipCourse",
+    "ToleranceBar",
+    "Trail",
+    "TrailPlot",
+    "TrendChart",
+    "group_of",
+]

@@ -1,0 +1,230 @@
+"""Charts of the bus: how late, how long, and how the clocks ran in the last minutes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log10
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+
+from ocmm_core.fieldbus.report import Histogram, within_us
+from ocmm_gui.kit import Painted, digit_font, fitted, text_font
+
+_HEAD_PX = 18.0
+_FOOT_PX = 16.0
+_SCALE_PX = 50.0
+"""Left of a trend: the ends of its scale."""
+_WIDE_PX = 26.0
+"""A class this wide has room for the word of its edge."""
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_CENTRE = Qt.AlignmentFlag.AlignCenter
+
+
+class Chart(Painted):
+    """A title at the left, a word at the right, and a plot below.
+
+    Parameters
+    ----------
+    title
+        What is shown, with its unit.
+    """
+
+    def __init__(self, title: str) -> None:
+        super().__init__(title, (210, 110), (120, 44))
+        self._title = title
+        self._word = ""
+
+    def word(self) -> str:
+        """Return what stands at the right of the title."""
+        return self._word
+
+    def _show_word(self, word: str) -> None:
+        self._word = word
+        self.setAccessibleDescription(word)
+
+    def _paint_head(self, painter: QPainter, *, lines: int = 1) -> None:
+        """Paint the title, and the word at its right or, on two lines, below it."""
+        head = QRectF(0.0, 0.0, self.width(), _HEAD_PX)
+        painter.setFont(text_font(13))
+        painter.setPen(QColor(self._theme.muted))
+        painter.drawText(head, _LEFT, self._title)
+        room = head.width()
+        if lines == 1:
+            room -= painter.fontMetrics().horizontalAdvance(self._title) + 10.0
+        word = QRectF(head.right() - room, (lines - 1) * _HEAD_PX, room, _HEAD_PX)
+        painter.setFont(fitted(text_font(13, bold=True), self._word, room, _HEAD_PX, 13))
+        painter.setPen(QColor(self._theme.text))
+        painter.drawText(word, _RIGHT if lines == 1 else _LEFT, self._word)
+
+
+class HistogramChart(Chart):
+    """How often a time was how long; heights are logarithmic, or rare ones would not be seen."""
+
+    def __init__(self, title: str) -> None:
+        super().__init__(title)
+        self._histogram: Histogram | None = None
+        self._limit_us = 0.0
+
+    def show_histogram(self, histogram: Histogram, limit_us: float) -> None:
+        """Show a histogram; bars beyond ``limit_us`` stand out."""
+        if (histogram, limit_us) == (self._histogram, self._limit_us):
+            return
+        self._histogram, self._limit_us = histogram, limit_us
+        edge = within_us(histogram, 0.999)
+        inside = f"99.9 % ≤ {edge:g}," if edge is not None else ""
+        worst = f"worst {histogram.worst_us:.0f}" if sum(histogram.counts) else "no values"
+        self._show_word(f"{inside} {worst}".strip())
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint a bar for each class with its count above and its upper edge below."""
+        histogram = self._histogram
+        painter = QPainter(self)
+        self._paint_head(painter, lines=2)
+        if histogram is None:
+            return
+        theme, count = self._theme, len(histogram.counts)
+        pitch = self.width() / count
+        floor = self.height() - _FOOT_PX
+        # Room for the count on the highest bar.
+        high = max(floor - 3.0 * _HEAD_PX, 1.0)
+        painter.setFont(digit_font(11, bold=False))
+        decades = 1.0 + log10(max(*histogram.counts, 1))
+        for index, value in enumerate(histogram.counts):
+            edge = histogram.edges_us[index] if index < count - 1 else float("inf")
+            late = edge > self._limit_us
+            # A class with a single value must be seen: the scale begins a decade below it.
+            tall = high * (1.0 + log10(value)) / decades if value else 0.0
+            bar = QRectF((index + 0.12) * pitch, floor - tall, 0.76 * pitch, tall)
+            painter.fillRect(bar, QColor(theme.warn if late else theme.accent))
+            painter.setPen(QColor(theme.text))
+            above = QRectF((index - 0.5) * pitch, bar.top() - 14.0, 2.0 * pitch, 14.0)
+            _draw_if_fits(painter, above, _short(value), pitch)
+            painter.setPen(QColor(theme.muted))
+            below = QRectF((index - 0.5) * pitch, floor + 1.0, 2.0 * pitch, _FOOT_PX - 1.0)
+            # Narrow classes: every other edge has a word, and the room of two.
+            wide = pitch >= _WIDE_PX
+            if wide or index % 2:
+                _draw_if_fits(painter, below, _edge_word(edge), pitch if wide else 2.0 * pitch)
+        painter.setPen(QPen(QColor(theme.border), 1.0))
+        painter.drawLine(QPointF(0.0, floor), QPointF(self.width(), floor))
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """One curve of a trend.
+
+    Attributes
+    ----------
+    name
+        Empty where there is only one.
+    values
+        One for each time; None where nothing is known.
+    """
+
+    name: str
+    values: tuple[float | None, ...]
+
+
+class RecentChart(Chart):
+    """Values over the last minutes.
+
+    Parameters
+    ----------
+    title
+        What is shown, with its unit.
+    reach
+        The scale covers at least so much to both sides of its middle.
+    span_s
+        Time from the left to the right edge, s.
+    form
+        Format of the latest values.
+    """
+
+    def __init__(self, title: str, reach: float, span_s: float, form: str) -> None:
+        super().__init__(title)
+        self._reach = reach
+        self._span_s = span_s
+        self._form = form
+        self._times: tuple[float, ...] = ()
+        self._curves: tuple[Curve, ...] = ()
+
+    def show_curves(self, times: Sequence[float], curves: Sequence[Curve]) -> None:
+        """Show curves over times, s, oldest first; the right edge is the last time.
+
+        The word is the latest value; of several curves, that which is farthest from zero.
+        """
+        self._times, self._curves = tuple(times), tuple(curves)
+        latest = [
+            (abs(curve.values[-1]), curve.name, format(curve.values[-1], self._form))
+            for curve in curves
+            if curve.values and curve.values[-1] is not None
+        ]
+        _, name, value = max(latest, default=(0.0, "", "–"))
+        self._show_word(f"{name} {value}".strip())
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the scale and the curves."""
+        painter = self._painter()
+        self._paint_head(painter)
+        known = [v for curve in self._curves for v in curve.values if v is not None]
+        top = _HEAD_PX + 2.0
+        box = QRectF(_SCALE_PX, top, self.width() - _SCALE_PX - 1.0, self.height() - top - 2.0)
+        if not known or box.height() < 12.0:
+            return
+        low, high = min(known), max(known)
+        middle, reach = 0.5 * (low + high), max(0.5 * (high - low), self._reach)
+        theme = self._theme
+        painter.setFont(digit_font(11, bold=False))
+        painter.setPen(QColor(theme.muted))
+        scale = QRectF(0.0, box.top(), _SCALE_PX - 4.0, box.height())
+        for side, value in (
+            (Qt.AlignmentFlag.AlignTop, middle + 1.15 * reach),
+            (Qt.AlignmentFlag.AlignBottom, middle - 1.15 * reach),
+        ):
+            painter.drawText(scale, Qt.AlignmentFlag.AlignRight | side, format(value, self._form))
+        painter.setPen(QPen(QColor(theme.border), 1.0))
+        painter.drawRect(box)
+        painter.setClipRect(box)
+        styles = (Qt.PenStyle.SolidLine, Qt.PenStyle.DashLine, Qt.PenStyle.DotLine)
+        colours = (theme.accent, theme.text, theme.good, theme.warn)
+        for index, curve in enumerate(self._curves):
+            pen = QPen(QColor(colours[index % len(colours)]), 1.5)
+            pen.setStyle(styles[index % len(styles)])
+            painter.setPen(pen)
+            for piece in self._pieces(curve, box, middle, 1.15 * reach):
+                painter.drawPolyline(piece)
+
+    def _pieces(self, curve: Curve, box: QRectF, middle: float, reach: float) -> list[QPolygonF]:
+        pieces: list[list[QPointF]] = [[]]
+        for time_s, value in zip(self._times, curve.values, strict=True):
+            if value is None:
+                pieces.append([])
+                continue
+            x = box.right() - box.width() * (self._times[-1] - time_s) / self._span_s
+            y = box.center().y() - 0.5 * box.height() * (value - middle) / reach
+            pieces[-1].append(QPointF(x, y))
+        return [QPolygonF(piece) for piece in pieces if len(piece) > 1]
+
+
+def _draw_if_fits(painter: QPainter, place: QRectF, text: str, room: float) -> None:
+    if painter.fontMetrics().horizontalAdvance(text) <= room:
+        painter.drawText(place, _CENTRE, text)
+
+
+def _edge_word(edge_us: float) -> str:
+    if edge_us == float("inf"):
+        return ">"
+    return f"{edge_us / 1000.0:g}k" if edge_us >= 1000.0 else f"{edge_us:g}"
+
+
+def _short(count: int) -> str:
+    """Return a count in at most five signs, nothing for zero."""
+    for limit, divisor, unit in ((10_000, 1, ""), (10_000_000, 1000, "k")):
+        if count < limit:
+            return f"{count / divisor:.0f}{unit}" if count else ""
+    return f"{count / 1_000_000:.0f}M"

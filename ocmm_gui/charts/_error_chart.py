@@ -1,0 +1,126 @@
+"""Errors of checks between their limits, as a plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+
+from ocmm_core.calibration.records import Check
+from ocmm_gui.charts._plot import Plot
+from ocmm_gui.kit import digit_font, text_font
+
+_SCALE_PX = 58.0
+
+
+class ErrorChart(Plot):
+    """Errors with their uncertainty between the limits, check by check.
+
+    Parameters
+    ----------
+    whole_names
+        Names of checks are wrapped instead of being cut.
+    """
+
+    def __init__(self, *, whole_names: bool = False) -> None:
+        super().__init__("Errors, µm")
+        self._whole_names = whole_names
+        self._foot = 62.0 if whole_names else 24.0
+        self._checks: tuple[Check, ...] = ()
+        self._largest = 0
+
+    def show_checks(self, checks: Sequence[Check], largest: int) -> None:
+        """Show all checks; the one that is nearest to its limit is named."""
+        self._checks, self._largest = tuple(checks), largest
+        worst = checks[largest]
+        self._say(
+            f"largest: {1e3 * worst.error_mm:+.1f} µm ± {1e3 * worst.expanded_mm:.1f}, "
+            f"limit {1e3 * worst.limit_mm:.1f} ({worst.name})"
+        )
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint limits as a band, and every error as a dot with its uncertainty."""
+        painter = self._painter()
+        box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -self._foot)
+        theme, checks = self._theme, self._checks
+        if not checks:
+            return
+        reach = 1.1 * max(max(abs(one.error_mm) + one.expanded_mm, one.limit_mm) for one in checks)
+        pitch = box.width() / len(checks)
+
+        def y(value: float) -> float:
+            return box.center().y() - 0.5 * box.height() * value / reach
+
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(box)
+        for index, one in enumerate(checks):
+            band = QRectF(
+                box.left() + index * pitch, y(one.limit_mm), pitch,
+                y(-one.limit_mm) - y(one.limit_mm),
+            )  # fmt: skip
+            painter.fillRect(band, QColor(theme.zone_good))
+            painter.setPen(QPen(QColor(theme.text), 1.5))
+            painter.drawLine(band.topLeft(), band.topRight())
+            painter.drawLine(band.bottomLeft(), band.bottomRight())
+        painter.setPen(QPen(QColor(theme.text), 1.0, Qt.PenStyle.DotLine))
+        painter.drawLine(QPointF(box.left(), y(0.0)), QPointF(box.right(), y(0.0)))
+        for index, one in enumerate(checks):
+            x = box.left() + (index + 0.5) * pitch
+            colour = QColor(theme.text)
+            if abs(one.error_mm) + one.expanded_mm > one.limit_mm:
+                colour = QColor(theme.bad if abs(one.error_mm) > one.limit_mm else theme.warn)
+            if index == self._largest:
+                painter.setPen(QPen(QColor(theme.accent), 3.0))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawEllipse(QPointF(x, y(one.error_mm)), 9.0, 9.0)
+            painter.setPen(QPen(colour, 2.0))
+            painter.drawLine(
+                QPointF(x, y(one.error_mm - one.expanded_mm)),
+                QPointF(x, y(one.error_mm + one.expanded_mm)),
+            )
+            painter.setBrush(colour)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.drawEllipse(QPointF(x, y(one.error_mm)), 4.0, 4.0)
+        painter.setFont(digit_font(13, bold=False))
+        painter.setPen(QColor(theme.muted))
+        limit = max(one.limit_mm for one in checks)
+        for value in (limit, 0.0, -limit):
+            place = QRectF(0.0, y(value) - 10.0, _SCALE_PX - 6.0, 20.0)
+            right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            painter.drawText(place, right, f"{1e3 * value:+.0f}" if value else "0")
+        self._paint_groups(painter, box, pitch)
+
+    def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
+        """Paint where one line or sphere ends and what it is called, as far as there is room."""
+        painter.setFont(text_font(13))
+        begin = 0
+        names = [group_of(one.name) for one in self._checks]
+        for index in range(1, len(names) + 1):
+            if index < len(names) and names[index] == names[begin]:
+                continue
+            painter.setPen(QPen(QColor(self._theme.border), 1.0))
+            x = box.left() + index * pitch
+            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom() + 6.0))
+            place = QRectF(
+                box.left() + begin * pitch, box.bottom() + 2.0, (index - begin) * pitch,
+                self._foot - 4.0,
+            )  # fmt: skip
+            painter.setPen(QColor(self._theme.muted))
+            if self._whole_names:
+                wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.TextFlag.TextWordWrap
+                painter.drawText(place.adjusted(3.0, 0.0, -3.0, 0.0), wrapped, names[begin])
+                begin = index
+                continue
+            # The end of a name says more than its beginning: "space diagonal 2".
+            text = names[begin]
+            while painter.fontMetrics().horizontalAdvance(text) > place.width() and text:
+                text = text.partition(" ")[2]
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
+            begin = index
+
+
+def group_of(name: str) -> str:
+    """Return the line or the sphere that a check belongs to: what stands before the comma."""
+    return name.partition(",")[0]

@@ -1,0 +1,134 @@
+"""What a pivot calibration leaves over: the tip of every frame, and the spots on the sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ocmm_core.calibration.guided import CameraResiduals
+from ocmm_core.calibration.pivot import PivotCalibration
+from ocmm_core.calibration.sweeping import led_paths
+from ocmm_core.camera import Rig, project
+from ocmm_core.geometry import Float
+from ocmm_gui.charts._plot import Plot, rms_of
+from ocmm_gui.charts._residual_plots import AllSensors, Histogram
+from ocmm_gui.kit import digit_font, text_font
+
+_SCALE_PX, _MOST = 58.0, 3000
+_REACH_SIGMAS = 5.0
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+class TipCourse(Plot):
+    """Where each single frame puts the tip, axis by axis; frames that were left out are marked."""
+
+    def __init__(self) -> None:
+        super().__init__("Tip of every frame, µm")
+        self._off_um: Float = np.empty((0, 3))
+        self._used = np.empty(0, dtype=np.bool_)
+        self._borders: tuple[int, ...] = ()
+
+    def show_sweeps(self, sweeps: Sequence[PivotCalibration]) -> None:
+        """Show sweeps one after the other, each less where its ball rested."""
+        self._off_um = np.concatenate([1e3 * (one.tips_world - one.centre_world) for one in sweeps])
+        self._used = np.concatenate([one.used for one in sweeps])
+        self._borders = tuple(np.cumsum([len(one.used) for one in sweeps])[:-1].tolist())
+        used = self._off_um[self._used]
+        rms = [rms_of(axis[np.isfinite(axis)]) for axis in used.T]
+        left_out = int(np.count_nonzero(~self._used))
+        axes = ", ".join(f"{name} {value:.1f}" for name, value in zip("XYZ", rms, strict=True))
+        self._say(f"RMS {axes}; {left_out or 'none'} left out")
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint one strip for each axis."""
+        painter = self._painter()
+        box = self._paint_head(painter).adjusted(_SCALE_PX, 2.0, -2.0, -24.0)
+        if not len(self._used):
+            return
+        high = box.height() / 3.0
+        finite = self._off_um[self._used]
+        reach = _REACH_SIGMAS * rms_of(finite[np.isfinite(finite)]) or 1.0
+        for axis in range(3):
+            strip = QRectF(box.left(), box.top() + axis * high, box.width(), high - 8.0)
+            self._paint_axis(painter, strip, axis, reach)
+        painter.setFont(text_font(13))
+        painter.setPen(QColor(self._theme.muted))
+        foot = QRectF(box.left(), box.bottom() + 2.0, box.width(), 20.0)
+        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, "frames of both sweeps")
+
+    def _paint_axis(self, painter: QPainter, strip: QRectF, axis: int, reach: float) -> None:
+        theme, count = self._theme, len(self._used)
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(strip)
+        middle = strip.center().y()
+        painter.drawLine(QPointF(strip.left(), middle), QPointF(strip.right(), middle))
+        for border in self._borders:
+            x = strip.left() + strip.width() * border / count
+            painter.drawLine(QPointF(x, strip.top()), QPointF(x, strip.bottom()))
+        painter.setFont(digit_font(13, bold=False))
+        painter.setPen(QColor(theme.muted))
+        scale = strip.adjusted(-_SCALE_PX, 0.0, 0.0, 0.0)
+        scale.setWidth(_SCALE_PX - 6.0)
+        painter.drawText(scale, _RIGHT, f"{'XYZ'[axis]}  0")
+        top = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
+        painter.drawText(scale, top, f"{reach:+.0f}")
+        values = self._off_um[:, axis]
+        at = strip.left() + strip.width() * (np.arange(count) + 0.5) / count
+        tall = middle - 0.5 * strip.height() * np.clip(values / reach, -1.0, 1.0)
+        step = max(count // _MOST, 1)
+        shown = (self._used & np.isfinite(values))[::step]
+        painter.setPen(QPen(QColor(theme.accent), 2.5, c=Qt.PenCapStyle.RoundCap))
+        pairs = np.stack([at[::step][shown], tall[::step][shown]], axis=1).tolist()
+        painter.drawPoints(QPolygonF([QPointF(x, y) for x, y in pairs]))
+        painter.setPen(QPen(QColor(theme.bad), 1.5))
+        lost = ~self._used & np.isfinite(values)
+        for x, y in np.stack([at[lost], tall[lost]], axis=1).tolist():
+            painter.drawLine(QPointF(x - 3.0, y - 3.0), QPointF(x + 3.0, y + 3.0))
+            painter.drawLine(QPointF(x - 3.0, y + 3.0), QPointF(x + 3.0, y - 3.0))
+
+
+class SpotResiduals(QWidget):
+    """Residuals of the spots: arrows on the sensors above their histogram.
+
+    Parameters
+    ----------
+    rig
+        Whose cameras they are.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setAccessibleName("Residuals of the spots")
+        self._rig = rig
+        self.sensors = AllSensors(rig)
+        self.histogram = Histogram()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.sensors, 3)
+        layout.addWidget(self.histogram, 2)
+
+    def show_sweep(self, found: PivotCalibration) -> None:
+        """Show what the sweep that calibrates leaves over."""
+        residuals = residuals_of(self._rig, found)
+        self.sensors.show_residuals(residuals)
+        self.histogram.show_residuals(residuals)
+
+
+def residuals_of(rig: Rig, found: PivotCalibration) -> tuple[CameraResiduals, ...]:
+    """Return the residuals of a sweep with the places of their spots, camera by camera."""
+    paths = led_paths(found)
+    shown = []
+    for index, camera in enumerate(rig.cameras):
+        residuals = found.residuals_px[:, index]
+        seen = np.isfinite(residuals).all(axis=2) & np.isfinite(paths).all(axis=2)
+        uv = project(camera, paths[seen]) + residuals[seen]
+        shown.append(
+            CameraResiduals(camera.name, uv, residuals[seen], np.ones(len(uv), dtype=np.bool_))
+        )
+    return tuple(shown)

@@ -1,0 +1,182 @@
+"""What a calibration leaves over on the sensors: arrows, and a histogram."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPaintEvent, QPen
+from PySide6.QtWidgets import QGridLayout, QWidget
+
+from ocmm_core.calibration.guided import CameraResiduals
+from ocmm_core.camera import CameraModel, Rig
+from ocmm_core.geometry import Float
+from ocmm_gui.charts._plot import ARROW_SHARE, LEGEND_PX, Plot, arrow_lines, rms_of, scale_arrows
+from ocmm_gui.kit import digit_font
+
+_MOST_ARROWS, _CELLS = 300, 18
+"""More arrows hide each other: then one stands for each cell of a side of so many."""
+
+_BINS = 41
+
+
+class SensorArrows(Plot):
+    """Residuals of one camera as arrows on its sensor; what was left out is marked.
+
+    Parameters
+    ----------
+    camera
+        Whose sensor it is.
+    """
+
+    def __init__(self, camera: CameraModel) -> None:
+        super().__init__(f"Camera {camera.name}")
+        self._size = (float(camera.width), float(camera.height))
+        self._residuals: CameraResiduals | None = None
+        self._places: Float = np.empty((0, 2))
+        self._arrows: Float = np.empty((0, 2))
+
+    def show_residuals(self, residuals: CameraResiduals) -> None:
+        """Show the residuals of this camera."""
+        self._residuals = residuals
+        used = residuals.residuals_px[residuals.used]
+        left_out = int(np.count_nonzero(~residuals.used))
+        rms = rms_of(used)
+        self._places, self._arrows = residuals.uv[residuals.used], used
+        kind = ""
+        if len(used) > _MOST_ARROWS:
+            self._places, self._arrows = _cell_means(self._places, used, self._size)
+            kind = "; arrows: means"
+        spots = f"{len(used)} spots, {left_out or 'none'} left out"
+        self._say(f"RMS {rms:.4f} px, {spots}{kind}")
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint sensor, arrows and their scale."""
+        painter = self._painter()
+        box = self._paint_head(painter, lines=2).adjusted(1.0, 0.0, -1.0, -LEGEND_PX)
+        wide, high = self._size
+        scale = min(box.width() / wide, box.height() / high)
+        sensor = QRectF(
+            box.center().x() - 0.5 * scale * wide, box.top(), scale * wide, scale * high
+        )
+        theme = self._theme
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(sensor)
+        shown = self._residuals
+        if shown is None or not len(shown.uv):
+            return
+        origin = np.array([sensor.left(), sensor.top()])
+        rms = rms_of(self._arrows)
+        nice, pixels = scale_arrows(rms, ARROW_SHARE * min(sensor.width(), sensor.height()))
+        if not nice:
+            return
+        arrows = self._arrows * (pixels / nice)
+        painter.setClipRect(sensor)
+        painter.setPen(QPen(QColor(theme.accent), 1.2))
+        painter.drawLines(arrow_lines(origin + scale * self._places, arrows))
+        painter.setPen(QPen(QColor(theme.bad), 2.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for x, y in (origin + scale * shown.uv[~shown.used]).tolist():
+            painter.drawLine(QPointF(x - 4.0, y - 4.0), QPointF(x + 4.0, y + 4.0))
+            painter.drawLine(QPointF(x - 4.0, y + 4.0), QPointF(x + 4.0, y - 4.0))
+        painter.setClipping(False)
+        self._paint_legend(painter, QRectF(self.rect()), pixels, f"{nice:g} px")
+
+
+class AllSensors(QWidget):
+    """The arrows of all cameras side by side.
+
+    Parameters
+    ----------
+    rig
+        Whose cameras they are.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setAccessibleName("Residuals on the sensors")
+        self.plots = tuple(SensorArrows(camera) for camera in rig.cameras)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(12)
+        for index, plot in enumerate(self.plots):
+            layout.addWidget(plot, index // 2, index % 2)
+
+    def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
+        """Show the residuals of every camera, in the order of the rig."""
+        for plot, of_camera in zip(self.plots, residuals, strict=True):
+            plot.show_residuals(of_camera)
+
+
+class Histogram(Plot):
+    """How often a residual was how large, beside the normal distribution of the same width."""
+
+    def __init__(self) -> None:
+        super().__init__("Residuals, px")
+        self._counts: Float = np.empty(0)
+        self._reach = 0.0
+        self._sigma = 0.0
+
+    def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
+        """Show both coordinates of all used residuals of all cameras."""
+        values = np.concatenate([one.residuals_px[one.used].ravel() for one in residuals])
+        self._sigma = rms_of(values)
+        self._reach = 4.5 * self._sigma
+        self._counts = np.empty(0)
+        if self._sigma > 0.0:
+            counts, _ = np.histogram(values, _BINS, (-self._reach, self._reach))
+            self._counts = counts.astype(np.float64)
+        beyond = int(np.count_nonzero(np.abs(values) > 3.0 * self._sigma))
+        expected = 0.0027 * len(values)
+        self._say(
+            f"RMS {self._sigma:.4f} px, {beyond} of {len(values)} beyond 3 sigma "
+            f"({expected:.0f} expected)"
+        )
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the bars, the curve and the scale."""
+        painter = self._painter()
+        box = self._paint_head(painter).adjusted(8.0, 8.0, -8.0, -26.0)
+        theme = self._theme
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        if not len(self._counts):
+            return
+        pitch = box.width() / _BINS
+        normal = self._counts.sum() * 2.0 * self._reach / _BINS / (np.sqrt(2 * np.pi) * self._sigma)
+        top = max(float(self._counts.max()), float(normal))
+        for index, count in enumerate(self._counts.tolist()):
+            tall = box.height() * count / top
+            bar = QRectF(
+                box.left() + (index + 0.08) * pitch, box.bottom() - tall, 0.84 * pitch, tall
+            )
+            painter.fillRect(bar, QColor(theme.accent))
+        at = np.linspace(-self._reach, self._reach, 121)
+        curve = normal * np.exp(-0.5 * (at / self._sigma) ** 2)
+        points = [
+            QPointF(box.center().x() + 0.5 * box.width() * x, box.bottom() - box.height() * y)
+            for x, y in zip((at / self._reach).tolist(), (curve / top).tolist(), strict=True)
+        ]
+        painter.setPen(QPen(QColor(theme.text), 2.0))
+        painter.drawPolyline(points)
+        painter.setFont(digit_font(13, bold=False))
+        for sigmas in (-3, 0, 3):
+            x = box.center().x() + 0.5 * box.width() * sigmas * self._sigma / self._reach
+            painter.drawLine(QPointF(x, box.bottom()), QPointF(x, box.bottom() + 5.0))
+            place = QRectF(x - 70.0, box.bottom() + 6.0, 140.0, 20.0)
+            text = f"{sigmas * self._sigma:+.3f}" if sigmas else "0"
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def _cell_means(uv: Float, residuals: Float, size: tuple[float, float]) -> tuple[Float, Float]:
+    """Return mean places and residuals of the cells of a sensor, px; empty cells are left out."""
+    cell = np.clip((uv / np.array(size) * _CELLS).astype(np.int64), 0, _CELLS - 1)
+    _, index = np.unique(cell @ np.array([1, _CELLS]), return_inverse=True)
+    count = np.bincount(index)[:, None]
+    means = [
+        np.stack([np.bincount(index, values[:, axis]) for axis in range(2)], axis=1) / count
+        for values in (uv, residuals)
+    ]
+    return means[0], means[1]

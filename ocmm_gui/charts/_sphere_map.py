@@ -1,0 +1,190 @@
+"""The sphere of directions as a map: where something was already, and where it is still missing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QRadialGradient
+
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, Points3, unit
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, text_font
+from ocmm_gui.views import upright
+
+_RING = np.radians(15.0)
+_WIDE = np.radians(60.0)
+_LABELS = np.radians(22.5)
+"""Where the rings have their numbers: to the right, and down by so much."""
+
+_FOOT_PX = 24.0
+_LEAST_REACH = np.radians(35.0)
+_NEAR = np.radians(4.0)
+"""What is nearer to the mark than this needs no arrow."""
+
+_NOTHING: Points3 = np.empty((0, 3))
+_NOWHERE: Float = np.full(3, np.nan)
+
+
+@dataclass(frozen=True, slots=True)
+class Mapped:
+    """What a map shows; all directions are unit vectors in the world frame.
+
+    Attributes
+    ----------
+    middle
+        (3,): about which it is drawn; NaN leaves it empty.
+    done, open
+        (n, 3): wanted and reached, wanted and not reached.
+    extra
+        (n, 3): reached and not wanted.
+    aim
+        (3,): the one of ``open`` that should come next; NaN: that which is nearest to ``now``.
+    now
+        (3,): where it is now; NaN while not known.
+    spacing
+        rad: between neighbours.
+    """
+
+    middle: Float = field(default_factory=_NOWHERE.copy)
+    done: Points3 = field(default_factory=_NOTHING.copy)
+    open: Points3 = field(default_factory=_NOTHING.copy)
+    extra: Points3 = field(default_factory=_NOTHING.copy)
+    aim: Float = field(default_factory=_NOWHERE.copy)
+    now: Float = field(default_factory=_NOWHERE.copy)
+    spacing: float = float(np.radians(8.0))
+
+
+class SphereMap(Painted):
+    """Directions about a middle, as if seen from above; the cameras are below the lower edge.
+
+    The distance from the middle is the angle to it, so that nothing near the rim is squeezed.
+
+    Parameters
+    ----------
+    name
+        What the directions are.
+    rig
+        Says where the cameras are.
+    """
+
+    def __init__(self, name: str, rig: Rig) -> None:
+        super().__init__(name, SCENE_SIZE, SCENE_LEAST)
+        self._up = upright(rig)
+        seats = np.mean([camera.centre_world for camera in rig.cameras], axis=0)
+        self._seat = unit(seats - rig.volume_world.mean(axis=0))
+        self._mapped = Mapped()
+
+    def show_map(self, mapped: Mapped) -> None:
+        """Show directions."""
+        self._mapped = mapped
+        total = len(mapped.done) + len(mapped.open)
+        self.setAccessibleDescription(f"{len(mapped.done)} of {total} directions")
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the sphere, its rings, all directions and the mark of now."""
+        painter = self._painter()
+        frame, theme, shown = self._paint_panel(painter), self._theme, self._mapped
+        box = frame.adjusted(8.0, 8.0, -8.0, -_FOOT_PX)
+        radius = 0.5 * min(box.width(), box.height()) - 4.0
+        centre = box.center()
+        reach = self._reach()
+        self._paint_sphere(painter, centre, radius, reach)
+        painter.setFont(text_font(14))
+        painter.setPen(QColor(theme.muted))
+        foot = QRectF(frame.left(), frame.bottom() - _FOOT_PX, frame.width(), _FOOT_PX - 2.0)
+        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, "▼ cameras")
+        if not np.isfinite(shown.middle).all():
+            painter.setFont(text_font(20))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, "nothing yet")
+            return
+        scale = radius / reach
+        dot = max(0.42 * shown.spacing * scale, 4.0)
+        for places, fill, edge, size in (
+            (shown.extra, theme.zone_good, theme.good, 0.5 * dot),
+            (shown.open, theme.background, theme.warn, dot),
+            (shown.done, theme.good, theme.panel, dot),
+        ):
+            painter.setPen(QPen(QColor(edge), 2.0))
+            painter.setBrush(QColor(fill))
+            for x, y in (scale * self._flat(places)).tolist():
+                painter.drawEllipse(centre + QPointF(x, y), size, size)
+        self._paint_now(painter, centre, scale, dot)
+
+    def _paint_sphere(
+        self, painter: QPainter, centre: QPointF, radius: float, reach: float
+    ) -> None:
+        theme = self._theme
+        shade = QRadialGradient(centre, radius)
+        shade.setColorAt(0.0, QColor(theme.panel))
+        shade.setColorAt(1.0, QColor(theme.background))
+        painter.setBrush(shade)
+        painter.setPen(QPen(QColor(theme.border), 2.0))
+        painter.drawEllipse(centre, radius, radius)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(theme.border), 1.0))
+        step = _RING if reach < _WIDE else 2.0 * _RING
+        rings = np.arange(step, reach, step).tolist()
+        for ring in rings:
+            painter.drawEllipse(centre, radius * ring / reach, radius * ring / reach)
+        for across in (QPointF(radius, 0.0), QPointF(0.0, radius)):
+            painter.drawLine(centre - across, centre + across)
+        painter.setFont(text_font(12))
+        painter.setPen(QColor(theme.muted))
+        aside, below = np.cos(_LABELS), np.sin(_LABELS)
+        for ring in rings:
+            at = radius * ring / reach + 2.0
+            painter.drawText(centre + QPointF(at * aside, at * below), f"{np.degrees(ring):.0f}°")
+
+    def _paint_now(self, painter: QPainter, centre: QPointF, scale: float, dot: float) -> None:
+        """Paint where it is, and an arrow to where it should go."""
+        theme, shown = self._theme, self._mapped
+        aim = shown.aim
+        has_now = bool(np.isfinite(shown.now).all())
+        if not np.isfinite(aim).all() and has_now and len(shown.open):
+            aim = shown.open[int(np.argmax(shown.open @ shown.now))]
+        if np.isfinite(aim).all():
+            x, y = (scale * self._flat(aim[None]))[0].tolist()
+            target = centre + QPointF(x, y)
+            painter.setBrush(QColor(theme.accent))
+            painter.setPen(QPen(QColor(theme.text), 2.0))
+            painter.drawEllipse(target, dot, dot)
+        if not has_now:
+            return
+        x, y = (scale * self._flat(shown.now[None]))[0].tolist()
+        place = centre + QPointF(x, y)
+        if np.isfinite(aim).all() and float(aim @ shown.now) < np.cos(_NEAR):
+            painter.setPen(QPen(QColor(theme.accent), 4.0, c=Qt.PenCapStyle.RoundCap))
+            painter.drawLine(place, target)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(theme.text), 4.0))
+        painter.drawEllipse(place, 1.5 * dot, 1.5 * dot)
+        painter.setBrush(QColor(theme.text))
+        painter.drawEllipse(place, 3.0, 3.0)
+
+    def _reach(self) -> float:
+        """Return the angle from the middle to the rim, rad."""
+        shown = self._mapped
+        wanted = np.concatenate([shown.done, shown.open])
+        if not len(wanted) or not np.isfinite(shown.middle).all():
+            return float(_LEAST_REACH)
+        widest = float(np.arccos(np.clip(wanted @ shown.middle, -1.0, 1.0)).max())
+        return float(np.clip(widest + shown.spacing, _LEAST_REACH, np.pi))
+
+    def _flat(self, directions: Points3) -> Float:
+        """Return the places (n, 2) of directions (n, 3) on the map, rad, x right and y down."""
+        middle = self._mapped.middle
+        toward = self._seat - (self._seat @ middle) * middle
+        if float(np.linalg.norm(toward)) < 0.3:
+            # The map looks along the axis of the cameras: then up is up.
+            toward = (self._up @ middle) * middle - self._up
+        down = unit(toward)
+        right = np.cross(middle, down)
+        angle = np.arccos(np.clip(directions @ middle, -1.0, 1.0))
+        flat = np.stack([directions @ right, directions @ down], axis=1)
+        length = np.maximum(np.linalg.norm(flat, axis=1), 1e-12)
+        # What lies beyond the rim stands at it.
+        places: Float = flat * (np.minimum(angle, self._reach()) / length)[:, None]
+        return places

@@ -1,0 +1,139 @@
+"""One characteristic over the parts of a batch, with tolerance, control limits and U."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+
+from ocmm_core.inspection.archive import Trend
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, text_font
+
+_HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
+_ROOM = 1.12
+
+
+class TrendChart(Painted):
+    """Values as dots with their uncertainty; the field is the tolerance, dashed the limits."""
+
+    def __init__(self) -> None:
+        super().__init__("Trend over the parts", SCENE_SIZE, SCENE_LEAST)
+        self._trend: Trend | None = None
+
+    def show_trend(self, trend: Trend | None) -> None:
+        """Show a characteristic; None shows nothing."""
+        self._trend = trend
+        self.setAccessibleDescription("" if trend is None else _description(trend))
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint tolerance, limits, and one dot a part."""
+        painter = self._painter()
+        frame = self._paint_panel(painter)
+        trend = self._trend
+        if trend is None or not len(trend.values):
+            return
+        painter.setFont(text_font(15, bold=True))
+        painter.setPen(QColor(self._theme.text))
+        head = QRectF(frame.left() + 12.0, frame.top(), frame.width() - 24.0, _HEAD_PX)
+        painter.drawText(head, Qt.AlignmentFlag.AlignVCenter, trend.name)
+        box = frame.adjusted(_SCALE_PX, _HEAD_PX, -16.0, -_FOOT_PX)
+        low, high = _reach(trend)
+        self._paint_levels(painter, trend, box, low, high)
+        self._paint_parts(painter, trend, box, low, high)
+
+    def _paint_levels(
+        self, painter: QPainter, trend: Trend, box: QRectF, low: float, high: float
+    ) -> None:
+        def y(value: float) -> float:
+            return box.bottom() - (value - low) / (high - low) * box.height()
+
+        top = y(min(trend.high, high))
+        bottom = y(max(trend.low, low))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.zone_good))
+        painter.drawRect(QRectF(box.left(), top, box.width(), bottom - top))
+        painter.setFont(digit_font(12, bold=False))
+        levels: list[tuple[str, float, Qt.PenStyle]] = [
+            ("limit", value, Qt.PenStyle.SolidLine)
+            for value in (trend.low, trend.high)
+            if math.isfinite(value)
+        ]
+        if trend.chart is not None:
+            levels += [
+                ("mean", trend.chart.centre, Qt.PenStyle.DotLine),
+                ("UCL", trend.chart.high, Qt.PenStyle.DashLine),
+                ("LCL", trend.chart.low, Qt.PenStyle.DashLine),
+            ]
+        taken: list[float] = []
+        for name, value, style in levels:
+            painter.setPen(QPen(QColor(self._theme.text), 1.4, style))
+            painter.drawLine(QPointF(box.left(), y(value)), QPointF(box.right(), y(value)))
+            # Two words on one another can be read by nobody.
+            if all(abs(y(value) - other) > 15.0 for other in taken):
+                taken.append(y(value))
+                place = QRectF(box.left() - _SCALE_PX + 6.0, y(value) - 9.0, _SCALE_PX - 12.0, 18.0)
+                right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                painter.drawText(place, right, f"{name} {value:.3f}")
+
+    def _paint_parts(
+        self, painter: QPainter, trend: Trend, box: QRectF, low: float, high: float
+    ) -> None:
+        warned = {index for index, _ in trend.chart.signals} if trend.chart is not None else set()
+        scale = box.height() / (high - low)
+        step = box.width() / max(len(trend.parts), 1)
+        before: QPointF | None = None
+        counted = -1
+        for index, part in enumerate(trend.parts):
+            x = box.left() + (index + 0.5) * step
+            if part.value is None or part.uncertainty is None:
+                painter.setFont(text_font(13, bold=True))
+                painter.setPen(QColor(self._theme.muted))
+                painter.drawText(QPointF(x - 4.0, box.bottom() - 4.0), "?")
+                continue
+            counted += 1
+            place = QPointF(x, box.bottom() - (part.value - low) * scale)
+            reach = part.uncertainty * scale
+            painter.setPen(QPen(QColor(self._theme.muted), 1.2))
+            if before is not None:
+                painter.drawLine(before, place)
+            painter.drawLine(place - QPointF(0.0, reach), place + QPointF(0.0, reach))
+            odd = counted in warned
+            painter.setPen(QPen(QColor(self._theme.text), 1.6))
+            painter.setBrush(QColor(self._theme.bad if odd else self._theme.accent))
+            if odd:
+                painter.drawRect(QRectF(place.x() - 6.0, place.y() - 6.0, 12.0, 12.0))
+            else:
+                painter.drawEllipse(place, 5.0, 5.0)
+            before = place
+        painter.setFont(text_font(12))
+        painter.setPen(QColor(self._theme.muted))
+        foot = QRectF(box.left(), box.bottom(), box.width(), _FOOT_PX)
+        centre = Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(foot, centre | Qt.AlignmentFlag.AlignLeft, trend.parts[0].serial)
+        painter.drawText(foot, centre | Qt.AlignmentFlag.AlignRight, trend.parts[-1].serial)
+
+
+def _reach(trend: Trend) -> tuple[float, float]:
+    """Return the ends of the scale: all values, their uncertainties, and both kinds of limits."""
+    ends = [value for value in (trend.low, trend.high) if math.isfinite(value)]
+    if trend.chart is not None:
+        ends += [trend.chart.low, trend.chart.high]
+    for part in trend.parts:
+        if part.value is not None and part.uncertainty is not None:
+            ends += [part.value - part.uncertainty, part.value + part.uncertainty]
+    middle = 0.5 * (min(ends) + max(ends))
+    half = _ROOM * 0.5 * max(max(ends) - min(ends), 1e-6)
+    return middle - half, middle + half
+
+
+def _description(trend: Trend) -> str:
+    values = trend.values
+    if not len(values):
+        return f"{trend.name}: no part is counted"
+    signals = 0 if trend.chart is None else len(trend.chart.signals)
+    return (
+        f"{trend.name}: {len(values)} parts, {values.min():.4f} to {values.max():.4f}, "
+        f"{signals} signals"
+    )

@@ -1,0 +1,217 @@
+"""What every screen is made of: looks, words, sheets, parts, keys, sounds, notices."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.kit._actions import (
+        ACTIONS,
+        ActionInfo,
+        Mode,
+        bind_actions,
+        make_actions,
+        make_button,
+        show_mode,
+    )
+    from ocmm_gui.kit._answer_panel import AnswerPanel
+    from ocmm_gui.kit._fit_text import FitText
+    from ocmm_gui.kit._marks import (
+        Mark,
+        feature_mark,
+        mark_colour,
+        paint_mark,
+        status_mark,
+        verdict_mark,
+    )
+    from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
+    from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
+    from ocmm_gui.kit._parts import NumberTable, Table, panel, sentence_label, stacked, value_label
+    from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel
+    from ocmm_gui.kit._reason_panel import ReasonPanel
+    from ocmm_gui.kit._sheet import ChoiceBox, Sheet, caption, form_field
+    from ocmm_gui.kit._side_process import SideProcess, Tell, Teller
+    from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
+    from ocmm_gui.kit._theme import (
+        CAP_HEIGHT,
+        DEFAULT_THEME,
+        THEMES,
+        WRAPPED,
+        Theme,
+        Themed,
+        apply_theme,
+        digit_font,
+        far_type,
+        fitted,
+        status_colour,
+        text_font,
+        verdict_colour,
+        wrapped_pixels,
+    )
+    from ocmm_gui.kit._triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
+    from ocmm_gui.kit._verification_words import session_of
+    from ocmm_gui.kit._words import (
+        DASHES,
+        PAUSED,
+        active_feature,
+        approach_words,
+        basis_words,
+        characteristics_of,
+        counted_line,
+        feature_title,
+        form_words,
+        has_failed,
+        header_words,
+        is_held,
+        led_name,
+        limit_words,
+        millimetres,
+        mode_words,
+        next_step,
+        outlier_count,
+        outlier_words,
+        progress_word,
+        quantity,
+        reference_led_name,
+        reference_words,
+        seen_cameras,
+        seen_targets,
+        shape_word,
+        slot_names,
+        step_text,
+        trouble,
+        verdict_line,
+    )
+    from ocmm_gui.kit._work_line import WorkLine
+    from ocmm_gui.kit._worker import Failed, Worker
+else:
+    __getattr__ = door(
+        __name__,
+        _actions="ACTIONS ActionInfo Mode bind_actions make_actions make_button show_mode",
+        _answer_panel="AnswerPanel",
+        _fit_text="FitText",
+        _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
+        _notify="Banner ErrorHooks Level Notice NoticeCentre",
+        _painted="Painted SCENE_LEAST SCENE_SIZE",
+        _parts="NumberTable Table panel sentence_label stacked value_label",
+        _path_panel="OwnKeysField PathPanel",
+        _reason_panel="ReasonPanel",
+        _sheet="ChoiceBox Sheet caption form_field",
+        _side_process="SideProcess Tell Teller",
+        _sound="Approach Sound SoundPlayer verdict_sound",
+        _theme=(
+            "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font far_type "
+            "fitted status_colour text_font verdict_colour wrapped_pixels"
+        ),
+        _triggers="Debounced FINISH_KEYS TAKE_KEYS UNDO_KEYS",
+        _verification_words="session_of",
+        _words=(
+            "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
+            "counted_line feature_title form_words has_failed header_words is_held led_name "
+            "limit_words millimetres mode_words next_step outlier_count outlier_words "
+            "progress_word quantity reference_led_name reference_words seen_cameras seen_targets "
+            "shape_word slot_names step_text trouble verdict_line"
+        ),
+        _work_line="WorkLine",
+        _worker="Failed Worker",
+    )
+
+__all__ = [
+    "ACTIONS",
+    "CAP_HEIGHT",
+    "DASHES",
+    "DEFAULT_THEME",
+    "FINISH_KEYS",
+    "PAUSED",
+    "SCENE_LEAST",
+    "SCENE_SIZE",
+    "TAKE_KEYS",
+    "THEMES",
+    "UNDO_KEYS",
+    "WRAPPED",
+    "ActionInfo",
+    "AnswerPanel",
+    "Approach",
+    "Banner",
+    "ChoiceBox",
+    "Debounced",
+    "ErrorHooks",
+    "Failed",
+    "FitText",
+    "Level",
+    "Mark",
+    "Mode",
+    "Notice",
+    "NoticeCentre",
+    "NumberTable",
+    "OwnKeysField",
+    "Painted",
+    "PathPanel",
+    "ReasonPanel",
+    "Sheet",
+    "SideProcess",
+    "Sound",
+    "SoundPlayer",
+    "Table",
+    "Tell",
+    "Teller",
+    "Theme",
+    "Themed",
+    "WorkLine",
+    "Worker",
+    "active_feature",
+    "apply_theme",
+    "approach_words",
+    "basis_words",
+    "bind_actions",
+    "caption",
+    "characteristics_of",
+    "counted_line",
+    "digit_font",
+    "far_type",
+    "feature_mark",
+    "feature_title",
+    "fitted",
+    "form_field",
+    "form_words",
+    "has_failed",
+    "header_words",
+    "is_held",
+    "led_name",
+    "limit_words",
+    "make_actions",
+    "make_button",
+    "mark_colour",
+    "millimetres",
+    "mode_words",
+    "next_step",
+    "outlier_count",
+    "outlier_words",
+    "paint_mark",
+    "panel",
+    "progress_word",
+    "quantity",
+    "reference_led_name",
+    "reference_words",
+    "seen_cameras",
+    "seen_targets",
+    "sentence_label",
+    "session_of",
+    "shape_word",
+    "show_mode",
+    "slot_names",
+    "stacked",
+    "status_colour",
+    "status_mark",
+    "step_text",
+    "text_font",
+    "trouble",
+    "value_label",
+    "verdict_colour",
+    "verdict_line",
+    "verdict_mark",
+    "verdict_sound",
+    "wrapped_pixels",
+]

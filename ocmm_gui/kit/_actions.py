@@ -1,0 +1,180 @@
+"""Everything that a key or a button does, as one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from ocmm_gui.kit._triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
+
+
+class Mode(Enum):
+    """What the window is for at the moment."""
+
+    INSPECT = "Inspect"
+    MAINTAIN = "Maintain"
+
+
+@dataclass(frozen=True, slots=True)
+class ActionInfo:
+    """One thing that the inspector can do.
+
+    Attributes
+    ----------
+    key
+        Stable name.
+    text
+        On the button.
+    tip
+        One sentence; also what a screen reader says.
+    shortcuts
+        Keys; the first one is shown.
+    is_trigger
+        It may come from a foot switch, so it is debounced.
+    mode
+        The mode that it belongs to; None for every mode.
+    """
+
+    key: str
+    text: str
+    tip: str
+    shortcuts: tuple[str, ...]
+    is_trigger: bool = False
+    mode: Mode | None = Mode.INSPECT
+
+
+ACTIONS = (
+    ActionInfo("take", "Take", "Take a point now", TAKE_KEYS, True),
+    ActionInfo("undo", "Undo", "Take the last point back", UNDO_KEYS, True),
+    ActionInfo("finish", "Finish", "Accept this feature and go to the next", FINISH_KEYS, True),
+    ActionInfo("flip", "Flip", "Turn the compensation of the last point round", ("X",)),
+    ActionInfo("previous", "Previous", "Look at the previous feature of the plan", ("PgUp",)),
+    ActionInfo("next", "Next", "Look at the next feature of the plan", ("PgDown",)),
+    ActionInfo("skip", "Skip", "Leave this feature out; it can be measured later", ("S",)),
+    ActionInfo("repeat", "Again", "Measure this feature anew; its points stay in the file", ("A",)),
+    ActionInfo("reopen", "Reopen", "Add points to a feature that is done or skipped", ("F6",)),
+    ActionInfo("order", "Order", "Change between the order of the plan and any order", ("O",)),
+    ActionInfo("side", "Side by", "Find the side of the material in another way", ("I",)),
+    ActionInfo("pause", "Pause", "Take no points, or go on", ("Z", "Pause")),
+    ActionInfo("redo", "Redo", "Do again what was undone last", ("Ctrl+Y", "Shift+Backspace")),
+    ActionInfo("point_after", "Next point", "Choose the next point of the feature", (".",)),
+    ActionInfo("point_before", "Point before", "Choose the point before", (",",)),
+    ActionInfo("delete", "Delete point", "Delete the chosen point and say why", ("Del",)),
+    ActionInfo("restore", "Put back", "Put the deleted point back", ("Ins",)),
+    ActionInfo("tone", "Tone", "Sound the way to the next point, or do not", ("U",)),
+    ActionInfo("refit", "Fit anew", "Compute all results again from the raw data", ("Ctrl+R",)),
+    ActionInfo("job", "Job", "Operator, serial number, next part, open jobs", ("J", "F2")),
+    ActionInfo(
+        "results", "Results", "All characteristics, their uncertainty, and the reports", ("F3",)
+    ),
+    ActionInfo("plan", "Plan", "Write or change a plan", ("F4",)),
+    ActionInfo("alignment", "Alignment", "How the part lies, and what is still free", ("F5",)),
+    ActionInfo("view", "Far view", "Change between far view and desk view", ("F11", "V")),
+    ActionInfo("cameras", "Cameras", "Show or hide the live camera images", ("C",)),
+    ActionInfo("fit", "Fit view", "Show the whole work in the 3-D view", ("F",)),
+    ActionInfo("closeup", "Close-up", "Show the feature being measured in the 3-D view", ("G",)),
+    ActionInfo("export", "Export", "Write the report files", ("E",)),
+    ActionInfo(
+        "bus_text", "Bus report", "Write the report of the bus as text, for support", ("B",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "calibrate", "Calibrate cameras", "Calibrate the cameras from known points", ("K",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "relocate", "Relocate", "Calibrate the cameras where they stand now, with the probe and "
+        "the length bar", ("R",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "verify", "Verify", "Check the calibration with artefacts that it does not rest on",
+        ("Y",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "write_cameras", "Write to cameras", "Store the intrinsics of the calibration in the "
+        "cameras", ("W",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "recall", "Recall jobs", "Recalculate older jobs whose calibration failed later", ("F12",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "pivot", "Calibrate probe", "Find tip and LEDs of the probe: sweep it about its ball in a "
+        "cone", ("P",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "qualify", "Qualify tip", "Find the diameter of the ball on a certified sphere", ("Q",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "check_tip", "Check tip", "One minute: is the tip still the one that was qualified?",
+        ("H",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "mount", "Mount tip", "Say that the chosen tip was screwed on", ("N",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "define", "Define", "Write the document of a new probe", ("D",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo("keys", "Keys", "All keys of the window and what they do", ("F1",)),
+    ActionInfo(
+        "theme", "Theme", "Change between dark, light and high contrast", ("T",), mode=None
+    ),
+    ActionInfo(
+        "log", "Save log", "Save everything that was reported, for support", ("L",), mode=None
+    ),
+    ActionInfo("mode", "Maintain", "Change between Inspect and Maintain", ("M",), mode=None),
+)  # fmt: skip
+
+
+def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
+    """Enable the actions of a mode and disable those of the other."""
+    for info in ACTIONS:
+        actions[info.key].setEnabled(info.mode in (None, mode))
+
+
+def make_actions(window: QWidget) -> dict[str, QAction]:
+    """Return the actions by key, with their shortcuts active in ``window``; they do nothing yet."""
+    actions: dict[str, QAction] = {}
+    for info in ACTIONS:
+        action = QAction(info.text, window)
+        action.setObjectName(info.key)
+        action.setToolTip(f"{info.tip} ({', '.join(info.shortcuts)})")
+        action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+        # A held pedal must not flood the job with points.
+        action.setAutoRepeat(False)
+        window.addAction(action)
+        actions[info.key] = action
+    return actions
+
+
+def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[], None]]) -> None:
+    """Let every action do what it is there for.
+
+    ``calls`` has one entry for every key of `ACTIONS`; a missing one is a KeyError.
+    """
+    for info in ACTIONS:
+        call = calls[info.key]
+        command = Debounced(call) if info.is_trigger else call
+        # QAction sends its checked state, which no command wants.
+        actions[info.key].triggered.connect(lambda _checked, command=command: command())
+
+
+def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
+    """Return a button that does what ``action`` does and shows its first key."""
+    key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
+    button = QPushButton(f"{action.text()}  [{key}]")
+    button.setAccessibleName(action.text())
+    button.setAccessibleDescription(action.toolTip())
+    button.setToolTip(action.toolTip())
+    button.setProperty("role", "primary" if primary else "plain")
+    button.setEnabled(action.isEnabled())
+    action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
+    button.clicked.connect(action.trigger)
+    return button

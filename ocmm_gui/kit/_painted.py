@@ -1,0 +1,61 @@
+"""What all widgets have in common that paint themselves."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, QSize
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme
+
+SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
+"""Of pictures that fill most of a page."""
+
+
+class Painted(QWidget):
+    """A widget that paints itself in the colours of a theme.
+
+    Parameters
+    ----------
+    name
+        Accessible name.
+    size
+        Width and height that it asks for, px; the layout's stretch decides.
+    least
+        Below which nothing can be told apart.
+    """
+
+    def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._size_hint = QSize(*size)
+        self._least_size = QSize(*least)
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """Return a modest size."""
+        return self._size_hint
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size below which nothing can be told apart."""
+        return self._least_size
+
+    def _painter(self) -> QPainter:
+        """Return a painter with smooth edges; only for use in `paintEvent`."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        return painter
+
+    def _paint_panel(self, painter: QPainter) -> QRectF:
+        """Paint the frame of a panel and return it."""
+        frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
+        painter.setPen(QPen(QColor(self._theme.border), self._theme.border_px))
+        painter.setBrush(QColor(self._theme.panel))
+        painter.drawRoundedRect(frame, 6, 6)
+        return frame

@@ -1,0 +1,178 @@
+"""Parts that the pages of the Maintain mode are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QColor, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QFrame,
+    QGridLayout,
+    QHeaderView,
+    QLabel,
+    QSizePolicy,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+
+
+class Table(QTableWidget):
+    """A table to look at.
+
+    Parameters
+    ----------
+    name
+        Accessible name.
+    columns
+        Title and explanation of each.
+    """
+
+    def __init__(self, name: str, columns: Sequence[tuple[str, str]]) -> None:
+        super().__init__(0, len(columns))
+        self.setAccessibleName(name)
+        self._colours = THEMES[DEFAULT_THEME]
+        for column, (title, tip) in enumerate(columns):
+            item = QTableWidgetItem(title)
+            item.setToolTip(tip)
+            item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+            self.setHorizontalHeaderItem(column, item)
+        self.setFont(text_font(13))
+        self.horizontalHeader().setFont(text_font(12))
+        self.horizontalHeader().setHighlightSections(False)
+        self.horizontalHeader().setMinimumSectionSize(36)
+        self.verticalHeader().hide()
+        self.setShowGrid(False)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setTabKeyNavigation(False)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Fit the heights of the rows once the columns have their widths."""
+        super().resizeEvent(event)
+        if self.wordWrap():
+            QTimer.singleShot(0, self, self.resizeRowsToContents)
+
+    def show_words(self, row: int, words: Sequence[str]) -> None:
+        """Write a row."""
+        for column, word in enumerate(words):
+            self._write(row, column, word)
+
+    def right_heads(self, columns: Iterable[int]) -> None:
+        """Put the titles of columns of numbers above them, at the right."""
+        for column in columns:
+            head = self.horizontalHeaderItem(column)
+            if head is not None:
+                head.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+
+    def words(self, row: int) -> tuple[str, ...]:
+        """Return what stands in a row."""
+        return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
+
+    def _cell(self, row: int, column: int) -> QTableWidgetItem:
+        item = self.item(row, column)
+        if item is None:
+            item = QTableWidgetItem()
+            self.setItem(row, column, item)
+        return item
+
+    def _write(self, row: int, column: int, text: str, colour: str | None = None) -> None:
+        item = self._cell(row, column)
+        if item.text() != text:
+            item.setText(text)
+            item.setToolTip(text)
+        item.setForeground(QColor(colour or self._colours.text))
+
+
+_ROW_PX = 28
+
+
+class NumberTable(Table):
+    """A small table of numbers that does not scroll sideways.
+
+    Parameters
+    ----------
+    name, columns
+        See `Table`.
+    whole
+        It is as high as its rows.
+    """
+
+    def __init__(
+        self, name: str, columns: Sequence[tuple[str, str]], *, whole: bool = True
+    ) -> None:
+        super().__init__(name, columns)
+        self._whole = whole
+        self.setFont(digit_font(15, bold=False))
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+        self.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.setWordWrap(False)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = theme
+        self.blockSignals(True)
+        for row in range(self.rowCount()):
+            self.show_words(row, self.words(row))
+        self.blockSignals(False)
+
+    def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
+        """Show rows of words."""
+        self.setRowCount(len(rows))
+        for row, words in enumerate(rows):
+            self.show_words(row, words)
+        if self._whole:
+            head = self.horizontalHeader().sizeHint().height()
+            self.setFixedHeight(head + _ROW_PX * len(rows) + 6)
+
+
+def panel(layout: QVBoxLayout | QGridLayout) -> QFrame:
+    """Return a framed panel with a layout."""
+    frame = QFrame()
+    frame.setProperty("role", "panel")
+    layout.setContentsMargins(10, 6, 10, 6)
+    frame.setLayout(layout)
+    return frame
+
+
+def stacked(*widgets: QWidget) -> QVBoxLayout:
+    """Return widgets below each other, equally high."""
+    layout = QVBoxLayout()
+    layout.setSpacing(4)
+    for widget in widgets:
+        layout.addWidget(widget, 1)
+    return layout
+
+
+def sentence_label(name: str, pixels: int) -> QLabel:
+    """Return a label for running text that wraps and never asks for more width."""
+    label = QLabel()
+    label.setAccessibleName(name)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setWordWrap(True)
+    label.setFont(text_font(pixels))
+    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+    return label
+
+
+def value_label(name: str, tip: str) -> QLabel:
+    """Return a label for a number at the right of its caption."""
+    label = QLabel("–")
+    label.setAccessibleName(name)
+    label.setAccessibleDescription(tip)
+    label.setToolTip(tip)
+    label.setFont(digit_font(13))
+    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return label

@@ -1,0 +1,195 @@
+"""Sheets: pages that are opened beside the measuring and closed with Esc; nothing is lost by it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
+
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QPolygonF,
+)
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.errors import OcmmError
+from ocmm_gui.kit._actions import ActionInfo, make_button
+from ocmm_gui.kit._parts import sentence_label
+from ocmm_gui.kit._path_panel import OwnKeysField
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
+
+LEAVE = ActionInfo("leave", "Back", "Go back to the measuring; nothing is lost", ("Esc",))
+_BUTTON_PX = 42
+_MOST_IN_ROW = 10
+
+T = TypeVar("T")
+
+
+class Sheet(QWidget):
+    """Title, body, and a row of buttons with their keys.
+
+    The keys act while the sheet has the keyboard, and only then.
+
+    Parameters
+    ----------
+    title
+        Also the accessible name.
+    infos
+        What can be done here; `LEAVE` is added.
+    """
+
+    left = Signal()
+    """Back to the measuring."""
+    failed = Signal(object)
+    """An `OcmmError`: why something was not done."""
+    told = Signal(str)
+    """Good news, in one sentence."""
+
+    def __init__(self, title: str, infos: Sequence[ActionInfo]) -> None:
+        super().__init__()
+        self.setAccessibleName(title)
+        self._infos = (LEAVE, *infos)
+        self.keys: dict[str, QAction] = {}
+        self._title = QLabel(title)
+        self._title.setFont(text_font(22, bold=True))
+        self._title.setTextFormat(Qt.TextFormat.PlainText)
+        self._about = sentence_label("About this page", 14)
+        self._about.setProperty("role", "muted")
+        self._about.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        self._head = QHBoxLayout()
+        self._head.setSpacing(18)
+        self._head.addWidget(self._title)
+        self._head.addWidget(self._about, 1)
+        self.body = QVBoxLayout()
+        self.body.setSpacing(8)
+        self._row = QGridLayout()
+        self._row.setSpacing(8)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 8, 14, 10)
+        layout.setSpacing(8)
+        layout.addLayout(self._head)
+        layout.addLayout(self.body, 1)
+        layout.addLayout(self._row)
+
+    def say(self, about: str) -> None:
+        """Show a sentence beside the title."""
+        self._about.setText(about)
+
+    def about(self) -> str:
+        """Return the sentence beside the title."""
+        return self._about.text()
+
+    def attempt(self, call: Callable[[], T]) -> T | None:
+        """Return what a call gives; where it fails, tell why and return None."""
+        try:
+            return call()
+        except OcmmError as error:
+            self.failed.emit(error)
+            return None
+
+    def use_keys(self, calls: Mapping[str, Callable[[], None]], primary: str = "") -> None:
+        """Make actions and buttons; ``calls`` has one entry for every key but that of `LEAVE`."""
+        rows = -(-len(self._infos) // _MOST_IN_ROW)
+        in_row = -(-len(self._infos) // rows)
+        for index, info in enumerate(self._infos):
+            action = QAction(info.text, self)
+            action.setObjectName(info.key)
+            action.setToolTip(f"{info.tip} ({', '.join(info.shortcuts)})")
+            action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
+            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+            action.setAutoRepeat(False)
+            call = self.left.emit if info is LEAVE else calls[info.key]
+            action.triggered.connect(lambda _checked, call=call: call())
+            self.addAction(action)
+            self.keys[info.key] = action
+            button = make_button(action, primary=info.key == primary)
+            button.setObjectName(f"button_{info.key}")
+            # Spelt out it would not fit into the row.
+            button.setText(button.text().replace("Shift+", "⇧"))
+            button.setMinimumHeight(_BUTTON_PX)
+            button.setFont(text_font(14, bold=info.key == primary))
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            self._row.addWidget(button, index // in_row, index % in_row)
+
+
+class FormField(OwnKeysField):
+    """A field of a sheet: letters are its own, F-keys and Esc act on the sheet."""
+
+    def event(self, event: QEvent) -> bool:
+        """Leave the F-keys and Esc to the sheet."""
+        if event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            key = event.key()
+            if Qt.Key.Key_F1 <= key <= Qt.Key.Key_F12 or key == Qt.Key.Key_Escape:
+                event.ignore()
+                return False
+        return super().event(event)
+
+
+class ChoiceBox(QComboBox):
+    """A choice whose arrow is painted in the colours of the theme.
+
+    Parameters
+    ----------
+    name, tip
+        Accessible name, and what it is for.
+    choices
+        In their order.
+    """
+
+    def __init__(self, name: str, tip: str, choices: Sequence[str]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self.setAccessibleName(name)
+        self.setToolTip(tip)
+        self.addItems(list(choices))
+        self.setFont(text_font(15))
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the choice and its arrow."""
+        super().paintEvent(event)
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.text))
+        x, y = self.width() - 16.0, 0.5 * self.height()
+        painter.drawPolygon(
+            QPolygonF([QPointF(x - 5, y - 3), QPointF(x + 5, y - 3), QPointF(x, y + 4)])
+        )
+
+
+def form_field(name: str, tip: str, text: str = "") -> FormField:
+    """Return a field in a type that can be read standing."""
+    field = FormField(text)
+    field.setAccessibleName(name)
+    field.setToolTip(tip)
+    field.setPlaceholderText(tip)
+    field.setFont(text_font(15))
+    return field
+
+
+def caption(text: str, buddy: QWidget | None = None) -> QLabel:
+    """Return the words beside a field."""
+    label = QLabel(text)
+    label.setFont(text_font(14))
+    label.setProperty("role", "muted")
+    if buddy is not None:
+        label.setBuddy(buddy)
+    return label

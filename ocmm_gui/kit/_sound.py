@@ -1,0 +1,189 @@
+"""Sounds for hands and eyes that are busy; where none can be played it stays silent.
+
+Qt's own player is not shipped (it brings a video codec library along). Windows plays through
+``winsound``; Linux hands the tone to the sound system's player without waiting for it. The
+readout flashes in every case, so nothing depends on hearing.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import sys
+import wave
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, QProcess, QStandardPaths, QTemporaryDir
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import FAR_MM, Target, cue
+from ocmm_core.tolerances.decisions import Verdict
+
+RATE_HZ = 22050
+_CONCERT_HZ, _STEPS_PER_OCTAVE = 440.0, 6
+_PITCH_S = 0.05
+"""Length of the tone that leads to the next point."""
+_PLAYERS = (("paplay",), ("pw-play",), ("aplay", "-q"))
+
+
+class Sound(Enum):
+    """What the inspector hears: (tone in Hz, length in s) one after the other."""
+
+    TAKEN = ((1320.0, 0.07),)
+    REFUSED = ((220.0, 0.16), (165.0, 0.22))
+    FEATURE_COMPLETE = ((880.0, 0.09), (1109.0, 0.09), (1320.0, 0.14))
+    TICK = ((660.0, 0.05),)
+    STARTED = ((660.0, 0.10), (990.0, 0.20))
+    IN_DOUBT = ((523.0, 0.12), (440.0, 0.12), (523.0, 0.18))
+    OUT_OF_TOLERANCE = ((330.0, 0.18), (330.0, 0.18), (247.0, 0.30))
+
+
+def tone_wav(notes: Sequence[tuple[float, float]]) -> bytes:
+    """Return notes (Hz, s) as a WAV file, mono, 16 bit."""
+    parts = []
+    for pitch, length in notes:
+        t = np.arange(int(length * RATE_HZ)) / RATE_HZ
+        # Ramps of 8 ms avoid the click of a tone that begins or ends in full swing.
+        ramp = np.clip(np.minimum(t, length - t) / 0.008, 0.0, 1.0)
+        parts.append(0.5 * ramp * np.sin(2.0 * np.pi * pitch * t))
+    samples = (np.concatenate(parts) * 32767).astype("<i2")
+    buffer = io.BytesIO()
+    with wave.open(buffer, "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(RATE_HZ)
+        file.writeframes(samples.tobytes())
+    return buffer.getvalue()
+
+
+def scale_step(hertz: float) -> int:
+    """Return the nearest step of the scale in which the way to a point is sounded."""
+    return round(_STEPS_PER_OCTAVE * math.log2(max(hertz, 1.0) / _CONCERT_HZ))
+
+
+def step_wav(step: int) -> bytes:
+    """Return the short tone of a step of that scale as a WAV file."""
+    return tone_wav(((_CONCERT_HZ * 2.0 ** (step / _STEPS_PER_OCTAVE), _PITCH_S),))
+
+
+class SoundPlayer(QObject):
+    """Play `Sound` without ever waiting, raising or leaving a process behind.
+
+    Parameters
+    ----------
+    enabled
+        False keeps it silent.
+    """
+
+    def __init__(self, parent: QObject | None = None, *, enabled: bool = True) -> None:
+        super().__init__(parent)
+        self._command: tuple[str, ...] = ()
+        self._process: QProcess | None = None
+        self._folder = QTemporaryDir() if enabled else None
+        self._files: dict[Sound, str] = {}
+        self._pitches: dict[int, str] = {}
+        if self._folder is None or not self._folder.isValid():
+            return
+        for sound in Sound:
+            path = Path(self._folder.filePath(f"{sound.name.lower()}.wav"))
+            try:
+                path.write_bytes(tone_wav(sound.value))
+            except OSError:
+                return
+            self._files[sound] = str(path)
+        for name, *options in _PLAYERS:
+            program = QStandardPaths.findExecutable(name)
+            if program:
+                self._command = (program, *options)
+                break
+
+    def play(self, sound: Sound) -> None:
+        """Start a sound; a sound that still plays is not interrupted."""
+        if sound in self._files:
+            self._start(self._files[sound])
+
+    def play_pitch(self, hertz: float) -> None:
+        """Start a short tone on the nearest step of the scale."""
+        step = scale_step(hertz)
+        folder = self._folder
+        if folder is not None and self._files:
+            path = self._pitches.get(step, "")
+            if not path:
+                path = folder.filePath(f"pitch{step}.wav")
+                try:
+                    Path(path).write_bytes(step_wav(step))
+                except OSError:
+                    return
+                self._pitches[step] = path
+            self._start(path)
+
+    def _start(self, path: str) -> None:
+        if sys.platform == "win32":
+            import winsound
+
+            try:
+                winsound.PlaySound(
+                    path,
+                    winsound.SND_FILENAME | winsound.SND_ASYNC | winsound.SND_NODEFAULT,
+                )
+            except RuntimeError:
+                self._files.clear()
+        elif self._command and (
+            self._process is None or self._process.state() is QProcess.ProcessState.NotRunning
+        ):
+            if self._process is None:
+                self._process = QProcess(self)
+            program, *options = self._command
+            self._process.start(program, [*options, path])
+
+    def close(self) -> None:
+        """Stop what still plays; idempotent."""
+        self._files.clear()
+        if self._process is not None:
+            self._process.kill()
+            self._process.waitForFinished(200)
+            self._process = None
+
+
+def verdict_sound(verdict: Verdict | None) -> Sound:
+    """Return what is heard of a verdict; None is a feature without a tolerance."""
+    return {
+        None: Sound.FEATURE_COMPLETE,
+        Verdict.CONFORM: Sound.FEATURE_COMPLETE,
+        Verdict.NOT_CONFORM: Sound.OUT_OF_TOLERANCE,
+    }.get(verdict, Sound.IN_DOUBT)
+
+
+class Approach:
+    """Sound the way to the next point: a tone that rises with every step nearer, and then stops.
+
+    A probe that rests is silent.
+
+    Parameters
+    ----------
+    player
+        None for silence.
+    """
+
+    def __init__(self, player: SoundPlayer | None) -> None:
+        self._player = player
+        self._step: int | None = None
+        self.enabled = True
+
+    def feed(self, target: Target | None, tip_world: Float | None) -> None:
+        """Sound where the ball is now, if it has come nearer or gone farther since."""
+        if target is None or tip_world is None or self._player is None or not self.enabled:
+            self._step = None
+            return
+        distance = target.distance(tip_world)
+        if distance > FAR_MM:
+            self._step = None
+            return
+        pitch = cue(distance).tone_hz
+        step = scale_step(pitch)
+        if self._step is not None and step != self._step:
+            self._player.play_pitch(pitch)
+        self._step = step

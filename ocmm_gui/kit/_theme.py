@@ -1,0 +1,242 @@
+"""The looks of the window: three themes from one table, set once on the application.
+
+The light theme is for glare, the dark one for a dim measuring room, the high-contrast one for
+weak eyes. Colour never stands alone: every state has a word and a shape as well.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF, QPalette
+from PySide6.QtWidgets import QApplication, QWidget
+
+from ocmm_core.inspection.evaluation import StatusWord
+from ocmm_core.tolerances.decisions import Verdict
+
+CAP_HEIGHT = 0.729
+"""Height of a capital over the pixel size of DejaVu; other fonts are within 3 %."""
+
+FAR_SHARE = 63.0 / 1080.0
+"""Least height of a capital that is read at three metres, over the height of the screen.
+
+That is 63 px of 1080 on a screen of 24 inches: 17.5 mm, 20 minutes of arc.
+"""
+WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+
+
+@dataclass(frozen=True, slots=True)
+class Theme:
+    """One theme; every colour as ``#rrggbb``.
+
+    Attributes
+    ----------
+    name
+        What ``--theme`` calls it.
+    background, panel, border
+        Surfaces and their outlines.
+    text, muted
+        What is read first, and what is read second.
+    accent, on_accent
+        The primary button and what is marked, and text upon it.
+    good, warn, bad
+        Text and marks of the three outcomes.
+    zone_good, zone_warn, zone_bad
+        Fields of the tolerance bar; marks upon them are in ``text``.
+    border_px
+        Width of outlines.
+    """
+
+    name: str
+    background: str
+    panel: str
+    border: str
+    text: str
+    muted: str
+    accent: str
+    on_accent: str
+    good: str
+    warn: str
+    bad: str
+    zone_good: str
+    zone_warn: str
+    zone_bad: str
+    border_px: int
+
+
+THEMES = {
+    theme.name: theme
+    for theme in (
+        Theme("dark", "#14181c", "#1d242a", "#3d4852", "#f0f4f8", "#aab6c2", "#3cc4ff", "#0b1116",
+              "#3ddc84", "#ffc61a", "#ff7b7b", "#235c41", "#66551a", "#662f30", 1),
+        Theme("light", "#eef2f5", "#ffffff", "#b4bec8", "#101418", "#46515c", "#005fb8", "#ffffff",
+              "#0a6532", "#7d4a00", "#b01c1c", "#a3cbb6", "#e0cb8f", "#e3aeae", 1),
+        Theme("contrast", "#000000", "#000000", "#ffffff", "#ffffff", "#ffffff", "#00e5ff",
+              "#000000", "#35ff7d", "#ffe600", "#ff8a8a", "#005c2e", "#6b5a00", "#7a0000", 2),
+    )
+}  # fmt: skip
+DEFAULT_THEME = "dark"
+
+
+@runtime_checkable
+class Themed(Protocol):
+    """A widget that paints with colours of its own."""
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        ...
+
+
+def contrast_ratio(first: str, second: str) -> float:
+    """Return the contrast of two colours, 1 to 21 (WCAG 2.1, section 1.4.3)."""
+    high, low = sorted((_luminance(first), _luminance(second)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+def _luminance(colour: str) -> float:
+    weights = (0.2126, 0.7152, 0.0722)
+    channels = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    return sum(w * c for w, c in zip(weights, linear, strict=True))
+
+
+def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
+    """Return the colour of a verdict's word and mark."""
+    return {
+        Verdict.CONFORM: theme.good,
+        Verdict.NOT_CONFORM: theme.bad,
+        Verdict.NOT_PROVEN: theme.warn,
+    }.get(verdict or Verdict.NOT_MEASURED, theme.muted)
+
+
+def status_colour(theme: Theme, status: StatusWord) -> str:
+    """Return the colour of the status word."""
+    return {
+        StatusWord.READY: theme.good,
+        StatusWord.MEASURING: theme.accent,
+        StatusWord.NOT_READY: theme.warn,
+        StatusWord.INACCURATE: theme.warn,
+        StatusWord.LOST: theme.bad,
+        StatusWord.FAILED: theme.bad,
+    }[status]
+
+
+def text_font(pixels: float, *, bold: bool = False) -> QFont:
+    """Return the font of words at a size in pixels."""
+    font = QFont()
+    font.setFamilies(["DejaVu Sans", "Segoe UI", "Noto Sans"])
+    font.setStyleHint(QFont.StyleHint.SansSerif)
+    return _sized(font, pixels, bold)
+
+
+def digit_font(pixels: float, *, bold: bool = True) -> QFont:
+    """Return the font of numbers: all digits equally wide, so that they do not dance."""
+    font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+    font.setFamilies(["DejaVu Sans Mono", "Consolas", font.family()])
+    return _sized(font, pixels, bold)
+
+
+def _sized(font: QFont, pixels: float, bold: bool) -> QFont:
+    font.setPixelSize(max(1, round(pixels)))
+    font.setBold(bold)
+    return font
+
+
+def fitted(font: QFont, text: str, width: float, height: float, limit: float) -> QFont:
+    """Return ``font`` at the greatest pixel size up to ``limit`` at which ``text`` fits."""
+    probe = QFont(font)
+    probe.setPixelSize(100)
+    metrics = QFontMetricsF(probe)
+    wide = max(metrics.horizontalAdvance(text), metrics.boundingRect(text).width(), 1.0)
+    # Two lines of a pixel keep the anti-aliased edge inside the widget.
+    size = min(limit, 100.0 * (width - 2.0) / wide, 100.0 * height / metrics.height())
+    probe.setPixelSize(max(6, int(size)))
+    return probe
+
+
+def far_type(widget: QWidget) -> int:
+    """Return the pixel size of type that is read at three metres in the window of a widget."""
+    return math.ceil(FAR_SHARE * widget.window().height() / CAP_HEIGHT)
+
+
+def wrapped_pixels(text: str, box: QRectF, limit: int, *, bold: bool = False) -> int:
+    """Return the greatest pixel size up to ``limit`` at which ``text`` fits, in several lines."""
+    for pixels in range(limit, 9, -2):
+        metrics = QFontMetricsF(text_font(pixels, bold=bold))
+        if box.contains(metrics.boundingRect(box, WRAPPED, text)):
+            return pixels
+    return 9
+
+
+def make_palette(theme: Theme) -> QPalette:
+    """Return the theme as Qt's palette."""
+    role = QPalette.ColorRole
+    palette = QPalette()
+    for name, colour in (
+        (role.Window, theme.background), (role.WindowText, theme.text),
+        (role.Base, theme.panel), (role.AlternateBase, theme.background),
+        (role.Text, theme.text), (role.PlaceholderText, theme.muted),
+        (role.Button, theme.panel), (role.ButtonText, theme.text), (role.BrightText, theme.bad),
+        (role.Highlight, theme.accent), (role.HighlightedText, theme.on_accent),
+        (role.ToolTipBase, theme.panel), (role.ToolTipText, theme.text),
+        (role.Link, theme.accent), (role.Mid, theme.border), (role.Dark, theme.border),
+    ):  # fmt: skip
+        palette.setColor(name, QColor(colour))
+    for name in (role.WindowText, role.Text, role.ButtonText):
+        palette.setColor(QPalette.ColorGroup.Disabled, name, QColor(theme.muted))
+    return palette
+
+
+def make_style_sheet(theme: Theme) -> str:
+    """Return the few rules that a palette cannot express: outlines and button roles."""
+    line = f"{theme.border_px}px solid {theme.border}"
+    return f"""
+    QWidget[role="panel"] {{ background: {theme.panel}; border: {line}; border-radius: 6px; }}
+    QLabel {{ background: transparent; border: none; }}
+    QLabel[role="muted"] {{ color: {theme.muted}; }}
+    QLabel[role="title"] {{ font-weight: bold; }}
+    QPushButton {{ background: {theme.panel}; color: {theme.text}; border: {line};
+        border-radius: 6px; padding: 4px 12px; }}
+    QPushButton:hover {{ border-color: {theme.accent}; }}
+    QPushButton:focus {{ border: 2px solid {theme.accent}; }}
+    QPushButton:pressed {{ background: {theme.border}; }}
+    QPushButton:checked {{ background: {theme.accent}; color: {theme.on_accent}; }}
+    QPushButton:disabled {{ color: {theme.muted}; border-style: dashed; }}
+    QPushButton[role="tool"] {{ padding: 4px 7px; }}
+    QPushButton[role="primary"] {{ background: {theme.accent}; color: {theme.on_accent};
+        border-color: {theme.accent}; font-weight: bold; }}
+    QPushButton[role="primary"]:disabled {{ background: {theme.panel}; color: {theme.muted};
+        border: {theme.border_px}px dashed {theme.border}; }}
+    QPushButton[role="primary"]:focus {{ border: 2px solid {theme.text}; }}
+    QListWidget {{ background: {theme.panel}; border: {line}; border-radius: 6px; }}
+    QListWidget:focus {{ border: 2px solid {theme.accent}; }}
+    QTableWidget {{ background: {theme.panel}; color: {theme.text}; border: {line};
+        border-radius: 6px; gridline-color: {theme.border}; }}
+    QTableWidget:focus {{ border: 2px solid {theme.accent}; }}
+    QTableWidget::item {{ padding: 0px 4px; }}
+    QTableWidget::item:selected {{ background: {theme.background}; color: {theme.text}; }}
+    QHeaderView, QHeaderView::section, QTableCornerButton::section {{ background: {theme.panel};
+        color: {theme.muted}; border: none; padding: 2px 4px; }}
+    QLineEdit {{ background: {theme.panel}; border: {line}; border-radius: 4px; padding: 4px; }}
+    QComboBox {{ background: {theme.panel}; color: {theme.text}; border: {line};
+        border-radius: 4px; padding: 4px; }}
+    QComboBox::drop-down {{ border: none; width: 22px; }}
+    QComboBox:focus {{ border: 2px solid {theme.accent}; }}
+    QScrollArea, QScrollArea > QWidget > QWidget {{ background: transparent; border: none; }}
+    QPlainTextEdit {{ background: {theme.panel}; color: {theme.text}; border: {line};
+        border-radius: 6px; }}
+    QPlainTextEdit:focus {{ border: 2px solid {theme.accent}; }}
+    QLineEdit:focus {{ border: 2px solid {theme.accent}; }}
+    """
+
+
+def apply_theme(app: QApplication, window: QWidget, theme: Theme) -> None:
+    """Dress the application, and tell every widget of ``window`` that paints by itself."""
+    app.setPalette(make_palette(theme))
+    app.setStyleSheet(make_style_sheet(theme))
+    for widget in (window, *window.findChildren(QWidget)):
+        if isinstance(widget, Themed):
+            widget.set_theme(theme)

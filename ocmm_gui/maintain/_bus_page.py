@@ -1,0 +1,253 @@
+"""The bus page: the wire, its cameras, every cycle accounted for, clocks and events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.fieldbus.report import BusPhase, BusReport, microseconds, shares, trouble_words
+from ocmm_core.station import (
+    NO_BUS,
+    NO_BUS_REMEDY,
+    NO_REPORT,
+    NO_REPORT_REMEDY,
+    TREND_S,
+    BusSample,
+    BusView,
+)
+from ocmm_gui.charts import Curve, HistogramChart, RecentChart
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    Theme,
+    panel,
+    sentence_label,
+    stacked,
+    text_font,
+    value_label,
+)
+from ocmm_gui.maintain._bus_tables import CameraTable, EventTable
+from ocmm_gui.maintain._cycle_accounts import CycleAccounts
+from ocmm_gui.maintain._wire_view import WireView
+
+REFRESH_MS = 250
+_OLD_S = 1.0
+"""A bus process that lives reports every 50 ms."""
+
+_FACTS = (
+    ("Frames", "frames taken from all cameras"),
+    ("Frames lost", "frames that a camera made and nobody got"),
+    ("Recoveries", "how often operation was reached again"),
+    ("Stray answers", "late, doubled or reordered answers that nobody waited for"),
+    ("Objects done", "transfers of camera objects"),
+    ("Objects failed", "transfers of camera objects that failed"),
+    ("Cycle", "time from one exchange to the next"),
+    ("Exposure", "time from one exposure to the next"),
+)
+
+
+class BusPage(QStackedWidget):
+    """Everything that the bus process says, refreshed four times a second while it is seen.
+
+    Parameters
+    ----------
+    pull
+        Returns what is known about the bus; None where there is none.
+    """
+
+    def __init__(self, pull: Callable[[], BusView | None]) -> None:
+        super().__init__()
+        self.setAccessibleName("Bus")
+        self._pull = pull
+        self._theme = THEMES[DEFAULT_THEME]
+        self._view: BusView | None = None
+        self._phase = FitText("Phase of the bus", limit=34)
+        self._phase.setFixedHeight(44)
+        self._trouble = sentence_label("What disturbs the bus", 15)
+        self.wire = WireView()
+        self.cameras = CameraTable()
+        self.accounts = CycleAccounts()
+        self.lateness = HistogramChart("Cycle starts late, µs")
+        self.round_trip = HistogramChart("Round trip, µs")
+        self.clocks = (
+            RecentChart("Cycle to bus clock, µs", 5.0, TREND_S, "+.1f"),
+            RecentChart("Drift, ppm", 0.5, TREND_S, "+.2f"),
+            RecentChart("Clocks, ns", 50.0, TREND_S, "+.0f"),
+        )
+        self.facts = {name: value_label(name, tip) for name, tip in _FACTS}
+        self.events = EventTable()
+        self._notes = sentence_label("Notes on the rights of the bus process", 13)
+        self._absent = sentence_label("Why there is nothing to show", 20)
+        self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._absent.setMargin(40)
+        self.addWidget(self._absent)
+        self.addWidget(self._contents())
+        self._timer = QTimer(self)
+        self._timer.setInterval(REFRESH_MS)
+        self._timer.timeout.connect(self.refresh)
+
+    def phase(self) -> str:
+        """Return the large word."""
+        return self._phase.text()
+
+    def trouble(self) -> str:
+        """Return the sentences beside the word; with nothing to show, the reason."""
+        shown = self._trouble if self.currentIndex() else self._absent
+        return shown.text()
+
+    def notes(self) -> str:
+        """Return what this computer does not allow."""
+        return self._notes.text()
+
+    def refresh(self) -> None:
+        """Show what is known now."""
+        self._view = view = self._pull()
+        if view is None or view.report is None:
+            pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
+            if view is not None and view.ended:
+                pair = (view.ended, "Start the program again when the cause is removed.")
+            self._absent.setText("\n\n".join(pair))
+            self.setCurrentIndex(0)
+            return
+        self.setCurrentIndex(1)
+        self._show_report(view, view.report)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._view is not None and self._view.report is not None:
+            self._show_phase(self._view, self._view.report)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Begin to refresh."""
+        super().showEvent(event)
+        self.refresh()
+        self._timer.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Stop refreshing."""
+        self._timer.stop()
+        super().hideEvent(event)
+
+    def _show_report(self, view: BusView, report: BusReport) -> None:
+        self._show_phase(view, report)
+        self.wire.show_report(report)
+        self.cameras.show_report(report)
+        self.accounts.show_report(report)
+        period_us = report.cycle_period_ns / 1e3
+        self.lateness.show_histogram(report.lateness, period_us)
+        self.round_trip.show_histogram(report.round_trip, period_us)
+        self._show_clocks(view.trend, [camera.name for camera in report.cameras])
+        for name, value in (
+            ("Frames", str(sum(camera.frames for camera in report.cameras))),
+            ("Frames lost", str(sum(camera.frames_lost for camera in report.cameras))),
+            ("Recoveries", str(report.recoveries)),
+            ("Stray answers", str(report.stray_answers)),
+            ("Objects done", str(report.objects_done)),
+            ("Objects failed", str(report.objects_failed)),
+            ("Cycle", microseconds(report.cycle_period_ns / 1e3)),
+            ("Exposure", microseconds(report.frame_period_ns / 1e3)),
+        ):
+            self.facts[name].setText(value)
+        self.events.show_report(report)
+        notes = []
+        if report.notes:
+            notes.append(f"On this computer: {'; '.join(report.notes)}.")
+        if report.events_dropped:
+            notes.append(f"{report.events_dropped} older events are not kept.")
+        self._notes.setText("  ".join(notes))
+        self._notes.setVisible(bool(notes))
+
+    def _show_phase(self, view: BusView, report: BusReport) -> None:
+        theme = self._theme
+        what, remedy = trouble_words(report)
+        word = report.phase.value.upper()
+        if view.ended:
+            self._phase.show_text("ENDED", theme.bad, Mark.BAD)
+            what, remedy = view.ended, "These are the last values."
+        elif view.age_s > _OLD_S:
+            self._phase.show_text("NO REPORT", theme.bad, Mark.BAD)
+            what = f"The bus process has said nothing for {view.age_s:.0f} s."
+            remedy = "These are its last values. Start the program again if it stays so."
+        elif report.phase is BusPhase.OPERATION:
+            self._phase.show_text(word, theme.good, Mark.GOOD)
+        elif report.phase is BusPhase.FAILED:
+            self._phase.show_text(word, theme.bad, Mark.BAD)
+        else:
+            self._phase.show_text(word, theme.warn, Mark.DOUBT)
+        text = f"{what} {remedy}".strip() or _in_order(report)
+        if text != self._trouble.text():
+            self._trouble.setText(text)
+
+    def _show_clocks(self, trend: tuple[BusSample, ...], names: list[str]) -> None:
+        times = [sample.time_s for sample in trend]
+        phase, drift, offsets = self.clocks
+        phase.show_curves(times, (Curve("", tuple(s.phase_ns / 1e3 for s in trend)),))
+        drift.show_curves(times, (Curve("", tuple(s.drift_ppm for s in trend)),))
+        offsets.show_curves(
+            times,
+            [Curve(name, tuple(s.offsets_ns[i] for s in trend)) for i, name in enumerate(names)],
+        )
+
+    def _contents(self) -> QWidget:
+        contents = QWidget()
+        layout = QVBoxLayout(contents)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        words = QVBoxLayout()
+        words.addWidget(self._phase)
+        words.addWidget(self._trouble, 1)
+        head = QHBoxLayout()
+        head.setSpacing(8)
+        head.addWidget(panel(words), 2)
+        head.addWidget(panel(stacked(self.wire)), 3)
+        layout.addLayout(head, 2)
+        layout.addWidget(self.cameras)
+        charts = QHBoxLayout()
+        charts.setSpacing(8)
+        for part, stretch in (
+            (stacked(self.accounts), 5),
+            (stacked(self.lateness), 6),
+            (stacked(self.round_trip), 6),
+            (stacked(*self.clocks), 6),
+            (self._fact_grid(), 4),
+        ):
+            charts.addWidget(panel(part), stretch)
+        layout.addLayout(charts, 6)
+        layout.addWidget(self.events, 6)
+        layout.addWidget(self._notes)
+        return contents
+
+    def _fact_grid(self) -> QGridLayout:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(0)
+        for row, (name, value) in enumerate(self.facts.items()):
+            caption = QLabel(name)
+            caption.setProperty("role", "muted")
+            caption.setFont(text_font(13))
+            grid.addWidget(caption, row, 0)
+            grid.addWidget(value, row, 1)
+        return grid
+
+
+def _in_order(report: BusReport) -> str:
+    counts = (report.good, report.late, report.lost, report.bad)
+    minutes = report.elapsed * report.cycle_period_ns / 60e9
+    lost = sum(camera.frames_lost for camera in report.cameras)
+    return (
+        f"{minutes:.1f} minutes, {shares(counts)[0]:.3f} % of the cycles good, "
+        f"{lost or 'no'} frames lost."
+    )

@@ -1,0 +1,147 @@
+"""The calibration page: may it be trusted, what is it, and how did it come to be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtWidgets import QVBoxLayout
+
+from ocmm_core.calibration.records import (
+    CalibrationOverview,
+    CalibrationView,
+    CameraRecord,
+    VerificationRecord,
+)
+from ocmm_core.camera import Rig
+from ocmm_gui.charts import HistoryChart
+from ocmm_gui.kit import session_of, stacked
+from ocmm_gui.maintain._calibration_table import HistoryTable, local_time
+from ocmm_gui.maintain._standing import StandingPage, in_a_row
+
+DESIGN = "The cameras are virtual: they are taken to be as the rig document says."
+_IN_ORDER = "Calibrated, verified, and in date. Points may be taken."
+_NO_HISTORY = "No calibration of this rig is kept on this computer."
+_FACTS = (
+    ("Rig", "name in the rig document"),
+    ("Cameras", "with their serial numbers"),
+    ("Method", "how they were calibrated"),
+    ("Calibrated", "when, and by whom"),
+    ("Valid until", "after that day no points are taken"),
+    ("Positions", "reference positions or poses that were used; those left out as wrong"),
+    ("Residuals", "root mean square of the residuals, and chi-square for each degree of freedom"),
+    ("Volume", "in which points are accepted, mm"),
+    ("Warmth", "of the surroundings and of the sensors while it was made"),
+    ("Artefacts", "what its lengths and positions rest on, with serial numbers"),
+    ("Verified", "when, and the error that came nearest to its limit"),
+    ("Hash", "of the record or of the rig document; it stands in the jobs and reports"),
+)
+
+
+_IN_DOUBT = " Recall jobs (F12) shows which of their verdicts hold."
+
+
+class CalibrationPage(StandingPage[CalibrationView, CalibrationOverview]):
+    """Standing, facts, trends and history of the calibration.
+
+    Parameters
+    ----------
+    rig
+        What is measured with.
+    pull
+        Returns what is to be said about the calibration now.
+    pull_overview
+        Returns what the store holds; asked for when the page is opened and when the standing
+        changed, for it reads many files.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        pull: Callable[[], CalibrationView],
+        pull_overview: Callable[[], CalibrationOverview],
+    ) -> None:
+        super().__init__(
+            "Calibration", "calibration", _FACTS, pull, pull_overview,
+            in_order=_IN_ORDER, design=DESIGN, in_doubt=_IN_DOUBT,
+        )  # fmt: skip
+        self._rig = rig
+        self.focal = HistoryChart("Focal length, Δ µm", factor=1e3, reach=2.0)
+        self.principal = (
+            HistoryChart("Principal point, Δu px", reach=0.2, form="+.2f"),
+            HistoryChart("Principal point, Δv px", reach=0.2, form="+.2f"),
+        )
+        self.baseline = HistoryChart("Camera distance, Δ µm", factor=1e3, reach=5.0)
+        self.error = HistoryChart(
+            "Verified error, % of limit",
+            factor=100.0,
+            reach=100.0,
+            changes=False,
+            limit=100.0,
+            form="+.0f",
+        )
+        self.history = HistoryTable()
+        self._charts = in_a_row(
+            stacked(self.focal), stacked(*self.principal), stacked(self.baseline),
+            stacked(self.error),
+        )  # fmt: skip
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addLayout(self._head())
+        layout.addWidget(self._charts, 5)
+        layout.addWidget(self._empty, 2)
+        layout.addWidget(self.history, 4)
+
+    def _show_overview(self, view: CalibrationView, found: CalibrationOverview) -> None:
+        self._show_facts(_facts(self._rig, view, found.verifications.get(view.identity)))
+        self.focal.show_courses(found.trends.focal)
+        for chart, courses in zip(
+            self.principal, (found.trends.principal_u, found.trends.principal_v), strict=True
+        ):
+            chart.show_courses(courses)
+        self.baseline.show_courses(found.trends.baseline)
+        self.error.show_courses((found.trends.error,))
+        self.history.show_events(found.events)
+        self._show_fault(found.fault or ("" if found.events else _NO_HISTORY))
+        self._charts.setVisible(bool(found.trends.focal))
+        self.history.setVisible(bool(found.events))
+
+
+def _facts(
+    rig: Rig, view: CalibrationView, verification: VerificationRecord | None
+) -> dict[str, str]:
+    words = dict.fromkeys((name for name, _ in _FACTS), "–")
+    low, high = (" ".join(f"{value:.0f}" for value in corner) for corner in rig.volume_world)
+    words |= {
+        "Rig": rig.name,
+        "Cameras": ", ".join(f"{camera.name} {camera.serial}" for camera in rig.cameras),
+        "Volume": f"{low} to {high}",
+        "Hash": view.identity[:12],
+        "Method": "none, the rig document",
+    }
+    if view.record is not None:
+        words |= _record_facts(view.record)
+    if verification is not None:
+        worst = max(verification.checks, key=lambda check: abs(check.error_mm) / check.limit_mm)
+        words["Verified"] = (
+            f"{local_time(verification.made_utc)}, {1e3 * worst.error_mm:+.1f} of "
+            f"±{1e3 * worst.limit_mm:.1f} µm"
+        )
+        for name, said in session_of(verification):
+            words["Verified"] += f"; {name.lower()} {said}"
+    return words
+
+
+def _record_facts(record: CameraRecord) -> dict[str, str]:
+    left_out = f", {len(record.outliers)} left out" if record.outliers else ""
+    around = "?" if record.temperature_c is None else f"{record.temperature_c:.1f}"
+    sensors = "/".join(f"{value:.1f}" for value in record.sensor_temperatures_c) or "?"
+    return {
+        "Method": record.method,
+        "Calibrated": f"{local_time(record.made_utc)}, {record.made_by}",
+        "Valid until": local_time(record.valid_until_utc),
+        "Positions": f"{record.points}{left_out}",
+        "Residuals": f"{record.rms_px:.4f} px, chi² {record.chi2_per_dof:.2f}",
+        "Warmth": f"{around} °C, sensors {sensors} °C",
+        "Artefacts": ", ".join(f"{used.name} {used.serial}" for used in record.artefacts) or "none",
+    }

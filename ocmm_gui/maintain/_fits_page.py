@@ -1,0 +1,194 @@
+"""The page that checks the fits: reference pairs of an institute, worst error per folder."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.features.measured import (
+    APEX_LIMIT,
+    DIRECTION_LIMIT,
+    POSITION_LIMIT,
+    SIZE_LIMIT,
+    Convention,
+    SetReport,
+    verify_folder,
+)
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ChoiceBox,
+    FitText,
+    Mark,
+    NumberTable,
+    OwnKeysField,
+    SideProcess,
+    Tell,
+    Theme,
+    digit_font,
+    panel,
+    sentence_label,
+    text_font,
+)
+
+_ASK = (
+    "Give a folder with reference pairs (NAME.ds with NAME.fit) of an institute, and whose "
+    "conventions they follow. Every pair is fitted without a start, and compared."
+)
+_COLUMNS = (
+    ("Folder", "one folder of pairs"),
+    ("Pairs", "fitted and compared"),
+    ("Position", f"mm, worst; promised {POSITION_LIMIT:g}"),
+    ("Size", f"mm, worst; promised {SIZE_LIMIT:g}"),
+    ("Direction", f"rad, worst; promised {DIRECTION_LIMIT:g}"),
+    ("Apex", f"degrees, worst; promised {APEX_LIMIT:g}"),
+    ("Verdict", "whether every pair keeps what is promised"),
+)
+_VERDICT = 6
+
+
+def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[SetReport, ...]:
+    """Return how the fits compare; runs in a process of its own. InputError as `verify_folder`."""
+    tell("Fitting", 0.2)
+    return verify_folder(folder, convention)
+
+
+class FitsPage(QWidget):
+    """Folder and convention above, a table of the worst errors below."""
+
+    failed = Signal(object)
+    """An `OcmmError`: why nothing was compared."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Fits against certified pairs")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._reports: tuple[SetReport, ...] = ()
+        self.folder = OwnKeysField()
+        self.folder.setAccessibleName("Folder of the reference pairs")
+        self.folder.setPlaceholderText("Folder of the reference pairs")
+        self.folder.setFont(text_font(15))
+        self.folder.returnPressed.connect(self.toggle)
+        self.convention = ChoiceBox(
+            "Convention",
+            "Whose certified numbers they are: what they mean differs",
+            [item.name for item in Convention],
+        )
+        self.button = QPushButton("Verify")
+        self.button.setProperty("role", "primary")
+        self.button.setAccessibleName("Verify")
+        self.button.setMinimumHeight(40)
+        self.button.setFont(text_font(15, bold=True))
+        self.button.clicked.connect(self.toggle)
+        self._word = FitText("Outcome", limit=30)
+        self._word.setFixedHeight(42)
+        self._sentence = sentence_label("What is compared", 14)
+        self._sentence.setText(_ASK)
+        self.table = NumberTable("Worst errors", _COLUMNS, whole=False)
+        self.table.right_heads(range(1, _VERDICT))
+        self.table.setFont(text_font(15))
+        self.table.verticalHeader().setDefaultSectionSize(34)
+        self.progress = QProgressBar()
+        self.progress.setAccessibleName("Progress of the comparison")
+        self.progress.hide()
+        self._process = SideProcess(self)
+        self._process.finished.connect(self._on_reports)
+        self._process.failed.connect(self._on_failed)
+        row = QHBoxLayout()
+        row.addWidget(self.folder, 1)
+        row.addWidget(self.convention)
+        row.addWidget(self.button)
+        above = QVBoxLayout()
+        above.addLayout(row)
+        above.addWidget(self._sentence)
+        above.addWidget(self.progress)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(panel(above))
+        layout.addWidget(self._word)
+        layout.addWidget(self.table, 1)
+
+    def outcome(self) -> str:
+        """Return the word about all pairs."""
+        return self._word.text()
+
+    def toggle(self) -> None:
+        """Verify, or give up what is being verified."""
+        if self._process.is_running():
+            self.cancel()
+            return
+        folder = Path(self.folder.text().strip() or ".").expanduser()
+        convention = Convention[self.convention.currentText()]
+        self.progress.setRange(0, 0)
+        self.progress.show()
+        self.button.setText("Cancel")
+        self._word.show_text("Fitting", self._theme.muted, Mark.ACTIVE)
+        self._process.start(partial(verified, folder, convention))
+
+    def cancel(self) -> None:
+        """Give up what is verified; call it before the window goes."""
+        self._process.cancel()
+        self._end()
+        self._paint()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _end(self) -> None:
+        self.progress.hide()
+        self.button.setText("Verify")
+
+    def _on_reports(self, reports: object) -> None:
+        self._end()
+        if isinstance(reports, tuple):
+            self._reports = reports
+        self._paint()
+
+    def _on_failed(self, error: OcmmError) -> None:
+        self._end()
+        self._sentence.setText(f"{error.what} {error.remedy}")
+        self._reports = ()
+        self._paint()
+        self.failed.emit(error)
+
+    def _paint(self) -> None:
+        theme, reports = self._theme, self._reports
+        pairs = sum(len(report.results) for report in reports)
+        if not reports:
+            self._word.show_text("", theme.muted)
+        elif all(report.passed for report in reports):
+            self._word.show_text(f"All {pairs} pairs agree", theme.good, Mark.GOOD)
+        else:
+            off = sum(not result.passed for report in reports for result in report.results)
+            self._word.show_text(f"{off} of {pairs} pairs are off", theme.bad, Mark.BAD)
+        self.table.setRowCount(len(reports))
+        for row, report in enumerate(reports):
+            self._write(row, report)
+
+    def _write(self, row: int, report: SetReport) -> None:
+        worst = [report.worst(key) for key in ("position", "size", "direction", "apex")]
+        words = (
+            report.name,
+            str(len(report.results)),
+            *("–" if value is None else f"{value:.1e}" for value in worst),
+            "✔  AGREES" if report.passed else "✖  OFF",
+        )
+        self.table.show_words(row, words)
+        for column in range(1, _VERDICT):
+            cell = self.table.item(row, column)
+            if cell is not None:
+                cell.setFont(digit_font(15, bold=False))
+                cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -1,0 +1,164 @@
+"""The Maintain mode: a list of pages, the page that is chosen, and the one word of the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.inspection.evaluation import LiveView
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Theme,
+    make_button,
+    status_colour,
+    status_mark,
+    text_font,
+)
+
+_SIDE_PX = 170
+_ROW_PX = 48
+_LARGE_PX = 54
+_TOOLS = ("theme", "log")
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """A page of the Maintain mode.
+
+    Attributes
+    ----------
+    title
+        In the list.
+    tip
+        What it is for, in one sentence.
+    widget
+        The page.
+    actions
+        Keys of the actions that belong to it; each gets a button.
+    """
+
+    title: str
+    tip: str
+    widget: QWidget
+    actions: tuple[str, ...] = ()
+
+
+class MaintainView(QWidget):
+    """Pages on a list; up and down choose.
+
+    Parameters
+    ----------
+    pages
+        In the order of the list.
+    actions
+        By key.
+    """
+
+    def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._live: LiveView | None = None
+        self._word = FitText("Status", limit=26, reserve="INACCURATE")
+        self._word.setFixedHeight(40)
+        self.list = QListWidget()
+        self.list.setAccessibleName("Pages")
+        self.list.setAccessibleDescription("Up and down choose a page")
+        self.list.setFont(text_font(18, bold=True))
+        self._stack = QStackedWidget()
+        for page in pages:
+            item = QListWidgetItem(page.title, self.list)
+            item.setToolTip(page.tip)
+            item.setSizeHint(QSize(_SIDE_PX - 20, _ROW_PX))
+            self._stack.addWidget(self._with_buttons(page, actions))
+        self.list.currentRowChanged.connect(self._stack.setCurrentIndex)
+        self.list.setCurrentRow(0)
+        self.list.setFixedHeight(_ROW_PX * len(pages) + 4)
+        heading = QLabel("Maintain")
+        heading.setFont(text_font(20, bold=True))
+        side = QVBoxLayout()
+        side.setSpacing(6)
+        side.addWidget(heading)
+        side.addWidget(self._word)
+        side.addWidget(self.list)
+        side.addStretch(1)
+        back = make_button(actions["mode"])
+        back.setText("Inspect  [M]")
+        back.setObjectName("back")
+        back.setAccessibleName("Inspect")
+        back.setMinimumHeight(52)
+        back.setFont(text_font(16, bold=True))
+        side.addWidget(back)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(10, 8, 10, 8)
+        layout.setSpacing(10)
+        layout.addLayout(side)
+        layout.addWidget(self._stack, 1)
+        for widget in (heading, self._word, self.list, back):
+            widget.setFixedWidth(_SIDE_PX)
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the state of the machine."""
+        self._live = live
+        colour = status_colour(self._theme, live.status)
+        self._word.show_text(live.status.value, colour, status_mark(live.status))
+        self._word.setToolTip(live.reason)
+
+    def status(self) -> str:
+        """Return the word that is shown."""
+        return self._word.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._live is not None:
+            self.show_live(self._live)
+
+    @staticmethod
+    def _with_buttons(page: Page, actions: Mapping[str, QAction]) -> QWidget:
+        whole = QWidget()
+        layout = QVBoxLayout(whole)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(page.widget, 1)
+        if page.actions:
+            layout.addLayout(_large_buttons([actions[key] for key in page.actions]))
+        row = QHBoxLayout()
+        row.setSpacing(6)
+        hint = QLabel(page.tip)
+        hint.setProperty("role", "muted")
+        hint.setFont(text_font(12))
+        hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        row.addWidget(hint, 1)
+        for key in _TOOLS:
+            button = make_button(actions[key])
+            button.setFont(text_font(13))
+            row.addWidget(button)
+        layout.addLayout(row)
+        return whole
+
+
+def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
+    """Return buttons for hands in gloves, as wide as there is room."""
+    row = QHBoxLayout()
+    row.setSpacing(6)
+    for action in actions:
+        button = make_button(action, primary=True)
+        button.setText(button.text().replace("  [", "\n["))
+        button.setFont(text_font(15))
+        button.setMinimumHeight(_LARGE_PX)
+        row.addWidget(button, 1)
+    return row

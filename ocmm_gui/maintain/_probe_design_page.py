@@ -1,0 +1,352 @@
+"""The page of the probe's design: how certain its tip is with this rig, and why not more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
+from ocmm_core.calibration.records import ProbeInUse, probe_from_records
+from ocmm_core.camera import Rig
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.measuring import (
+    BudgetTerm,
+    Examination,
+    ProbeReport,
+    examine,
+    label_verdict,
+    label_words,
+    map_range,
+    mechanics_words,
+)
+from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_gui.charts import BendingPlot, MapPlot
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    OwnKeysField,
+    SideProcess,
+    Table,
+    Tell,
+    Theme,
+    panel,
+    sentence_label,
+    text_font,
+)
+
+_ASK = "Press Examine. It takes some seconds, and measuring goes on meanwhile."
+_BUSY = "Examining. Numbers and maps below are those of before."
+_FIELDS = (
+    ("probe", "Probe", "A probe document; empty: the probe that is measured with", ""),
+    (
+        "design", "Design",
+        "A design document with materials and sections; empty: that of the resources folder", "",
+    ),
+    ("tilt", "Tilts, °", "The probe is held at tilts up to these about X, Y and Z", "45 45 10"),
+    ("sigma", "Spots, px", "Noise of an averaged spot", "0.0105"),
+)  # fmt: skip
+_COLUMNS = (
+    ("Source", "of the uncertainty of one point"),
+    ("µm", "standard uncertainty in space, root mean square over the poses"),
+    ("Rests on", "the numbers it comes from"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class DesignRequest:
+    """What is examined: a rig with the probe in use, or with the documents of another one."""
+
+    rig: Rig
+    body: ProbeBody
+    probe: Path | None
+    design: Path | None
+    asked: Examination
+
+
+def examine_request(request: DesignRequest, tell: Tell) -> ProbeReport:
+    """Return what is found; runs in a process of its own. Raise InputError as the documents do."""
+    body = request.body if request.probe is None else load_probe(request.probe)
+    path = request.design if request.design is not None else shipped_design(body)
+    design = None if path is None else load_design(path, body)
+    return examine(request.rig, body, design, request.asked, tell)
+
+
+def plain_body(probe: ProbeInUse) -> ProbeBody:
+    """Return a probe as its records or its document have it, without the warmth of a job."""
+    if probe.records is None:
+        return probe.design
+    records = probe.records
+    return probe_from_records(probe.design, records.calibration, records.qualification)
+
+
+class ProbeDesignPage(QWidget):
+    """Number, maps, labels, mechanics and budget of a probe, computed when somebody asks.
+
+    Parameters
+    ----------
+    rig, body
+        What is measured with.
+    """
+
+    failed = Signal(object)
+    """An `OcmmError`: why nothing was found."""
+    shown = Signal()
+    """What was found is on the page."""
+
+    def __init__(self, rig: Rig, body: ProbeBody) -> None:
+        super().__init__()
+        self.setAccessibleName("Design of the probe")
+        self._rig, self._body = rig, body
+        self._theme = THEMES[DEFAULT_THEME]
+        self._report: ProbeReport | None = None
+        self._process = SideProcess(self)
+        self._process.advanced.connect(self._on_advanced)
+        self._process.finished.connect(self._show_report)
+        self._process.failed.connect(self._on_failed)
+        self.fields = {key: OwnKeysField(proposal) for key, _, _, proposal in _FIELDS}
+        self.button = QPushButton("Examine")
+        self.button.setProperty("role", "primary")
+        self.button.setMinimumHeight(38)
+        self.button.setAccessibleName("Examine")
+        self.button.clicked.connect(self.toggle)
+        self._progress = QProgressBar()
+        self._progress.setAccessibleName("Progress")
+        self._progress.setTextVisible(True)
+        self._number = FitText("Uncertainty of the tip", limit=40, digits=True)
+        self._number.setFixedHeight(48)
+        self._sentence = sentence_label("What the number means", 13)
+        self._labels = FitText("Labels", limit=17)
+        self._labels.setFixedHeight(24)
+        self._nearest = sentence_label("Nearest wrong orders", 13)
+        self._mechanics = sentence_label("Growth and bending", 13)
+        self.budget = BudgetTable()
+        self.tilt = MapPlot("Over the tilt")
+        self.top = MapPlot("From above")
+        self.front = MapPlot("From the front")
+        self.bending = BendingPlot()
+        self._lay_out()
+        self._sentence.setText(_ASK)
+        self._wait(False)
+
+    def number(self) -> str:
+        """Return the number in large digits."""
+        return self._number.text()
+
+    def words(self) -> str:
+        """Return the sentences of the page."""
+        parts = (self._sentence, self._nearest, self._mechanics)
+        return "\n".join([self._labels.text(), *(part.text() for part in parts)])
+
+    def toggle(self) -> None:
+        """Examine, or give up what is being examined."""
+        if self._process.is_running():
+            self.cancel()
+            return
+        try:
+            request = self._request()
+        except OcmmError as error:
+            self._on_failed(error)
+            return
+        self._wait(True)
+        self._sentence.setText(_BUSY)
+        self._process.start(partial(examine_request, request))
+
+    def cancel(self) -> None:
+        """Give up what is being examined; call it before the window goes."""
+        if self._process.is_running():
+            self._process.cancel()
+            self._sentence.setText(_ASK)
+        self._wait(False)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._report is not None:
+            self._paint_words(self._report)
+
+    def _request(self) -> DesignRequest:
+        words = {key: field.text().strip() for key, field in self.fields.items()}
+        tilt = tuple(_numbers("Tilts", words["tilt"], 3))
+        (sigma,) = _numbers("Spots", words["sigma"], 1)
+        if min(tilt) < 0.0 or max(tilt) > 180.0 or not 0.0 < sigma < 10.0:
+            raise InputError(
+                "design.values",
+                f"Tilts of {words['tilt']}° with spots of {words['sigma']} px cannot be examined.",
+                "Give tilts from 0 to 180 degrees and a noise above 0 px.",
+            )
+        asked = Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
+        return DesignRequest(
+            self._rig,
+            self._body,
+            Path(words["probe"]) if words["probe"] else None,
+            Path(words["design"]) if words["design"] else None,
+            replace(asked, sigma_px=sigma),
+        )
+
+    def _wait(self, waiting: bool) -> None:
+        self.button.setText("Cancel" if waiting else "Examine")
+        self.button.setAccessibleName(self.button.text())
+        self._progress.setVisible(waiting)
+        self._progress.setValue(0)
+        self._progress.setFormat("Starting")
+        for field in self.fields.values():
+            field.setEnabled(not waiting)
+
+    def _on_advanced(self, what: str, share: float) -> None:
+        self._progress.setFormat(what)
+        self._progress.setValue(round(100.0 * share))
+
+    def _on_failed(self, error: OcmmError) -> None:
+        self._wait(False)
+        self._sentence.setText(f"{error.what} {error.remedy}")
+        self.failed.emit(error)
+
+    def _paint_words(self, report: ProbeReport) -> None:
+        theme, number = self._theme, report.number
+        seen = bool(np.isfinite(number.space_um))
+        self._number.show_text(
+            f"{number.space_um:.1f} µm" if seen else "–", theme.text if seen else theme.bad
+        )
+        safe = report.coded or all(item.is_safe for item in report.labels)
+        self._labels.show_text(
+            "LEDs cannot be confused" if safe else "LEDs can be confused",
+            theme.good if safe else theme.bad,
+            Mark.GOOD if safe else Mark.BAD,
+        )
+
+    def _show_report(self, report: ProbeReport) -> None:
+        self._report = report
+        self._wait(False)
+        self._paint_words(report)
+        number = report.number
+        if np.isfinite(number.space_um):
+            x, y, z = number.axes_um
+            self._sentence.setText(
+                f"Standard uncertainty of the tip in space by the spots alone, probe "
+                f"'{report.probe}' with rig '{report.rig}': X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; "
+                f"below {number.nineteen_of_twenty_um:.1f} µm in 95 of 100 poses. "
+                f"{100.0 * number.share:.0f} % of the poses give a number."
+            )
+        else:
+            self._sentence.setText("No pose gives a tip: the cameras do not see enough LEDs.")
+        # The case that comes nearest stands for all; the terminal prints each of them.
+        nearest = min(
+            report.labels,
+            key=lambda item: np.inf if item.ambiguity is None else item.ambiguity.residual_mm,
+        )
+        verdict = label_verdict(report.labels, coded=report.coded)
+        self._nearest.setText(f"{label_words(nearest)} {verdict}")
+        self._mechanics.setText(
+            "Growth and bending are not known without a design document."
+            if report.mechanics is None
+            else "\n".join(mechanics_words(report.mechanics))
+        )
+        self.budget.show_terms(report.budget)
+        limits = map_range(report.maps)
+        for plot, found in zip((self.tilt, self.top, self.front), report.maps, strict=True):
+            plot.show_map(found, limits)
+        self.bending.show_mechanics(report.mechanics)
+        self.shown.emit()
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(4)
+        for row, (key, label, tip, _) in enumerate(_FIELDS):
+            caption, field = QLabel(label), self.fields[key]
+            caption.setProperty("role", "muted")
+            caption.setFont(text_font(13))
+            field.setFont(text_font(13))
+            field.setAccessibleName(label)
+            field.setToolTip(tip)
+            field.setPlaceholderText(tip.partition("empty: ")[2])
+            field.returnPressed.connect(self.toggle)
+            grid.addWidget(caption, row, 0)
+            grid.addWidget(field, row, 1)
+        grid.addWidget(self.button, len(_FIELDS), 0, 1, 2)
+        grid.addWidget(self._progress, len(_FIELDS) + 1, 0, 1, 2)
+        said = QVBoxLayout()
+        for widget in (
+            self._number, self._sentence, self._labels, self._nearest, self._mechanics,
+        ):  # fmt: skip
+            said.addWidget(widget)
+        said.addStretch(1)
+        left = QVBoxLayout()
+        left.setSpacing(8)
+        left.addWidget(panel(grid))
+        left.addWidget(panel(said), 1)
+        plots = QGridLayout()
+        plots.setSpacing(8)
+        for index, plot in enumerate((self.tilt, self.bending, self.top, self.front)):
+            framed = QVBoxLayout()
+            framed.addWidget(plot)
+            plots.addWidget(panel(framed), index // 2, index % 2)
+        right = QVBoxLayout()
+        right.setSpacing(8)
+        right.addLayout(plots, 1)
+        right.addWidget(self.budget)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addLayout(left, 4)
+        layout.addLayout(right, 7)
+
+
+class BudgetTable(Table):
+    """The sources of the uncertainty of one point."""
+
+    def __init__(self) -> None:
+        super().__init__("Budget of one point", _COLUMNS)
+        self.horizontalHeader().setStretchLastSection(True)
+        self.verticalHeader().setDefaultSectionSize(20)
+        self.setWordWrap(False)
+        self.setFixedHeight(196)
+        self._terms: tuple[BudgetTerm, ...] = ()
+
+    def show_terms(self, terms: tuple[BudgetTerm, ...]) -> None:
+        """Show all sources."""
+        self._terms = terms
+        self.setRowCount(len(terms))
+        for row, term in enumerate(terms):
+            self._write(row, 0, term.name)
+            self._write(row, 1, f"{term.sigma_um:.2f}")
+            self._cell(row, 1).setTextAlignment(
+                Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            )
+            self._write(row, 2, term.rests_on)
+        self.resizeColumnToContents(0)
+        self.resizeColumnToContents(1)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write with ``theme`` from now on."""
+        self._colours = theme
+        self.show_terms(self._terms)
+
+
+def _numbers(what: str, text: str, count: int) -> list[float]:
+    try:
+        values = [float(word) for word in text.replace(",", " ").split()]
+    except ValueError:
+        values = []
+    if len(values) != count or not np.isfinite(values).all():
+        raise InputError(
+            "design.number",
+            f"The field '{what}' holds {text!r}, which is not {count} number(s).",
+            "Give numbers with a decimal point, with spaces between them.",
+        )
+    return values

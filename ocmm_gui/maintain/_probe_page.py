@@ -1,0 +1,118 @@
+"""The probe page: may the tip be trusted, which tips are there, and what happened to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtWidgets import QVBoxLayout
+
+from ocmm_core.calibration.records import ProbeOverview, ProbeView, Word
+from ocmm_gui.charts import HistoryChart
+from ocmm_gui.kit import stacked
+from ocmm_gui.maintain._calibration_table import local_time
+from ocmm_gui.maintain._probe_tables import TipHistoryTable, TipTable
+from ocmm_gui.maintain._standing import StandingPage, in_a_row
+
+DESIGN = "The probe is virtual: it is taken to be as its document says."
+_IN_ORDER = "Calibrated, qualified, and in date. Points may be taken."
+_NO_RECORDS = "No records of this probe are kept on this computer."
+_NO_TIP = "No tip was calibrated yet: press P to calibrate the probe with the tip that is mounted."
+_FACTS = (
+    ("Probe", "name in its document"),
+    ("Tip", "the one that is mounted"),
+    ("Ball", "diameter that points are compensated with"),
+    ("Calibrated", "when, and by whom"),
+    ("Qualified", "when, and by whom"),
+    ("Valid until", "after that day no points are taken"),
+    ("Warmth", "of the surroundings when the probe was calibrated and the tip qualified"),
+    ("Turned", "how far the probe was turned about its axes while it was calibrated"),
+    ("Hash", "of what the geometry comes from; it stands in the jobs and reports"),
+)
+
+
+class ProbePage(StandingPage[ProbeView, ProbeOverview]):
+    """Standing, tips, trends and history of the probe.
+
+    Parameters
+    ----------
+    pull
+        Returns what is to be said about the probe now.
+    pull_overview
+        Returns what its store holds; asked for when the page is opened and when the standing
+        changed, for it reads many files.
+    """
+
+    def __init__(
+        self, pull: Callable[[], ProbeView], pull_overview: Callable[[], ProbeOverview]
+    ) -> None:
+        super().__init__(
+            "Probe", "probe", _FACTS, pull, pull_overview, in_order=_IN_ORDER, design=DESIGN
+        )
+        self.tips = TipTable()
+        self.diameter = HistoryChart("Ball diameter, Δ µm", factor=1e3, reach=2.0)
+        self.form = HistoryChart("Form, µm", factor=1e3, reach=2.0, changes=False, form=".1f")
+        self.place = HistoryChart(
+            "Tip from its first place, µm", factor=1e3, reach=5.0, changes=False, form=".1f"
+        )
+        self.check = HistoryChart(
+            "Quick check, % of limit", factor=100.0, reach=100.0, changes=False, limit=100.0,
+            form="+.0f",
+        )  # fmt: skip
+        self.history = TipHistoryTable()
+        self._charts = in_a_row(
+            *(stacked(one) for one in (self.diameter, self.form, self.place, self.check))
+        )
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addLayout(self._head())
+        layout.addWidget(self.tips, 2)
+        layout.addWidget(self._charts, 4)
+        layout.addWidget(self._empty, 2)
+        layout.addWidget(self.history, 4)
+
+    def _show_overview(self, view: ProbeView, found: ProbeOverview) -> None:
+        self._show_facts(_facts(view))
+        self.tips.show_tips(found.tips)
+        trends = found.trends
+        for chart, courses in (
+            (self.diameter, trends.diameter),
+            (self.form, trends.form),
+            (self.place, trends.place),
+            (self.check, trends.check),
+        ):
+            chart.show_courses(courses)
+        self.history.show_events(found.events)
+        why = found.fault
+        if not why and not found.tips:
+            why = _NO_RECORDS if view.word is Word.DESIGN else _NO_TIP
+        self._show_fault(why)
+        self._charts.setVisible(bool(found.tips))
+        self.tips.setVisible(bool(found.tips))
+        self.history.setVisible(bool(found.events))
+
+
+def _facts(view: ProbeView) -> dict[str, str]:
+    words = dict.fromkeys((name for name, _ in _FACTS), "–")
+    words |= {
+        "Probe": view.probe,
+        "Tip": view.tip or "–",
+        "Ball": f"{view.diameter_mm:.4f} mm",
+        "Hash": view.identity[:12],
+    }
+    if view.records is None:
+        return words
+    calibration, qualification = view.records.calibration, view.records.qualification
+    made = [calibration] if qualification is None else [calibration, qualification]
+    warmth = " / ".join(
+        "?" if one.temperature_c is None else f"{one.temperature_c:.1f}" for one in made
+    )
+    words |= {
+        "Calibrated": f"{local_time(calibration.made_utc)[:10]}, {calibration.made_by}",
+        "Valid until": local_time(view.due_utc)[:10],
+        "Warmth": f"{warmth} °C",
+        "Turned": "{:.0f}°, {:.0f}°, {:.0f}°".format(*calibration.ranges_deg),
+    }
+    if qualification is not None:
+        words["Qualified"] = f"{local_time(qualification.made_utc)[:10]}, {qualification.made_by}"
+    return words

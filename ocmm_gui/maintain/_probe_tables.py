@@ -1,0 +1,137 @@
+"""The tips of a probe and what happened to them, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtWidgets import QHeaderView
+
+from ocmm_core.calibration.records import State, TipEvent, TipEventKind, TipState
+from ocmm_gui.kit import Table, Theme, text_font
+from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
+
+_TIPS = (
+    ("Tip", "Its name; the mounted one has an arrow"),
+    ("Standing", "Whether it may be trusted"),
+    ("Ball, mm", "Effective diameter and its standard uncertainty (k = 1)"),
+    ("Form, µm", "Largest less smallest radius"),
+    ("Cone, µm", "Two standard deviations of the tips of all attitudes"),
+    ("Qualified", "When, and how warm it was"),
+    ("Checked", "The last quick check since"),
+    ("Valid until", "After that day no points are taken with it"),
+)
+_HISTORY = (
+    ("Time", "Local time"),
+    ("What happened", "To which record, see the last column"),
+    ("Tip", "Its name"),
+    ("Who", "As entered"),
+    ("Why", "As entered, or by which rule"),
+    ("Good until", "For a doubt: the last moment at which all was well"),
+    ("Record", "The beginning of its hash"),
+)
+_TONES = {
+    TipEventKind.QUALIFIED: Tone.GOOD,
+    TipEventKind.PASSED: Tone.GOOD,
+    TipEventKind.NOT_QUALIFIED: Tone.BAD,
+    TipEventKind.FAILED: Tone.BAD,
+    TipEventKind.DOUBTED: Tone.WARN,
+    TipEventKind.MOUNTED: Tone.WARN,
+}
+_STANDING, _ROW_PX = 1, 38
+
+
+class TipTable(Table):
+    """All tips, the mounted one first; the chosen one can be mounted."""
+
+    def __init__(self) -> None:
+        super().__init__("Tips", _TIPS)
+        self.setAccessibleDescription("Up and down choose a tip")
+        self.setFont(text_font(14))
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(len(_TIPS) - 1, QHeaderView.ResizeMode.Stretch)
+        self.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.setWordWrap(False)
+        self.setMinimumHeight(2 * _ROW_PX + 20)
+        self._tips: tuple[TipState, ...] = ()
+
+    def chosen(self) -> str | None:
+        """Return the name of the tip that is chosen, or None."""
+        row = self.currentRow()
+        return self._tips[row].tip if 0 <= row < len(self._tips) else None
+
+    def show_tips(self, tips: Sequence[TipState]) -> None:
+        """Show tips; the chosen one stays chosen."""
+        chosen = self.chosen()
+        self._tips = tuple(tips)
+        self._show()
+        names = [one.tip for one in tips]
+        if names:
+            self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = theme
+        self._show()
+
+    def _show(self) -> None:
+        theme = self._colours
+        colours = {State.VALID: theme.good, State.DUE: theme.warn}
+        self.setRowCount(len(self._tips))
+        for row, one in enumerate(self._tips):
+            for column, text in enumerate(_tip_words(one)):
+                colour = theme.text
+                if column == _STANDING:
+                    colour = colours.get(one.standing.state, theme.bad)
+                self._write(row, column, text, colour)
+
+
+class TipHistoryTable(EventTable):
+    """What happened to the tips, newest first."""
+
+    def __init__(self) -> None:
+        super().__init__(_HISTORY, what=1, why=4)
+
+    def show_events(self, events: Sequence[TipEvent]) -> None:
+        """Show events, given oldest first."""
+        self.show_lines([_line(event) for event in events])
+
+
+def _tip_words(one: TipState) -> tuple[str, ...]:
+    found, check = one.qualification, one.check
+    name = f"▶ {one.tip}" if one.mounted else f"   {one.tip}"
+    until = local_time(one.due_utc)[:10]
+    if found is None:
+        return (name, one.standing.state.value, "–", "–", "–", "never", "–", until)
+    warmth = "" if found.temperature_c is None else f", {found.temperature_c:.1f} °C"
+    checked = "–"
+    if check is not None:
+        verdict = "passed" if check.passed else "FAILED"
+        checked = f"{local_time(check.made_utc)[:10]} {verdict}"
+    return (
+        name,
+        one.standing.state.value,
+        f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}",
+        f"{1e3 * found.form_mm:.1f}",
+        f"{1e3 * found.articulation_2s_mm:.1f}",
+        f"{local_time(found.made_utc)[:10]}{warmth}",
+        checked,
+        until,
+    )
+
+
+def _line(event: TipEvent) -> Line:
+    kind = event.kind
+    word = kind.value[0].upper() + kind.value[1:]
+    if kind in (TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED):
+        word = word.replace("failed", "FAILED")
+    cells = (
+        local_time(event.utc),
+        word,
+        event.tip,
+        event.who,
+        event.reason,
+        local_time(event.since_utc) if event.since_utc else "",
+        event.record[:12],
+    )
+    return Line(cells, _TONES.get(kind, Tone.PLAIN))

@@ -1,0 +1,328 @@
+"""Recall: older jobs recalculated; totals in large words, and every verdict in a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QProgressBar
+
+from ocmm_core.errors import InputError
+from ocmm_core.export import write_together
+from ocmm_core.inspection.archive import (
+    COLUMNS,
+    Outcome,
+    Places,
+    RecallRecord,
+    checked,
+    decide,
+    decided,
+    headline,
+    job_line,
+    not_judged,
+    recall,
+    rests_on,
+    row,
+    totals,
+    worst_first,
+)
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ActionInfo,
+    FitText,
+    Mark,
+    PathPanel,
+    Sheet,
+    SideProcess,
+    Table,
+    Teller,
+    Theme,
+    mark_colour,
+    sentence_label,
+)
+from ocmm_gui.reports import drawing, pdf_bytes
+
+_KEYS = (
+    ActionInfo("folder", "Recall a folder", "Recalculate the jobs in doubt of a folder", ("F7",)),
+    ActionInfo("stop", "Stop", "Give up recalculating; nothing is changed", ("F9",)),
+    ActionInfo("pages", "Write PDF", "Write the recall as pages", ("F6",)),
+    ActionInfo(
+        "decide", "Release points", "Let points count again whose verdicts hold, in your name",
+        ("F8",),
+    ),
+)  # fmt: skip
+_TIPS = (
+    "file of the job",
+    "as in the plan",
+    "value ± U and verdict by the calibration of the job",
+    "the same by what its spots speak for",
+    "whether the verdict holds",
+    "and why",
+)
+_MARKS = {
+    Outcome.HOLDS: Mark.GOOD,
+    Outcome.CHANGES: Mark.BAD,
+    Outcome.UNKNOWN: Mark.DOUBT,
+}
+
+
+_MOST_LINES = 3
+"""Of jobs that were not judged: the table below needs the room."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Recalling:
+    places: Places
+
+    def __call__(self, tell: Teller) -> RecallRecord:
+        return recall(self.places, datetime.now(UTC), tell)
+
+
+@dataclass(frozen=True, slots=True)
+class _Deciding:
+    record: RecallRecord
+    places: Places
+    who: str
+
+    def __call__(self, tell: Teller) -> RecallRecord:
+        tell("Storing the recall", 0.5)
+        tell.commit()
+        return decide(self.record, self.places, self.who, datetime.now(UTC))
+
+
+@dataclass(frozen=True, slots=True)
+class _Writing:
+    record: RecallRecord
+    path: Path
+
+    def __call__(self, tell: Teller) -> Path:
+        tell("Drawing the pages", 0.3)
+        with drawing():
+            content = pdf_bytes(self.record)
+        tell.commit()
+        write_together({self.path: content})
+        return self.path
+
+
+class RecallTable(Table):
+    """One row a characteristic, the jobs that need somebody first."""
+
+    def __init__(self) -> None:
+        super().__init__("Verdicts of the recall", tuple(zip(COLUMNS, _TIPS, strict=True)))
+        self._record: RecallRecord | None = None
+        self._lines: list[str] = []
+
+    def show_record(self, record: RecallRecord) -> None:
+        """Show what a recall found."""
+        self._record = record
+        rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
+        self._lines = [f"{job_line(job)} {rests_on(job)}" for job, _ in rows]
+        self.setRowCount(len(rows))
+        for at, (job, one) in enumerate(rows):
+            for column, text in enumerate((Path(job.path).stem, *row(one))):
+                colour = mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
+                self._write(at, column, text, colour)
+        self.resizeColumnsToContents()
+        if rows:
+            self.selectRow(0)
+
+    def line(self) -> str:
+        """Return what the chosen row rests on; empty without one."""
+        at = self.currentRow()
+        return self._lines[at] if 0 <= at < len(self._lines) else ""
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = theme
+        if self._record is not None:
+            self.show_record(self._record)
+
+
+class RecallSheet(Sheet):
+    """Recalculate the jobs of a folder in a process of their own and show what came out.
+
+    Parameters
+    ----------
+    folder
+        Gives the folder that is proposed.
+    calibrations, probes
+        Give where the records are kept.
+    who
+        Gives the name of who decides.
+    """
+
+    def __init__(
+        self,
+        folder: Callable[[], Path],
+        calibrations: Callable[[], Path],
+        probes: Callable[[], Path | None],
+        who: Callable[[], str],
+    ) -> None:
+        super().__init__("Recall", _KEYS)
+        self._proposed, self._calibrations, self._probes = folder, calibrations, probes
+        self._who = who
+        self._theme = THEMES[DEFAULT_THEME]
+        self._asked: Places | None = None
+        self._places: Places | None = None  # those of the record that is shown
+        self._record: RecallRecord | None = None
+        self.file = PathPanel("jobs", "folder", "Recall")
+        self.pages = PathPanel("recall", "file", "Write")
+        self._headline = FitText("Result of the recall", limit=26)
+        self._headline.setFixedHeight(40)
+        self.totals = sentence_label("What the recall found", 15)
+        self.table = RecallTable()
+        self.about_job = sentence_label("What the chosen verdict rests on", 14)
+        self.about_job.setProperty("role", "muted")
+        self._progress = QProgressBar()
+        self._progress.setAccessibleName("Recalculating the jobs")
+        self._progress.setRange(0, 100)
+        self._progress.hide()
+        self._step = QLabel()
+        self._step.setTextFormat(Qt.TextFormat.PlainText)
+        self._step.hide()
+        self._work = SideProcess(self)
+        for widget in (self.file, self.pages, self._step, self._progress, self._headline,
+                       self.totals):  # fmt: skip
+            self.body.addWidget(widget)
+        self.body.addWidget(self.table, 1)
+        self.body.addWidget(self.about_job)
+        self._work.advanced.connect(self._advance)
+        self._work.finished.connect(self._show)
+        self._work.failed.connect(self._fail)
+        self.file.given.connect(self.read)
+        self.pages.given.connect(self.write)
+        self.table.itemSelectionChanged.connect(lambda: self.about_job.setText(self.table.line()))
+        self.use_keys(
+            {
+                "folder": lambda: self.file.ask(self._folder()),
+                "stop": self.stop,
+                "pages": self.ask_for_pages,
+                "decide": self.release,
+            },
+            primary="folder",
+        )
+        self.say("Choose the folder with the jobs (F7). Job files are not written to.")
+
+    def open(self) -> None:
+        """Recall the jobs of the folder where they are kept, unless some are shown already."""
+        if self._record is None and not self._work.is_running():
+            self.read(self._proposed())
+        self.table.setFocus()
+
+    def read(self, folder: Path) -> None:
+        """Recall the jobs of a folder; the window stays free."""
+        self._asked = Places((folder,), self._calibrations(), self._probes())
+        self._work.start(_Recalling(self._asked))
+        self._advance("Starting", 0.0)
+        self.say(f"Looks through the jobs of {folder}. Job files are not written to. F9 stops.")
+        self.table.setFocus()
+
+    def stop(self) -> None:
+        """Give up recalculating; what was shown stays."""
+        if self._work.is_running() and self._work.give_up():
+            self._end()
+            self.say("Stopped; nothing was changed.")
+
+    def release(self) -> None:
+        """Let the points count again whose verdicts hold, in the name of the operator."""
+        record, places = self._shown()
+        if record is None or places is None:
+            return
+        self._work.start(_Deciding(record, places, self._who()))
+        self._advance("Storing the recall", 0.5)
+
+    def ask_for_pages(self) -> None:
+        """Ask where the pages go."""
+        record, _ = self._shown()
+        if record is not None:
+            self.pages.ask(self._folder() / f"recall-{record.made_utc[:10]}.pdf")
+
+    def write(self, path: Path) -> None:
+        """Write the recall as pages."""
+        record, _ = self._shown()
+        if record is not None:
+            self._work.start(_Writing(record, path))
+            self._advance("Drawing the pages", 0.1)
+
+    def close_work(self) -> None:
+        """Give up what is calculated; call it before the window goes."""
+        self._work.cancel()
+
+    def is_working(self) -> bool:
+        """Return whether something is calculated."""
+        return self._work.is_running()
+
+    def headline(self) -> str:
+        """Return the totals in large words."""
+        return self._headline.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.table.set_theme(theme)
+        if self._record is not None:
+            self._show_words(self._record)
+
+    def _folder(self) -> Path:
+        return self._places.jobs[0] if self._places is not None else self._proposed()
+
+    def _shown(self) -> tuple[RecallRecord | None, Places | None]:
+        """Return what is shown; tell where there is nothing, or something is calculated."""
+        if self._work.is_running():
+            self.failed.emit(
+                InputError(
+                    "recall.busy", "The recall still works.", "Wait for it, or stop it (F9)."
+                )
+            )
+            return None, None
+        if self._record is None:
+            self.failed.emit(
+                InputError(
+                    "recall.nothing", "No recall is shown yet.", "Recall a folder first (F7)."
+                )
+            )
+            return None, None
+        return self._record, self._places
+
+    def _advance(self, what: str, share: float) -> None:
+        self._step.setText(what)
+        self._step.show()
+        self._progress.setValue(round(100.0 * share))
+        self._progress.show()
+
+    def _end(self) -> None:
+        self._step.hide()
+        self._progress.hide()
+
+    def _fail(self, error: object) -> None:
+        self._end()
+        self.say("It could not be done; what was shown stays.")
+        self.failed.emit(error)
+
+    def _show(self, answer: object) -> None:
+        self._end()
+        if isinstance(answer, Path):
+            self.pages.hide()
+            self.told.emit(f"The recall is in {answer}.")
+        elif isinstance(answer, RecallRecord):
+            self._record, self._places = answer, self._asked
+            self.file.hide()
+            self.say(checked(answer))
+            self._show_words(answer)
+            self.table.show_record(answer)
+            self.about_job.setText(self.table.line())
+            self.table.setFocus()
+
+    def _show_words(self, record: RecallRecord) -> None:
+        worst = next(
+            (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)),
+            Outcome.HOLDS,
+        )
+        mark = Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
+        self._headline.show_text(headline(record), mark_colour(self._theme, mark), mark)
+        said = (*totals(record), decided(record)) if record.jobs else ()
+        self.totals.setText("\n".join((*said, *not_judged(record, _MOST_LINES))))

@@ -1,0 +1,213 @@
+"""The desk view: plan, 3-D view, feature, status and camera images at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.camera import Rig
+from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.tracking import ProbeBody
+from ocmm_gui.kit import header_words, make_button, sentence_label, text_font
+from ocmm_gui.operator._feature_panel import FeaturePanel
+from ocmm_gui.operator._guidance import Guidance
+from ocmm_gui.operator._part_view import PartVerdictView
+from ocmm_gui.operator._plan_list import PlanList
+from ocmm_gui.operator._readout import Readout
+from ocmm_gui.operator._status_strip import StatusStrip
+from ocmm_gui.views import CameraViews, PointView, StepPicture
+
+_PAGES = ("job", "plan", "alignment", "results", "keys")
+_TOOLS = ("cameras", "fit", "closeup", "theme", "export", "view", "mode")
+_STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"), ("reopen",))
+_PART_PX = 190
+_PICTURE_PX = (96, 190)
+"""Least and greatest height of the picture of the step."""
+_SIDE_PX = 250
+_PANEL_PX = 370
+
+
+class DeskView(QWidget):
+    """Everything that the technician looks at.
+
+    Parameters
+    ----------
+    rig, body
+        What measures.
+    actions
+        By key.
+    """
+
+    def __init__(self, rig: Rig, body: ProbeBody, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self.strip = StatusStrip(len(rig.cameras), body.n_leds)
+        self.plan = PlanList()
+        self.points = PointView(rig, body)
+        self.readout = Readout()
+        self.feature = FeaturePanel()
+        self.guidance = Guidance(15)
+        self.picture = StepPicture()
+        self._nominals: Mapping[str, NominalFeature] = {}
+        self._folder: Path | None = None
+        self.cameras = CameraViews(rig)
+        self._heading = QLabel()
+        self._heading.setAccessibleName("Job")
+        self._heading.setTextFormat(Qt.TextFormat.PlainText)
+        self._heading.setFont(text_font(14, bold=True))
+        self._header = sentence_label("Operator and part", 12)
+        self._header.setProperty("role", "muted")
+        self._climate = sentence_label("Temperatures", 12)
+        self._climate.setProperty("role", "muted")
+        self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.part = PartVerdictView(limit=92, least=15)
+        self.part.setFixedHeight(_PART_PX)
+        self.part.hide()
+        centre = QVBoxLayout()
+        centre.setSpacing(8)
+        centre.addWidget(self.part)
+        centre.addWidget(self.points, 1)
+        work = QWidget()
+        beside = QHBoxLayout(work)
+        beside.setContentsMargins(0, 0, 0, 0)
+        beside.setSpacing(8)
+        beside.addWidget(self._left(actions))
+        beside.addLayout(centre, 1)
+        self._split = QSplitter(Qt.Orientation.Vertical)
+        self._split.setChildrenCollapsible(False)
+        self._split.addWidget(work)
+        self._split.addWidget(self.cameras)
+        self._split.setStretchFactor(0, 3)
+        self._split.setStretchFactor(1, 1)
+        self._split.setSizes([690, 230])
+        middle = QHBoxLayout()
+        middle.setSpacing(8)
+        middle.addWidget(self._split, 1)
+        middle.addWidget(self._right(actions))
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(10, 8, 10, 8)
+        layout.setSpacing(8)
+        layout.addWidget(self.strip)
+        layout.addLayout(middle, 1)
+        layout.addLayout(_tool_row(actions))
+
+    def use_plan(self, plan: Plan, folder: Path | None) -> None:
+        """Show the steps of a plan; ``folder`` is where its pictures are."""
+        self._nominals = {feature.name: feature for feature in plan.features}
+        self._folder = folder
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the state of the machine."""
+        self.strip.show_live(live)
+        self.readout.show_live(live)
+        self.guidance.show_live(live)
+        self.points.show_live(live)
+        if self.cameras.isVisible():
+            self.cameras.show_live(live)
+
+    def show_job(self, job: JobView) -> None:
+        """Show the job as it stands."""
+        done = sum(feature.state is FeatureState.DONE for feature in job.features)
+        self._heading.setText(f"{job.part}   {done} / {len(job.features)} features")
+        self._heading.setToolTip(header_words(job))
+        self._header.setText(header_words(job))
+        self.picture.show_step(self._nominals.get(job.active), self._folder)
+        self._climate.setText(job.temperature)
+        self.strip.show_job(job)
+        self.plan.show_job(job)
+        self.part.show_job(job)
+        self.part.setVisible(job.complete)
+        self.points.show_job(job)
+        self.feature.show_job(job)
+        self.guidance.show_job(job)
+
+    def toggle_cameras(self) -> None:
+        """Show or hide the camera images."""
+        self.cameras.setVisible(not self.cameras.isVisible())
+
+    def _left(self, actions: dict[str, QAction]) -> QWidget:
+        side = QWidget()
+        side.setFixedWidth(_SIDE_PX)
+        layout = QVBoxLayout(side)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(6)
+        layout.addWidget(self._heading)
+        layout.addWidget(self._header)
+        layout.addWidget(self.plan, 3)
+        self.picture.setMinimumHeight(_PICTURE_PX[0])
+        self.picture.setMaximumHeight(_PICTURE_PX[1])
+        layout.addWidget(self.picture, 1)
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for row, keys in enumerate(_STEPS):
+            span = 3 // len(keys)
+            for column, key in enumerate(keys):
+                button = make_button(actions[key])
+                shortcut = actions[key].shortcuts()[0].toString()
+                if len(shortcut) > 1:
+                    button.setText(actions[key].text())
+                button.setProperty("role", "tool")
+                button.setFont(text_font(12))
+                grid.addWidget(button, row, span * column, 1, span)
+        layout.addLayout(grid)
+        layout.addWidget(self._climate)
+        return side
+
+    def _right(self, actions: dict[str, QAction]) -> QWidget:
+        side = QWidget()
+        side.setFixedWidth(_PANEL_PX)
+        layout = QVBoxLayout(side)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(6)
+        layout.addWidget(self.readout, 1)
+        layout.addWidget(self.feature, 3)
+        box = QFrame()
+        box.setProperty("role", "panel")
+        inner = QVBoxLayout(box)
+        inner.setContentsMargins(12, 8, 12, 8)
+        inner.addWidget(self.guidance)
+        layout.addWidget(box)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for key in ("take", "undo", "finish"):
+            button = make_button(actions[key], primary=key == "take")
+            button.setMinimumHeight(52)
+            button.setText(actions[key].text())
+            button.setFont(text_font(18, bold=True))
+            row.addWidget(button, 1)
+        layout.addLayout(row)
+        return side
+
+
+def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
+    row = QHBoxLayout()
+    row.setSpacing(6)
+    for key in _PAGES:
+        row.addWidget(_tool(actions[key]))
+    row.addStretch(1)
+    for key in _TOOLS:
+        row.addWidget(_tool(actions[key]))
+    return row
+
+
+def _tool(action: QAction) -> QPushButton:
+    button = make_button(action)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    button.setProperty("role", "tool")
+    button.setFont(text_font(13))
+    return button

@@ -1,0 +1,69 @@
+"""What to do now, or what is in the way, in sentences that are read from three metres."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPaintEvent
+
+from ocmm_gui.kit import Painted, far_type, fitted, text_font, wrapped_pixels
+
+_LINE = 1.17
+_LEAST_PX = 16
+"""Smaller type below the step is no use to anybody."""
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+
+class FarMessage(Painted):
+    """The next step with the words of the plan below it; trouble takes the place of both."""
+
+    def __init__(self) -> None:
+        super().__init__("Next step", (600, 120), (300, 60))
+        self._step, self._words, self._trouble = "", "", ""
+
+    def tell(self, step: str, words: str, trouble: str) -> None:
+        """Show a step and what the plan says to it, or in their place what is in the way."""
+        if (step, words, trouble) != (self._step, self._words, self._trouble):
+            self._step, self._words, self._trouble = step, words, trouble
+            self.setAccessibleDescription(trouble or f"{step} {words}".strip())
+            self.update()
+
+    def text(self) -> str:
+        """Return what is read first."""
+        return self._trouble or self._step
+
+    def is_trouble(self) -> bool:
+        """Return whether it says what is in the way."""
+        return bool(self._trouble)
+
+    def type_pixels(self) -> int:
+        """Return the pixel size of what is read first."""
+        first = self._first()
+        if self._trouble:
+            return wrapped_pixels(self._trouble, first, far_type(self), bold=True)
+        bold = text_font(10, bold=True)
+        return fitted(bold, self._step, first.width(), first.height(), far_type(self)).pixelSize()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the sentences."""
+        painter = self._painter()
+        first = self._first()
+        painter.setFont(text_font(self.type_pixels(), bold=True))
+        painter.setPen(QColor(self._theme.bad if self._trouble else self._theme.text))
+        painter.drawText(first, _LEFT | Qt.TextFlag.TextWordWrap, self.text())
+        if self._trouble or not self._words:
+            return
+        second = QRectF(self.rect())
+        second.setTop(first.bottom())
+        font = fitted(text_font(10), self._words, second.width(), second.height(), far_type(self))
+        if font.pixelSize() < _LEAST_PX:
+            return
+        painter.setFont(font)
+        painter.setPen(QColor(self._theme.muted))
+        painter.drawText(second, _LEFT, self._words)
+
+    def _first(self) -> QRectF:
+        """Return where the first sentence stands: in one line if there is a second one."""
+        box = QRectF(self.rect())
+        if not self._trouble:
+            box.setHeight(min(_LINE * far_type(self) + 1.0, box.height()))
+        return box

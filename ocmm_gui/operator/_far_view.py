@@ -1,0 +1,277 @@
+"""The far view: what is read at three metres, and nothing else.
+
+A capital must be at least 63 px high on a 1920 x 1080 screen of 24 inches to be read there
+(20 minutes of arc); the digits that change get more.
+"""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.inspection.evaluation import JobView, LiveView
+from ocmm_core.tolerances.decisions import NO_VERDICT, Verdict, VerdictSummary
+from ocmm_gui.charts import ToleranceBar
+from ocmm_gui.kit import (
+    DASHES,
+    DEFAULT_THEME,
+    PAUSED,
+    THEMES,
+    FitText,
+    Mark,
+    Theme,
+    far_type,
+    feature_title,
+    form_words,
+    has_failed,
+    is_held,
+    make_button,
+    next_step,
+    outlier_count,
+    quantity,
+    status_colour,
+    status_mark,
+    step_text,
+    trouble,
+    verdict_colour,
+    verdict_line,
+    verdict_mark,
+)
+from ocmm_gui.operator._coverage_view import CoverageView
+from ocmm_gui.operator._far_message import FarMessage
+from ocmm_gui.operator._part_view import PartVerdictView
+from ocmm_gui.operator._readout import Readout
+from ocmm_gui.operator._target_ring import TargetRing
+
+_VALUES = (
+    ("measured", "Measured", "0000.000"),
+    ("deviation", "Deviation", "+0.000"),
+    ("uncertainty", "U", "0.000"),
+    ("form", "Form", "0.000"),
+)
+_TYPE_PX = 100
+"""Greatest type of words; its capitals are 73 px high."""
+
+
+class FarView(QWidget):
+    """Status, feature, digits, tolerance bar, verdict and three large buttons.
+
+    Parameters
+    ----------
+    actions
+        By key; take, undo and finish get a button.
+    """
+
+    def __init__(self, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._job: JobView | None = None
+        self._live: LiveView | None = None
+        right = Qt.AlignmentFlag.AlignRight
+        self._status = FitText("Status", limit=_TYPE_PX, reserve="INACCURATE")
+        self._count = FitText("Points", limit=_TYPE_PX, align=right, digits=True, reserve="00/00")
+        self._feature = FitText("Feature name", limit=_TYPE_PX)
+        self._verdict = FitText("Verdict", limit=_TYPE_PX, align=right, reserve="NOT MEASURED")
+        self._readout = Readout()
+        self._coverage = CoverageView()
+        self._ring = TargetRing()
+        self._values = {
+            key: FitText(name, limit=130, align=right, digits=True, reserve=reserve)
+            for key, name, reserve in _VALUES
+        }
+        self._bar = ToleranceBar(digits_share=0.36)
+        self._message = FarMessage()
+        self._captions = {
+            key: FitText(f"{name}, what it is", limit=_TYPE_PX, reserve="Deviation")
+            for key, name, _ in _VALUES
+        }
+        side = QGridLayout()
+        side.setHorizontalSpacing(10)
+        side.setVerticalSpacing(2)
+        side.setColumnStretch(0, 49)
+        side.setColumnStretch(1, 51)
+        for line, (key, name, _) in enumerate(_VALUES):
+            side.addWidget(self._captions[key], line, 0)
+            side.addWidget(self._values[key], line, 1)
+            side.setRowStretch(line, 1)
+            self._captions[key].show_text(name)
+        pictures = QVBoxLayout()
+        pictures.addWidget(self._coverage, 1)
+        pictures.addWidget(self._ring, 1)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(24, 4, 24, 12)
+        grid.setHorizontalSpacing(28)
+        grid.setVerticalSpacing(6)
+        grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
+        work = QHBoxLayout()
+        work.setSpacing(24)
+        work.addWidget(self._readout, 38)
+        work.addLayout(pictures, 12)
+        work.addLayout(side, 50)
+        self._one = QWidget()
+        one = QVBoxLayout(self._one)
+        one.setContentsMargins(0, 0, 0, 0)
+        one.setSpacing(6)
+        # The words need other shares of the width than the digits.
+        one.addLayout(_beside(self._feature, self._count, 80), 107)
+        one.addLayout(work, 434)
+        one.addWidget(self._bar, 83)
+        self.part = PartVerdictView(limit=220, least=30)
+        self._what = QStackedWidget()
+        self._what.addWidget(self._one)
+        self._what.addWidget(self.part)
+        grid.addWidget(self._what, 1, 0)
+        grid.addWidget(self._message, 2, 0)
+        self._buttons: list[QPushButton] = []
+        row = QHBoxLayout()
+        row.setSpacing(24)
+        for key in ("take", "undo", "finish"):
+            button = make_button(actions[key], primary=key == "take")
+            button.setText(actions[key].text())
+            self._buttons.append(button)
+            row.addWidget(button, 1)
+        grid.addLayout(row, 3, 0)
+        for line, stretch in enumerate((107, 624, 138, 0)):
+            grid.setRowStretch(line, stretch)
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the state of the machine."""
+        turned = has_failed(live) and not has_failed(self._live)
+        self._live = live
+        if turned and self._job is not None:
+            # What to do next is another thing now.
+            self.show_job(self._job)
+        self._show_status()
+        self._readout.show_live(live)
+        self._show_ring()
+
+    def show_job(self, job: JobView) -> None:
+        """Show the active feature."""
+        self._job = job
+        # Why the machine has no number stands in the readout, in place of the digits.
+        feature = job.shown
+        far_off = "" if feature is None else outlier_count(feature)
+        # From afar the first sentence is enough.
+        step, point, rest = next_step(job, self._live).partition(". ")
+        summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
+        counted = f"{summary.deciding}: {summary.words}." if summary.words else ""
+        parts = (counted, rest, far_off, step_text(job))
+        words = " ".join(part for part in parts if part)
+        hidden = self._live if job.shows_part and has_failed(self._live) else None
+        step = f"{step}{point}".strip()
+        lines = trouble(hidden, job) + ((step,) if hidden is not None else ())
+        self._message.tell(step, words, " ".join(lines))
+        self._show_status()
+        self._show_ring()
+        self.part.show_job(job)
+        self._what.setCurrentWidget(self.part if job.shows_part else self._one)
+        if job.shows_part:
+            # It stands below as large as it can; once is enough.
+            self._verdict.show_text("")
+            return
+        if feature is None:
+            return
+        summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
+        self._feature.show_text(feature_title(feature))
+        what = "Measured" if result is None else result.kind.capitalize()
+        warm = ", 20 °C" if job.at_20_c else ""
+        self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
+        self._count.show_text(f"{len(feature.points)}/{feature.needed}")
+        self._coverage.show_feature(feature, 0)
+        self._bar.show_result(result)
+        provisional = summary.verdict is Verdict.PROVISIONAL
+        # What is still provisional is in the colour of what is read second.
+        settled = self._theme.muted if provisional else self._theme.text
+        self._values["form"].show_text(form_words(feature), settled)
+        colour = verdict_colour(self._theme, summary.verdict)
+        mark = None if summary.verdict is None else verdict_mark(summary.verdict)
+        self._verdict.show_text(self._verdict_words(summary), colour, mark)
+        if result is None:
+            for key in ("measured", "deviation", "uncertainty"):
+                self._values[key].show_text(DASHES, self._theme.muted)
+            return
+        self._values["measured"].show_text(quantity(result, result.measured), settled)
+        self._values["uncertainty"].show_text(quantity(result, result.uncertainty), settled)
+        self._values["deviation"].show_text(quantity(result, result.deviation, signed=True), colour)
+
+    def _verdict_words(self, summary: VerdictSummary) -> str:
+        """Return the verdict, with how many share it where that is still read from afar."""
+        if summary.verdict is None:
+            return verdict_line(summary)
+        short = summary.words.replace(" of ", "/")
+        for words in (summary.words, short):
+            if words and self._verdict.size_of(words) >= far_type(self):
+                return words
+        return str(summary.verdict.value)
+
+    def verdict(self) -> str:
+        """Return the verdict on the shown feature; empty where that on the part is shown."""
+        return self._verdict.text()
+
+    def readout(self) -> Readout:
+        """Return the large digits."""
+        return self._readout
+
+    def type_pixels(self) -> dict[str, int]:
+        """Return the pixel size of the type of everything that is read from afar."""
+        texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
+        if self._what.currentWidget() is self.part:
+            texts = (self._status,)
+        pixels = {text.accessibleName(): text.type_pixels() for text in texts}
+        if self._what.currentWidget() is self.part:
+            pixels[self.part.word()] = self.part.type_pixels()[0]
+        if self._message.is_trouble():
+            # A reason takes as many words as it needs: it is as large as they allow.
+            return pixels
+        return pixels | {self._message.text(): self._message.type_pixels()}
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        for caption in self._captions.values():
+            caption.show_text(caption.text(), theme.muted)
+        if self._live is not None:
+            self.show_live(self._live)
+        if self._job is not None:
+            self.show_job(self._job)
+
+    def _show_status(self) -> None:
+        if self._live is None:
+            return
+        if is_held(self._job, self._live):
+            self._status.show_text(PAUSED, self._theme.warn, Mark.DOUBT)
+            return
+        status = self._live.status
+        self._status.show_text(
+            status.value, status_colour(self._theme, status), status_mark(status)
+        )
+
+    def _show_ring(self) -> None:
+        target = None if self._job is None else self._job.target
+        self._ring.show_target(target, None if self._live is None else self._live.tip_world)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the buttons at a ninth of the height: 33 mm on the screen of the far view."""
+        height = max(60, self.height() // 9)
+        for button in self._buttons:
+            button.setFixedHeight(height)
+            # A font set directly is lost when the application changes its style sheet.
+            button.setStyleSheet(f"font-size: {height // 2}px; font-weight: bold;")
+        super().resizeEvent(event)
+
+
+def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:
+    """Return two widgets in one line, the left one with so many hundredths of it."""
+    line = QHBoxLayout()
+    line.setSpacing(28)
+    line.addWidget(left, share)
+    line.addWidget(right, 100 - share)
+    return line

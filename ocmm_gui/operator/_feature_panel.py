@@ -1,0 +1,274 @@
+"""The feature panel: it builds up while points arrive."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFont, QResizeEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QVBoxLayout,
+)
+
+from ocmm_core.inspection.evaluation import FeatureView, JobView
+from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, Verdict
+from ocmm_gui.charts import ToleranceBar
+from ocmm_gui.kit import (
+    DASHES,
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Theme,
+    basis_words,
+    characteristics_of,
+    digit_font,
+    feature_title,
+    form_words,
+    millimetres,
+    outlier_words,
+    quantity,
+    text_font,
+    verdict_colour,
+    verdict_line,
+    verdict_mark,
+)
+from ocmm_gui.operator._coverage_view import CoverageView
+from ocmm_gui.operator._feature_details import CharacteristicList, PointDots
+from ocmm_gui.operator._residual_chart import ResidualChart
+
+_ROWS = ("Measured", "Nominal", "Deviation", U_LABEL, "Form", "Position")
+_LARGE = ("Measured", "Deviation")
+_ROOMY_PX = 480
+"""A lower panel has no room for explanations."""
+_TIGHT_PX = 420
+"""A lower panel has no room for large digits."""
+_PICTURE_PX, _SMALL_PX = 104, 84
+
+_MAX_OTHERS = 6
+
+
+class FeaturePanel(QFrame):
+    """Name, points, coverage, value, deviation, uncertainty, form, tolerance bar and verdict.
+
+    Numbers are marked as provisional until the feature has all its points. A click on a bar of the
+    chart chooses a point.
+    """
+
+    point_chosen = Signal(int)
+    """Emits the number of the point that was clicked."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._fitting = False
+        self._chosen = 0
+        self.setProperty("role", "panel")
+        self.setAccessibleName("Feature")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._job: JobView | None = None
+        self._title = FitText("Feature name", limit=26)
+        self._title.setFixedHeight(36)
+        self._dots = PointDots()
+        self.coverage = CoverageView()
+        self.coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
+        self._subject = _label("Characteristic", text_font(13), muted=True)
+        self._basis = _label("Association and frame", text_font(12), muted=True)
+        self._outliers = _label("Outliers", text_font(13))
+        self._outliers.setWordWrap(True)
+        self._outliers.hide()
+        self._bar = ToleranceBar()
+        self._bar.setFixedHeight(60)
+        self._verdict = FitText("Verdict", limit=30, reserve="1 of 3 NOT MEASURED")
+        self._verdict.setFixedHeight(42)
+        self._note = _label("Note", text_font(13), muted=True)
+        self._note.setWordWrap(True)
+        self._note.hide()
+        self._values: dict[str, QLabel] = {}
+        self._captions: dict[str, QLabel] = {}
+        grid = QGridLayout()
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(1, 1)
+        for row, name in enumerate(_ROWS):
+            value = _label(name, digit_font(16))
+            value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            caption = _label("", text_font(14), text=name, muted=True)
+            caption.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+            grid.addWidget(caption, row, 0)
+            grid.addWidget(value, row, 1)
+            self._values[name] = value
+            self._captions[name] = caption
+        self._others = CharacteristicList()
+        self.residuals = ResidualChart()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 8, 14, 8)
+        layout.setSpacing(6)
+        self._column, self._named = layout, QVBoxLayout()
+        named = self._named
+        for widget in (self._title, self._dots, self._subject, self._basis):
+            named.addWidget(widget)
+        head = QHBoxLayout()
+        head.addLayout(named, 1)
+        head.addWidget(self.coverage)
+        layout.addLayout(head)
+        layout.addLayout(grid)
+        for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
+            layout.addWidget(below)
+        layout.addWidget(self.residuals, 1)
+        self.residuals.point_chosen.connect(self.point_chosen)
+        self.coverage.point_chosen.connect(self.point_chosen)
+        self._fit()
+
+    def show_job(self, job: JobView) -> None:
+        """Show the active feature, or the last one when all are done."""
+        self._job = job
+        feature = job.shown
+        if feature is None:
+            return
+        summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
+        self._title.show_text(feature_title(feature))
+        self._dots.show_points(len(feature.points), feature.needed)
+        self._show_values(feature, result)
+        self._bar.show_result(result)
+        self._bar.setVisible(result is not None)
+        colour = verdict_colour(self._theme, summary.verdict)
+        mark = None if summary.verdict is None else verdict_mark(summary.verdict)
+        self._verdict.show_text(verdict_line(summary), colour, mark)
+        self.coverage.show_feature(feature, self._chosen)
+        flagged = bool(feature.outliers)
+        self._outliers.setText(outlier_words(feature, self._chosen))
+        self._outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
+        self._outliers.setVisible(bool(self._outliers.text()))
+        note = feature.note or (result.note if result is not None else "")
+        self._note.setText(note)
+        # Beside a number the note explains; without one it is the reason, and must be seen.
+        explains = result is not None and result.measured is not None and not feature.note
+        self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
+        others = [item for item in characteristics_of(job, feature.name) if item is not result]
+        self._others.show_results(tuple(others[:_MAX_OTHERS]))
+        self.residuals.show_feature(feature, self._chosen)
+        self._fit()
+
+    def choose(self, number: int) -> None:
+        """Mark a point; zero marks none."""
+        self._chosen = number
+        if self._job is not None:
+            self.show_job(self._job)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show as much as there is room for: nothing is ever cut in half."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def value(self, name: str) -> str:
+        """Return what stands beside a caption."""
+        return self._values[name].text()
+
+    def verdict(self) -> str:
+        """Return the verdict word."""
+        return self._verdict.text()
+
+    def outliers(self) -> str:
+        """Return what is said about outliers and the chosen point; may be empty."""
+        return self._outliers.text()
+
+    def basis(self) -> str:
+        """Return by which association, and in which frame."""
+        return self._basis.text()
+
+    def title(self) -> str:
+        """Return shape and name of the shown feature."""
+        return self._title.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._job is not None:
+            self.show_job(self._job)
+
+    def _fit(self) -> None:
+        # What is hidden or shown here can resize this panel: once is enough, or it never ends.
+        if not self._fitting:
+            self._fitting = True
+            try:
+                self._fit_once()
+            finally:
+                self._fitting = False
+
+    def _fit_once(self) -> None:
+        tight = self.height() < _TIGHT_PX
+        for name, value in self._values.items():
+            large = name in _LARGE
+            pixels = (18 if tight else 26) if large else (13 if tight else 16)
+            value.setFont(digit_font(pixels, bold=large))
+            self._captions[name].setFont(text_font(13 if tight else 14))
+        for widget, usual, least in (
+            (self._title, 36, 26), (self._dots, 30, 22), (self._bar, 60, 44),
+            (self._verdict, 42, 32),
+        ):  # fmt: skip
+            widget.setFixedHeight(least if tight else usual)
+        side = _SMALL_PX if tight else _PICTURE_PX
+        self.coverage.setFixedSize(side, side)
+        self._column.setSpacing(2 if tight else 6)
+        self._named.setSpacing(1 if tight else 4)
+        # What is least missed goes first: all of it stands on the sheet of results as well.
+        given_up = (self._row("Position"), (self._basis,), self._row("Nominal"))
+        for labels in given_up:
+            for label in labels:
+                label.show()
+        for labels in given_up:
+            if self._column.totalHeightForWidth(self.width()) <= self.height():
+                break
+            for label in labels:
+                label.hide()
+
+    def _row(self, name: str) -> tuple[QLabel, ...]:
+        return (self._values[name], self._captions[name])
+
+    def _show_values(self, feature: FeatureView, result: CharacteristicResult | None) -> None:
+        fit = feature.fit
+        size = ""
+        if result is not None:
+            self._subject.setText(f"{result.name}: {result.kind}")
+            self._subject.setToolTip(f"{result.name}: {subject(result)}")
+            size = quantity(result, result.measured)
+        else:
+            self._subject.setText("No tolerance on this feature.")
+            if fit is not None and fit.radius > 0.0:
+                size = millimetres(2.0 * fit.radius)
+        self._basis.setText(basis_words(feature, result))
+        so_far = result is not None and result.verdict is Verdict.PROVISIONAL
+        for value in self._values.values():
+            value.setStyleSheet(f"color: {self._theme.muted};" if so_far else "")
+        texts = {
+            "Measured": size or millimetres(None),
+            "Nominal": DASHES if result is None else quantity(result, result.nominal),
+            "Deviation": DASHES
+            if result is None
+            else quantity(result, result.deviation, signed=True),
+            U_LABEL: DASHES if result is None else quantity(result, result.uncertainty),
+            "Form": form_words(feature),
+            "Position": millimetres(None)
+            if fit is None
+            else "  ".join(millimetres(float(value), signed=True) for value in fit.point),
+        }
+        for name, text in texts.items():
+            self._values[name].setText(text)
+
+
+def subject(result: CharacteristicResult) -> str:
+    """Return what a characteristic is about, in words."""
+    what = {"form": "form deviation"}.get(result.kind, result.kind)
+    return f"{what} {' – '.join(result.features)}"
+
+
+def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:
+    label = QLabel(text)
+    label.setFont(font)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setAccessibleName(name or text)
+    if muted:
+        label.setProperty("role", "muted")
+    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+    return label

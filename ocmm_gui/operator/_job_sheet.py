@@ -1,0 +1,317 @@
+"""The start of a job: who measures, which part, and jobs that were left open."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QListWidget, QListWidgetItem
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
+from ocmm_core.inspection.evaluation import JobHeader, JobView
+from ocmm_core.inspection.plan import PlanCard, plan_card, plans_in
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import (
+    ActionInfo,
+    ChoiceBox,
+    PathPanel,
+    Sheet,
+    Worker,
+    WorkLine,
+    caption,
+    form_field,
+    panel,
+    sentence_label,
+    text_font,
+)
+
+_KEYS = (
+    ActionInfo("next_part", "Next part", "The next serial number, everything else as it is",
+               ("F6",)),
+    ActionInfo("plan", "Other plan", "Choose the plan of another file", ("F5",)),
+    ActionInfo("go_on", "Continue", "Go on with the chosen job", ("F7",)),
+    ActionInfo("begin", "Begin", "Begin a job for this part", ("F8",)),
+)  # fmt: skip
+_FIELDS = (
+    ("operator", "Operator", "Who measures"),
+    ("serial", "Serial number", "Of the part; - where it has none"),
+    ("order", "Order", "Number of the order; may be empty"),
+    ("batch", "Batch", "Parts to be compared; may be empty"),
+)
+_PATH = Qt.ItemDataRole.UserRole
+_ROW_PX = 44
+
+
+class JobSheet(Sheet):
+    """Four fields, and beside them the other jobs of the batch.
+
+    Return goes from field to field, and begins the job after the last one.
+
+    Parameters
+    ----------
+    bridge
+        Begins jobs.
+    """
+
+    def __init__(self, bridge: StationBridge) -> None:
+        super().__init__("Job", _KEYS)
+        self._bridge = bridge
+        self.fields = {key: form_field(label, tip) for key, label, tip in _FIELDS}
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(14)
+        grid.setVerticalSpacing(12)
+        # A folder may hold many plans and jobs, and lie on a slow disk.
+        self._lists = Worker("ocmm-lists", self)
+        self._offered: dict[Path, PlanCard] = {}
+        self._beside: dict[Path, PlanCard] = {}
+        self.work = WorkLine("Job")
+        bridge.job_begun.connect(self.work.end)
+        bridge.failed.connect(self._on_failed)
+        self._cards: list[PlanCard | None] = [None]
+        self.plans = ChoiceBox("Plan", "What is measured in the next job", ())
+        self.plans.setFont(text_font(18))
+        self.plans.setMinimumHeight(44)
+        self.plans.currentIndexChanged.connect(lambda _row: self._show_part())
+        self.plan_file = PathPanel("plan", "file", "Choose")
+        self.plan_file.given.connect(self.choose_plan)
+        self.body.addWidget(self.plan_file)
+        self.body.addWidget(self.work)
+        self._part = QLabel()
+        self._part.setAccessibleName("Part")
+        self._part.setFont(text_font(20, bold=True))
+        grid.addWidget(self._part, 0, 0, 1, 2)
+        keys = [key for key, _, _ in _FIELDS]
+        words = caption("Plan", self.plans)
+        words.setFont(text_font(18))
+        grid.addWidget(words, 1, 0)
+        grid.addWidget(self.plans, 1, 1)
+        for row, (key, label, _) in enumerate(_FIELDS, start=2):
+            field = self.fields[key]
+            field.setFont(text_font(20))
+            field.setMinimumHeight(44)
+            words = caption(label, field)
+            words.setFont(text_font(18))
+            grid.addWidget(words, row, 0)
+            grid.addWidget(field, row, 1)
+            field.left.connect(self.left)
+            after = keys[keys.index(key) + 1 : keys.index(key) + 2]
+            if after:
+                field.returnPressed.connect(self.fields[after[0]].setFocus)
+            else:
+                field.returnPressed.connect(self.begin)
+        hint = sentence_label("How to go on", 14)
+        hint.setText(
+            "Return goes to the next field and begins the job after the last one. A job that was "
+            "begun stays in its file; its points are never lost. One that is not finished is "
+            "paused where the next job has another plan; Continue goes on with it."
+        )
+        hint.setProperty("role", "muted")
+        grid.addWidget(hint, len(_FIELDS) + 2, 0, 1, 2)
+        grid.setRowStretch(len(_FIELDS) + 3, 1)
+        self.jobs = QListWidget()
+        self.jobs.setAccessibleName("Jobs of this batch")
+        self.jobs.setAccessibleDescription("Up and down choose a job; F7 goes on with it")
+        self.jobs.setFont(text_font(15))
+        beside = QGridLayout()
+        self._heading = sentence_label("Which jobs", 15)
+        beside.addWidget(self._heading, 0, 0)
+        beside.addWidget(self.jobs, 1, 0)
+        beside.setRowStretch(1, 1)
+        row_layout = QHBoxLayout()
+        row_layout.setSpacing(12)
+        row_layout.addWidget(panel(grid), 1)
+        row_layout.addWidget(panel(beside), 1)
+        self.body.addLayout(row_layout, 1)
+        self.fields["batch"].editingFinished.connect(self._list_jobs)
+        self.jobs.itemActivated.connect(lambda _item: self.go_on())
+        self.use_keys(
+            {
+                "next_part": self.next_part,
+                "plan": lambda: self.plan_file.ask(self._plan_folder()),
+                "go_on": self.go_on,
+                "begin": self.begin,
+            },
+            primary="begin",
+        )
+
+    def open(self, job: JobView) -> None:
+        """Fill in what is known, with the keyboard in the first field."""
+        header = self._proposal(job)
+        self._list_plans()
+        self.say(f"The running job is {job.job}.")
+        for key, field in self.fields.items():
+            field.setText(str(getattr(header, key)))
+        self._list_jobs()
+        self.fields["operator"].setFocus()
+        self.fields["operator"].selectAll()
+
+    def begin(self) -> None:
+        """Begin a job with what is filled in."""
+        words = {key: field.text().strip() for key, field in self.fields.items()}
+        header = JobHeader(
+            operator=words["operator"],
+            part=self._bridge.station.plan.part,
+            serial=words["serial"],
+            order=words["order"],
+            batch=words["batch"],
+        )
+        card = self._cards[self.plans.currentIndex()]
+        if card is None:
+            self._bridge.next_part(header)
+        else:
+            self._bridge.change_plan(card.path, header)
+        self._show_beginning()
+
+    def offer(self, path: Path) -> None:
+        """Let a plan be chosen from now on; one that cannot be measured is told."""
+        card = self.attempt(lambda: plan_card(path))
+        if card is not None:
+            self._offered[path.absolute()] = card
+            self._show_plans()
+
+    def choose_plan(self, path: Path) -> None:
+        """Choose the plan of a file for the next job."""
+        self.offer(path)
+        if path.absolute() in self._offered:
+            self._choose(path.absolute())
+            self.plans.setFocus()
+
+    def next_part(self) -> None:
+        """Begin the job of the next part at once."""
+        header = self.attempt(lambda: _after(self._bridge.job().header))
+        if header is not None:
+            self._bridge.next_part(header)
+            self._show_beginning()
+
+    def go_on(self) -> None:
+        """Go on with the chosen job, once the list is read."""
+        self._lists.do(lambda: None, lambda _none: self._go_on(), self.failed.emit)
+
+    def close_work(self) -> None:
+        """Read no more lists; call it before the window goes."""
+        self._lists.close(0.0)
+
+    def _go_on(self) -> None:
+        item = self.jobs.currentItem()
+        if item is None:
+            self.told.emit("Choose a job of the list first.")
+        else:
+            self._bridge.go_on(item.data(_PATH))
+            self._show_beginning()
+
+    def _show_beginning(self) -> None:
+        if self._bridge.is_beginning():
+            self.work.begin("Beginning the job")
+
+    def _on_failed(self, _error: object) -> None:
+        if not self._bridge.is_beginning():
+            self.work.end()
+
+    def _proposal(self, job: JobView) -> JobHeader:
+        """Return the header of the running job, for the next part once this one has points."""
+        if not any(feature.points for feature in job.features):
+            return job.header
+        try:
+            return _after(job.header)
+        except OcmmError:
+            return job.header
+
+    def _plan_folder(self) -> Path:
+        file = self._bridge.station.plan_file
+        return Path.home() if file is None else file.parent
+
+    def _list_plans(self) -> None:
+        """List the plan that is measured, those beside it, and those that were offered."""
+        file, offered = self._bridge.station.plan_file, tuple(self._offered)
+        folder = self._plan_folder()
+        self._show_plans()
+
+        def read() -> tuple[dict[Path, PlanCard], dict[Path, PlanCard]]:
+            # The plan that is measured is to be had again when another one is.
+            asked = {*offered, *([] if file is None else [file.absolute()])}
+            found = {}
+            for path in sorted(asked):
+                # What has become unreadable since is left out.
+                with contextlib.suppress(OcmmError):
+                    found[path] = plan_card(path)
+            return {card.path: card for card in plans_in(folder)}, found
+
+        def done(answer: tuple[Mapping[Path, PlanCard], Mapping[Path, PlanCard]]) -> None:
+            beside, found = answer
+            late = {path: card for path, card in self._offered.items() if path not in offered}
+            self._beside, self._offered = dict(beside), {**found, **late}
+            self._show_plans()
+
+        self._lists.do(read, done, self.failed.emit)
+
+    def _show_plans(self) -> None:
+        station, before = self._bridge.station, self._cards[max(self.plans.currentIndex(), 0)]
+        known = {**self._beside, **self._offered}
+        others = [card for card in known.values() if card.identity != station.plan_identity]
+        self._cards = [None, *others]
+        self.plans.blockSignals(True)
+        self.plans.clear()
+        self.plans.addItem(f"{station.plan.name}, as it is measured now")
+        for card in others:
+            changed = ", changed since" if card.path == station.plan_file else ""
+            self.plans.addItem(f"{card.name}, {card.path.name}{changed}")
+            self.plans.setItemData(
+                self.plans.count() - 1, str(card.path), Qt.ItemDataRole.ToolTipRole
+            )
+        self.plans.blockSignals(False)
+        if before is not None:
+            self._choose(before.path)
+        self._show_part()
+
+    def _choose(self, path: Path) -> None:
+        # It is not in the list where it is the one that is measured already.
+        places = [None if card is None else card.path for card in self._cards]
+        self.plans.setCurrentIndex(places.index(path) if path in places else 0)
+
+    def _show_part(self) -> None:
+        card = self._cards[max(self.plans.currentIndex(), 0)]
+        part = self._bridge.station.plan.part if card is None else card.part
+        self._part.setText(f"Part {part}")
+
+    def _list_jobs(self) -> None:
+        batch = self.fields["batch"].text().strip()
+        folder = self._bridge.station.job_path.parent
+        self._heading.setText(f"Reading the jobs in {folder}")
+        self._lists.do(
+            lambda: parts_of_batch(folder, batch),
+            lambda parts: self._show_jobs(folder, batch, parts),
+            self.failed.emit,
+        )
+
+    def _show_jobs(self, folder: Path, batch: str, parts: tuple[BatchPart, ...]) -> None:
+        if batch != self.fields["batch"].text().strip():
+            # The list of another batch is on its way.
+            return
+        running = self._bridge.station.job_path
+        self.jobs.clear()
+        for part in reversed(parts):
+            if part.path == running:
+                continue
+            when = part.created_utc[:16].replace("T", " ")
+            item = QListWidgetItem(
+                f"Serial {part.serial}: {part.points} points, {part.operator}, {when} UTC, "
+                f"{part.path.name}",
+                self.jobs,
+            )
+            item.setData(_PATH, part.path)
+            item.setToolTip(item.text())
+            item.setSizeHint(QSize(200, _ROW_PX))
+        if self.jobs.count():
+            self.jobs.setCurrentRow(0)
+        of = f"of batch {batch}" if batch else "without a batch"
+        count = self.jobs.count() or "none"
+        self._heading.setText(f"Other jobs {of}, in {folder}: {count}")
+
+
+def _after(header: JobHeader) -> JobHeader:
+    """Return the header of the next part; InputError where its serial number has no number."""
+    return replace(header, serial=next_serial(header.serial))

@@ -1,0 +1,110 @@
+"""The verdict on the part, as large as its place allows, and what makes it no better."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
+
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, JobView
+from ocmm_gui.kit import Mark, Painted, fitted, paint_mark, text_font, verdict_colour, verdict_mark
+
+_WORD_SHARE = 0.46
+"""Part of the height that the word gets where reasons stand below it."""
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+
+class PartVerdictView(Painted):
+    """Sign and word of the verdict, the counts, and the names that fail or are missing.
+
+    Parameters
+    ----------
+    limit
+        Greatest pixel size of the word.
+    least
+        Smallest pixel size of a reason: names that do not fit are counted.
+    """
+
+    def __init__(self, limit: int, least: int) -> None:
+        super().__init__("Verdict on the part", (600, 300), (200, 60))
+        self._limit, self._least = limit, least
+        self._job: JobView | None = None
+
+    def show_job(self, job: JobView) -> None:
+        """Show the verdict on the part of a job."""
+        if job is self._job:
+            return
+        self._job = job
+        self.setAccessibleDescription(f"{self.word()}. {' '.join(self.lines())}".strip())
+        self.update()
+
+    def word(self) -> str:
+        """Return the word of the verdict."""
+        return "" if self._job is None else self._job.part_verdict.word.value
+
+    def lines(self) -> tuple[str, ...]:
+        """Return what stands below the word."""
+        if self._job is None:
+            return ()
+        part = self._job.part_verdict
+        simulated = (f"{SIMULATED}: {NO_REAL_PART}",) if self._job.simulated else ()
+        return (*simulated, *(part.reasons or (part.summary.counted,)))
+
+    def type_pixels(self) -> tuple[int, int]:
+        """Return the pixel sizes of the word and of what stands below it."""
+        return self._word_font_px(), self._line_px()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint sign, word and reasons."""
+        if self._job is None:
+            return
+        painter = self._painter()
+        part, size = self._job.part_verdict, self._word_font_px()
+        colour = verdict_colour(self._theme, part.verdict)
+        box = self._word_box()
+        mark = Mark.DONE if part.verdict is None else verdict_mark(part.verdict)
+        side = 0.8 * size
+        place = QRectF(box.left(), box.center().y() - 0.5 * side, side, side)
+        paint_mark(painter, mark, place, colour, self._theme.background)
+        painter.setFont(text_font(size, bold=True))
+        painter.setPen(QColor(colour))
+        painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), _LEFT, self.word())
+        lines, pixels = self.lines(), self._line_px()
+        painter.setFont(text_font(pixels, bold=True))
+        painter.setPen(QColor(self._theme.text))
+        line = QRectF(box.left(), box.bottom(), self.width(), 1.25 * pixels)
+        metrics = QFontMetricsF(painter.font())
+        for text in lines:
+            painter.drawText(line, _LEFT, with_room(text, metrics, self.width()))
+            line.translate(0.0, line.height())
+
+    def _word_box(self) -> QRectF:
+        return QRectF(0.0, 0.0, self.width(), _WORD_SHARE * self.height())
+
+    def _word_font_px(self) -> int:
+        box = self._word_box()
+        # The sign before the word is as wide as the word is high.
+        room = box.width() - 1.05 * min(self._limit, box.height() / 1.17)
+        return fitted(
+            text_font(10, bold=True), self.word(), room, box.height(), self._limit
+        ).pixelSize()
+
+    def _line_px(self) -> int:
+        lines = self.lines()
+        room = (self.height() - self._word_box().height()) / (1.25 * max(len(lines), 1))
+        longest = max(lines, key=len, default="")
+        bold = text_font(10, bold=True)
+        size = fitted(bold, longest, self.width(), room, 0.86 * self._word_font_px()).pixelSize()
+        return max(size, min(self._least, int(room)))
+
+
+def with_room(text: str, metrics: QFontMetricsF, room: float) -> str:
+    """Return ``WORD: A, B, C`` with as many names as fit, the others counted: ``A, 2 more``."""
+    head, _, tail = text.partition(": ")
+    names = tail.split(", ")
+    for left_out in range(len(names)):
+        kept = names[: len(names) - left_out]
+        more = f", {left_out} more" if left_out else ""
+        shown = f"{head}: {', '.join(kept)}{more}" if tail else text
+        if metrics.horizontalAdvance(shown) <= room:
+            return shown
+    return f"{head}: {len(names)}" if tail else text

@@ -1,0 +1,148 @@
+"""The plan as a sequence, with a mark and a word for every feature."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPainter
+from PySide6.QtWidgets import (
+    QListWidget,
+    QListWidgetItem,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QWidget,
+)
+
+from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    Theme,
+    feature_mark,
+    fitted,
+    paint_mark,
+    progress_word,
+    shape_word,
+    text_font,
+    verdict_colour,
+)
+
+_ROLE = Qt.ItemDataRole.UserRole
+_VERDICT = Qt.ItemDataRole(_ROLE + 1)
+_ROW_PX = 46
+
+
+class PlanList(QListWidget):
+    """List of the features; a click makes one the active feature."""
+
+    feature_chosen = Signal(str)
+    """Emits the name of the feature that was clicked."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Plan")
+        self.setAccessibleDescription(
+            "Features in the order of probing; page up and page down change the active one"
+        )
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
+        self.setUniformItemSizes(True)
+        self._delegate = _Row(self)
+        self.setItemDelegate(self._delegate)
+        self.itemClicked.connect(lambda item: self.feature_chosen.emit(item.data(_ROLE).name))
+
+    def show_job(self, job: JobView) -> None:
+        """Show the features as they stand and keep the active one in sight."""
+        marked = job.shown if job.looked_at or not job.active else job.feature(job.active)
+        while self.count() > len(job.features):
+            self.takeItem(self.count() - 1)
+        for row, feature in enumerate(job.features):
+            item = self.item(row) if row < self.count() else None
+            if item is None:
+                item = QListWidgetItem(self)
+            verdict = job.verdict_of(feature.name).verdict
+            item.setData(_ROLE, feature)
+            item.setData(_VERDICT, verdict)
+            item.setText(
+                f"{feature.name}, {shape_word(feature.shape)}, {len(feature.points)} of "
+                f"{feature.needed} points, {progress_word(feature, verdict)}"
+            )
+            item.setToolTip(item.text())
+            if feature is marked:
+                self.setCurrentItem(item)
+                self.scrollToItem(item)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._delegate.theme = theme
+        self.viewport().update()
+
+
+class _Row(QStyledItemDelegate):
+    """One row: mark, name, shape, points and word."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.theme = THEMES[DEFAULT_THEME]
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        return QSize(180, _ROW_PX)
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        feature: FeatureView = index.data(_ROLE)
+        verdict: Verdict | None = index.data(_VERDICT)
+        theme = self.theme
+        rect, state = option.rect, option.state
+        box = QRectF(rect)
+        active = feature.state is FeatureState.ACTIVE
+        painter.save()
+        if active or state & QStyle.StateFlag.State_MouseOver:
+            painter.fillRect(box, QColor(theme.background))
+        if active:
+            painter.fillRect(QRectF(box.left(), box.top(), 4, box.height()), QColor(theme.accent))
+        done = feature.state is FeatureState.DONE
+        colour = theme.muted
+        if done:
+            colour = verdict_colour(theme, verdict)
+        elif active:
+            colour = theme.accent
+        side = 20.0
+        mark = QRectF(box.left() + 12, box.center().y() - 0.5 * side, side, side)
+        paint_mark(painter, feature_mark(feature, verdict), mark, colour, theme.panel)
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        text = box.adjusted(42, 4, -10, -4)
+        upper = QRectF(text.left(), text.top(), text.width(), 0.5 * text.height())
+        lower = QRectF(text.left(), upper.bottom(), text.width(), 0.5 * text.height())
+        count = f"{len(feature.points)} / {feature.needed}"
+        bold = text_font(14, bold=True)
+        painter.setFont(bold)
+        painter.setPen(QColor(theme.text))
+        metrics = painter.fontMetrics()
+        shape = shape_word(feature.shape)
+        # A long name has the line for itself; the points stand below it then.
+        alone = metrics.horizontalAdvance(f"{feature.name}  {count}") > upper.width()
+        if alone:
+            shape = f"{shape}  {count}"
+        else:
+            painter.drawText(upper, right, count)
+        painter.setFont(fitted(bold, feature.name, upper.width(), upper.height() + 2.0, 14))
+        name = painter.fontMetrics().elidedText(
+            feature.name, Qt.TextElideMode.ElideMiddle, int(upper.width())
+        )
+        painter.drawText(upper, left, name)
+        painter.setFont(text_font(12))
+        painter.setPen(QColor(theme.muted))
+        painter.drawText(lower, left, shape)
+        painter.setFont(text_font(12, bold=True))
+        painter.setPen(QColor(colour))
+        painter.drawText(lower, right, progress_word(feature, verdict))
+        painter.restore()

@@ -1,0 +1,86 @@
+"""The point that is chosen: with the keys, or by a click on its bar."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject
+
+from ocmm_core.inspection.evaluation import FeatureView, JobView
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import NoticeCentre, ReasonPanel
+from ocmm_gui.operator._desk_view import DeskView
+
+
+class PointChoice(QObject):
+    """Choose a point of the shown feature, delete it with a reason, put the last one back.
+
+    Parameters
+    ----------
+    bridge
+        Carries it out.
+    desk
+        Marks the point in the panel and in the 3-D view.
+    notices
+        Where is told that there is nothing to choose.
+    """
+
+    def __init__(self, bridge: StationBridge, desk: DeskView, notices: NoticeCentre) -> None:
+        super().__init__()
+        self._bridge = bridge
+        self._desk = desk
+        self._notices = notices
+        self._chosen = 0
+        self.panel = ReasonPanel()
+        self.panel.given.connect(self._delete)
+        desk.feature.point_chosen.connect(self.choose)
+
+    @property
+    def chosen(self) -> int:
+        """Return the number of the chosen point; zero for none."""
+        return self._chosen
+
+    def choose(self, number: int) -> None:
+        """Mark a point; zero marks none."""
+        self._chosen = number
+        self._desk.feature.choose(number)
+        self._desk.points.choose(number)
+
+    def step(self, way: int) -> None:
+        """Choose the next point of the shown feature, or the one before; outliers come first."""
+        feature = self._feature()
+        if feature is None or not feature.points:
+            self._notices.inform("There is no point to choose yet.")
+            return
+        numbers = [point.number for point in feature.points]
+        if self._chosen in numbers:
+            self.choose(numbers[(numbers.index(self._chosen) + way) % len(numbers)])
+        else:
+            self.choose((*feature.outliers, numbers[-1])[0])
+
+    def delete(self) -> None:
+        """Ask why the chosen point is to be deleted."""
+        if self._chosen:
+            self.panel.ask(self._chosen)
+        else:
+            self._notices.inform("Choose a point first: with . and , or by a click on its bar.")
+
+    def restore(self) -> None:
+        """Put the point back that was deleted last from the shown feature."""
+        feature = self._feature()
+        if feature is None or not feature.deleted:
+            self._notices.inform("No point of this feature was deleted.")
+            return
+        self._bridge.restore_point(feature.deleted[-1].point.number)
+
+    def show_job(self, job: JobView) -> None:
+        """Forget the choice once its point is gone or another feature is shown."""
+        feature = job.shown
+        known = () if feature is None else [point.number for point in feature.points]
+        if self._chosen and self._chosen not in known:
+            self.choose(0)
+
+    def _feature(self) -> FeatureView | None:
+        return self._bridge.job().shown
+
+    def _delete(self, number: int, reason: str) -> None:
+        self._bridge.delete_point(number, reason)
+        self._desk.setFocus()

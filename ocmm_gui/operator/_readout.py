@@ -1,0 +1,174 @@
+"""The readout: X, Y and Z of the ball centre, as large as the place allows."""
+
+from __future__ import annotations
+
+import time
+
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ocmm_core.inspection.evaluation import LiveView
+from ocmm_gui.kit import (
+    CAP_HEIGHT,
+    DASHES,
+    DEFAULT_THEME,
+    THEMES,
+    WRAPPED,
+    Theme,
+    digit_font,
+    fitted,
+    millimetres,
+    text_font,
+    wrapped_pixels,
+)
+
+DIGITS_HZ = 12
+"""Digits that change faster cannot be read."""
+
+FLASH_MS = 450
+_RESERVE = "+0000.000"
+_CAPTION_SHARE = 0.08
+_REASON_LIMIT_PX = 100
+
+
+class Readout(QWidget):
+    """Three rows of digits; the reason in their place as soon as the core withholds the number."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._values = (DASHES, DASHES, DASHES)
+        self._caption = ""
+        self._shown_at = 0.0
+        self._flash: bool | None = None
+        self._theme = THEMES[DEFAULT_THEME]
+        self._end_of_flash = QTimer(self)
+        self._end_of_flash.setSingleShot(True)
+        self._end_of_flash.setInterval(FLASH_MS)
+        self._end_of_flash.timeout.connect(self._stop_flash)
+        self.setAccessibleName("Readout")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the tip, or why there is none that can be trusted.
+
+        A number that is withdrawn goes at once; a new one waits for the next turn of the digits.
+        """
+        now = time.monotonic()
+        if live.tip_world is None:
+            self._show((DASHES, DASHES, DASHES), live.reason or "no trusted position")
+        elif now - self._shown_at >= 0.9 / DIGITS_HZ or DASHES in self._values:
+            self._shown_at = now
+            x, y, z = (millimetres(float(value), signed=True) for value in live.tip_world)
+            uncertainty = millimetres(live.tip_uncertainty)
+            frame = "world frame" if live.reference is None else f"by '{live.reference.name}'"
+            self._show((x, y, z), f"ball centre, mm, {frame}   ±{uncertainty} (k=2)")
+
+    def withdraw(self, reason: str) -> None:
+        """Show no number any more, and why."""
+        self._show((DASHES, DASHES, DASHES), reason)
+
+    def values(self) -> tuple[str, str, str]:
+        """Return what the three rows hold; dashes while the reason stands in their place."""
+        return self._values
+
+    def flash(self, *, good: bool) -> None:
+        """Light the border up for a moment, in the colour of good or bad news."""
+        self._flash = good
+        self._end_of_flash.start()
+        self.update()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.update()
+
+    def cap_height(self) -> float:
+        """Return the height of the digits, px."""
+        return CAP_HEIGHT * self._type()
+
+    def sizeHint(self) -> QSize:
+        """Return a size for the desk view; elsewhere the layout decides."""
+        return QSize(300, 150)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size below which the digits cannot be read at a desk."""
+        return QSize(180, 90)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the rows, the caption and, for a moment, the border."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(QColor(self._theme.border), self._theme.border_px))
+        painter.setBrush(QColor(self._theme.panel))
+        painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 6, 6)
+        pixels = self._type()
+        box = self._digit_box()
+        painter.setFont(digit_font(pixels))
+        row = box.height() / 3.0
+        for index, (axis, value) in enumerate(zip("XYZ", self._values, strict=True)):
+            place = QRectF(box.left(), box.top() + index * row, box.width(), row)
+            painter.setPen(QColor(self._theme.accent))
+            painter.drawText(
+                place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, axis
+            )
+            if value != DASHES:
+                painter.setPen(QColor(self._theme.text))
+                painter.drawText(
+                    place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
+                )
+        if DASHES in self._values:
+            painter.setPen(QColor(self._theme.text))
+            painter.setFont(text_font(self.reason_pixels()))
+            painter.drawText(self._reason_box(), WRAPPED, self._caption)
+        else:
+            painter.setPen(QColor(self._theme.muted))
+            caption = QRectF(box.left(), box.bottom(), box.width(), self._caption_height())
+            painter.setFont(
+                fitted(text_font(10), self._caption, caption.width(), caption.height(), 28)
+            )
+            painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, self._caption)
+        if self._flash is not None:
+            thick = max(6.0, 0.02 * self.height())
+            news = self._theme.good if self._flash else self._theme.bad
+            painter.setPen(QPen(QColor(news), thick))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            half = 0.5 * thick
+            painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
+
+    def reason_pixels(self) -> int:
+        """Return the pixel size of the sentence that stands in place of the digits."""
+        return wrapped_pixels(self._caption, self._reason_box(), _REASON_LIMIT_PX)
+
+    def _reason_box(self) -> QRectF:
+        margin = max(8.0, 0.02 * self.height())
+        box = QRectF(self.rect()).adjusted(margin, margin, -margin, -margin)
+        # The axes keep their place, so that the eye finds the digits again.
+        box.setLeft(self._digit_box().left() + 1.1 * self._type())
+        return box
+
+    def _caption_height(self) -> float:
+        return max(14.0, _CAPTION_SHARE * self.height())
+
+    def _digit_box(self) -> QRectF:
+        margin = max(12.0, 0.04 * self.height())
+        return QRectF(self.rect()).adjusted(
+            margin, 0.5 * margin, -margin, -self._caption_height() - 0.5 * margin
+        )
+
+    def _type(self) -> int:
+        box = self._digit_box()
+        return fitted(
+            digit_font(10), "X " + _RESERVE, box.width(), box.height() / 3.0, 400
+        ).pixelSize()
+
+    def _show(self, values: tuple[str, str, str], caption: str) -> None:
+        if (values, caption) != (self._values, self._caption):
+            self._values, self._caption = values, caption
+            spoken = " ".join(map(" ".join, zip("XYZ", values, strict=True)))
+            self.setAccessibleDescription(caption if DASHES in values else spoken)
+            self.update()
+
+    def _stop_flash(self) -> None:
+        self._flash = None
+        self.update()

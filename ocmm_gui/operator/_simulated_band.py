@@ -1,0 +1,61 @@
+"""The band at the edge of every screen that says: no real part was measured."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
+
+from ocmm_core.inspection.evaluation import SIMULATED
+from ocmm_gui.kit import CAP_HEIGHT, Painted, far_type, text_font
+
+_DESK_SHARE = 0.022
+"""Size of the type over the height of the window where it is read from a chair."""
+
+
+class SimulatedBand(Painted):
+    """One word from the bottom to the top, repeated as often as there is room.
+
+    It costs width only: height is what screens lack.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("Simulated: no real part was measured", (30, 400), (12, 60))
+        self._far = False
+        self.hide()
+
+    def show_far(self, far: bool) -> None:
+        """Be legible at three metres, or from a chair."""
+        self._far = far
+        self._fit()
+
+    def type_pixels(self) -> int:
+        """Return the pixel size of the word."""
+        if self._far:
+            return far_type(self)
+        return max(13, round(_DESK_SHARE * self.window().height()))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the width that the type needs."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the band and its words."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(self._theme.warn))
+        painter.setPen(QColor(self._theme.background))
+        font = text_font(self.type_pixels(), bold=True)
+        painter.setFont(font)
+        word = painter.fontMetrics().horizontalAdvance(SIMULATED)
+        times = max(1, self.height() // (2 * word))
+        share = self.height() / times
+        painter.translate(0.0, self.height())
+        painter.rotate(-90.0)
+        # Capitals alone stand in the middle: the room below a line is for letters that hang.
+        base = 0.5 * (self.width() + CAP_HEIGHT * self.type_pixels())
+        for index in range(times):
+            painter.drawText(QPointF((index + 0.5) * share - 0.5 * word, base), SIMULATED)
+
+    def _fit(self) -> None:
+        self.setFixedWidth(round(1.25 * CAP_HEIGHT * self.type_pixels()))
+        self.update()

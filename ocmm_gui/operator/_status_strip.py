@@ -1,0 +1,154 @@
+"""The status strip: the one word, its reason, and how the machine is doing."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QSizePolicy
+
+from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    PAUSED,
+    THEMES,
+    FitText,
+    Mark,
+    Theme,
+    digit_font,
+    is_held,
+    millimetres,
+    seen_cameras,
+    seen_targets,
+    status_colour,
+    status_mark,
+    text_font,
+)
+
+_COUNTERS = (
+    ("Cameras", "cameras that see the probe / of the rig"),
+    ("Targets", "LEDs that two cameras see / on the probe"),
+    ("Reference", "LEDs of the reference body that two cameras see / on it"),
+    ("U point", "expanded uncertainty of a point here, mm, k = 2"),
+    ("Frames/s", "frames tracked a second"),
+    ("Good", "bus cycles that came in time"),
+    ("Late", "bus cycles that came late"),
+    ("Lost", "bus cycles that did not come"),
+    ("Bad", "bus cycles that could not be used"),
+    ("Overruns", "frames that the reconstruction was too slow for"),
+)
+
+_NEEDED = 3
+"""LEDs without which there is no place of the reference body."""
+
+
+class StatusStrip(QFrame):
+    """Word and reason on the left, counters on the right.
+
+    Parameters
+    ----------
+    n_cameras, n_leds
+        Of the rig and of the probe.
+    """
+
+    def __init__(self, n_cameras: int, n_leds: int) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self._n_cameras = n_cameras
+        self._n_leds = n_leds
+        self._live: LiveView | None = None
+        self._job: JobView | None = None
+        self._theme = THEMES[DEFAULT_THEME]
+        self._word = FitText("Status", limit=34, reserve="INACCURATE")
+        self._word.setFixedSize(250, 46)
+        self._reason = QLabel()
+        self._reason.setAccessibleName("Reason of the status")
+        self._reason.setTextFormat(Qt.TextFormat.PlainText)
+        self._reason.setWordWrap(True)
+        self._reason.setFont(text_font(14))
+        self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._values: dict[str, QLabel] = {}
+        self._reference: tuple[QLabel, ...] = ()
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 4, 12, 4)
+        layout.setSpacing(12)
+        layout.addWidget(self._word)
+        layout.addWidget(self._reason, 1)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(16)
+        grid.setVerticalSpacing(0)
+        for column, (name, tip) in enumerate(_COUNTERS):
+            caption, value = QLabel(name), QLabel("–")
+            caption.setProperty("role", "muted")
+            caption.setFont(text_font(12))
+            value.setFont(digit_font(16))
+            value.setAccessibleName(name)
+            value.setAccessibleDescription(tip)
+            value.setToolTip(tip)
+            for row, label in enumerate((caption, value)):
+                label.setAlignment(Qt.AlignmentFlag.AlignRight)
+                grid.addWidget(label, row, column)
+            self._values[name] = value
+            if name == "Reference":
+                self._reference = (caption, value)
+        self._show_reference(None)
+        layout.addLayout(grid)
+
+    def show_live(self, live: LiveView) -> None:
+        """Show the state of the machine."""
+        self._live = live
+        if is_held(self._job, live):
+            self._word.show_text(PAUSED, self._theme.warn, Mark.DOUBT)
+        else:
+            colour = status_colour(self._theme, live.status)
+            self._word.show_text(live.status.value, colour, status_mark(live.status))
+        reason = " ".join((live.reason, *live.faults)).strip()
+        if self._reason.text() != reason:
+            self._reason.setText(reason)
+            self._reason.setToolTip(reason)
+        self._show_reference(live.reference)
+        counts = live.acquisition
+        for name, value in (
+            ("Cameras", f"{seen_cameras(live)}/{self._n_cameras}"),
+            ("Targets", f"{seen_targets(live)}/{self._n_leds}"),
+            ("U point", millimetres(live.tip_uncertainty)),
+            ("Frames/s", f"{live.frames_per_second:.0f}"),
+            ("Good", _short(counts.good)),
+            ("Late", _short(counts.late)),
+            ("Lost", _short(counts.lost)),
+            ("Bad", _short(counts.bad)),
+            ("Overruns", _short(counts.overrun)),
+        ):
+            self._values[name].setText(value)
+
+    def show_job(self, job: JobView) -> None:
+        """Show that a job takes no touches."""
+        self._job = job
+        if self._live is not None:
+            self.show_live(self._live)
+
+    def _show_reference(self, reference: ReferenceView | None) -> None:
+        """Show the counter of the reference body where one is used, and where it is lost in red."""
+        for label in self._reference:
+            label.setVisible(reference is not None)
+        if reference is not None:
+            lost = reference.seen < _NEEDED
+            self._values["Reference"].setText(f"{reference.seen}/{reference.n_leds}")
+            self._values["Reference"].setStyleSheet(f"color: {self._theme.bad};" if lost else "")
+
+    def status(self) -> str:
+        """Return the word that is shown."""
+        return self._word.text()
+
+    def counter(self, name: str) -> str:
+        """Return what stands under a caption."""
+        return self._values[name].text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._live is not None:
+            self.show_live(self._live)
+
+
+def _short(count: int) -> str:
+    # Six digits keep their place in the strip for any length of shift.
+    return f"{count}" if count < 1_000_000 else f"{count / 1e6:.2f}M"

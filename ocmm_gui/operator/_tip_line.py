@@ -1,0 +1,115 @@
+"""The line that says on every screen which tip is on the probe and whether it may be trusted."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy
+
+from ocmm_core.calibration.records import ProbeView, Word
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Mark, Theme, far_type, mark_colour
+from ocmm_gui.operator._trust_bar import MarkView, Place
+
+_NEAR_PX = 14
+_CALM_SHARE = 0.35
+"""Of the type that is read at three metres: what is in good order need not be."""
+
+
+class TipLine(QFrame):
+    """A mark and a sentence about the probe; calm in good order, and never away."""
+
+    turned = Signal(object)
+    """Emits the `ProbeView` when the tip stops the points, or does so no more."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("tipline")
+        self.setAccessibleName("Probe and tip")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._view: ProbeView | None = None
+        self._place = Place.DESK
+        self._pixels = _NEAR_PX
+        self._mark = MarkView()
+        self._text = QLabel()
+        self._text.setAccessibleName("Standing of the tip")
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text.setWordWrap(True)
+        self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(14, 2, 14, 2)
+        layout.setSpacing(8)
+        layout.addWidget(self._mark)
+        layout.addWidget(self._text, 1)
+
+    def show_probe(self, view: ProbeView, place: Place) -> None:
+        """Show what is to be said about the probe in that place."""
+        pixels = _NEAR_PX
+        if place is Place.FAR:
+            pixels = round((_CALM_SHARE if _is_calm(view) else 1.0) * far_type(self))
+        if (view, place, pixels) == (self._view, self._place, self._pixels):
+            return
+        before, self._view, self._place, self._pixels = self._view, view, place, pixels
+        text = tip_words(view, place)
+        self._text.setText(text)
+        self._text.setToolTip(text)
+        self._paint()
+        if before is not None and (before.hindrance is None) != (view.hindrance is None):
+            self.turned.emit(view)
+
+    def text(self) -> str:
+        """Return what the line says."""
+        return self._text.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _paint(self) -> None:
+        theme, view = self._theme, self._view
+        mark = Mark.DONE if view is None else tip_mark(view)
+        calm = view is None or _is_calm(view)
+        colour = theme.muted if calm else mark_colour(theme, mark)
+        pixels = self._pixels
+        self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
+        self._mark.show_mark(mark, mark_colour(theme, mark), theme.panel)
+        weight = "normal" if calm else "bold"
+        self.setStyleSheet(
+            f"#tipline {{ background: {theme.panel}; border-bottom: 1px solid {theme.border}; }}"
+            f" #tipline QLabel {{ color: {colour}; font-size: {pixels}px; font-weight: {weight}; }}"
+        )
+
+
+def tip_mark(view: ProbeView) -> Mark:
+    """Return the mark of a standing."""
+    if view.uncalibrated:
+        return Mark.BAD
+    return {
+        Word.VALID: Mark.GOOD,
+        Word.DESIGN: Mark.DONE if view.obstacle is None else Mark.DOUBT,
+        Word.DUE: Mark.DOUBT,
+        Word.SUSPECT: Mark.DOUBT,
+    }.get(view.word, Mark.BAD)
+
+
+def _is_calm(view: ProbeView) -> bool:
+    return tip_mark(view) in (Mark.DONE, Mark.GOOD)
+
+
+def tip_words(view: ProbeView, place: Place) -> str:
+    """Return what is said about the probe; from three metres the name of the tip and one word."""
+    word = "UNCALIBRATED" if view.uncalibrated else view.word.value
+    if place is Place.FAR:
+        return f"Tip {view.tip}: {word}" if view.tip else f"Probe {view.probe}: {word}"
+    ball = f"ball {view.diameter_mm:.4f} mm"
+    if view.word is Word.DESIGN and view.obstacle is None:
+        return f"Probe {view.title}: {word}, as its document says, {ball}."
+    # Why no points are taken stands in the status strip of the desk view already.
+    why = ""
+    if view.obstacle is not None and view.uncalibrated:
+        why = f" {view.obstacle.what}"
+    elif view.obstacle is not None and place is Place.MAINTAIN:
+        why = f" No points: {view.obstacle}"
+    warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
+    usable = view.word in (Word.VALID, Word.DUE) and bool(view.due_utc)
+    until = f" until {view.due_utc[:10]}" if usable else ""
+    return f"Probe {view.title}: {word}{until}, {ball}.{why}{warnings}"

@@ -1,0 +1,119 @@
+"""The bar that stays on every screen while the calibration is not as it should be."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from ocmm_core.calibration.records import CalibrationView
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Mark, Theme, far_type, paint_mark
+
+_NEAR_PX = 15
+
+
+class Place(Enum):
+    """Above what the bar stands."""
+
+    DESK = "desk"
+    """Its status strip tells why no points are taken."""
+    FAR = "far"
+    """Read at three metres; the readout tells why no points are taken."""
+    MAINTAIN = "maintain"
+
+
+class TrustBar(QFrame):
+    """A mark and a sentence: UNCALIBRATED, NO POINTS, or a warning; hidden in good order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("trust")
+        self.setAccessibleName("Calibration")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._view: CalibrationView | None = None
+        self._place = Place.DESK
+        self._beside = ""
+        self._pixels = _NEAR_PX
+        self._mark = MarkView()
+        self._text = QLabel()
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text.setWordWrap(True)
+        self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(14, 4, 14, 4)
+        layout.setSpacing(10)
+        layout.addWidget(self._mark)
+        layout.addWidget(self._text, 1)
+        self.hide()
+
+    def show_calibration(self, view: CalibrationView, place: Place, beside: str = "") -> None:
+        """Show what somebody who measures has to know in that place, or hide.
+
+        ``beside`` is what is to be said besides the calibration, for who stands at the screen.
+        """
+        pixels = far_type(self) if place is Place.FAR else _NEAR_PX
+        if (view, place, beside, pixels) == (self._view, self._place, self._beside, self._pixels):
+            return
+        self._view, self._place, self._beside, self._pixels = view, place, beside, pixels
+        text = trust_words(view, place)
+        if place is not Place.FAR:
+            text = f"{text} {beside}".strip()
+        self._text.setText(text)
+        self._text.setToolTip(text)
+        self._paint()
+        self.setVisible(bool(text))
+
+    def text(self) -> str:
+        """Return what the bar says; empty while it is hidden."""
+        return self._text.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _paint(self) -> None:
+        theme, view = self._theme, self._view
+        severe = view is not None and (view.uncalibrated or view.obstacle is not None)
+        colour = theme.bad if severe else theme.warn
+        pixels = self._pixels
+        self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
+        self._mark.show_mark(Mark.BAD if severe else Mark.DOUBT, colour, theme.panel)
+        self.setStyleSheet(
+            f"#trust {{ background: {theme.panel}; border-bottom: 3px solid {colour}; }}"
+            f" #trust QLabel {{ color: {colour}; font-size: {pixels}px; font-weight: bold; }}"
+        )
+
+
+class MarkView(QWidget):
+    """A mark as large as the widget."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._shown = (Mark.DOUBT, "#000000", "#000000")
+
+    def show_mark(self, mark: Mark, colour: str, inside: str) -> None:
+        """Show a mark; ``inside`` is the colour of what is cut out of it."""
+        self._shown = (mark, colour, inside)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the mark."""
+        mark, colour, inside = self._shown
+        paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
+
+
+def trust_words(view: CalibrationView, place: Place) -> str:
+    """Return what the bar says; empty in good order, and where it is said beside it."""
+    warnings = " ".join(view.warnings)
+    if view.uncalibrated:
+        if place is Place.FAR:
+            return "UNCALIBRATED: proves nothing"
+        why = view.obstacle.what if view.obstacle is not None else ""
+        return f"UNCALIBRATED: nothing is proven. {why} {warnings}".strip()
+    if view.obstacle is not None:
+        return f"NO POINTS: {view.obstacle}" if place is Place.MAINTAIN else ""
+    # A warning is for who can do something about it, and that is not done three metres off.
+    return "" if place is Place.FAR else warnings

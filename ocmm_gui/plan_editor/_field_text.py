@@ -1,0 +1,110 @@
+"""What stands in the fields of a form, as text, and what the text means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.plan import number
+from ocmm_gui.plan_editor._form_lines import FormLine, Kind
+
+_YES, _NO = "yes", "no"
+FLAGS = (_NO, _YES)
+"""The choices of a line that is a flag."""
+
+_WANTED: Mapping[Kind, str] = {
+    Kind.COUNT: "a whole number",
+    Kind.NUMBER: "a number",
+    Kind.VECTOR: "three numbers with spaces between them",
+    Kind.NUMBERS: "numbers with spaces between them",
+    Kind.PLACES: "lines of a name and three numbers",
+}
+
+
+def text_of(line: FormLine, value: Any) -> str:
+    """Return what stands in the field of a line."""
+    match line.kind:
+        case Kind.FLAG:
+            return _YES if value else _NO
+        case Kind.NAMES:
+            return ", ".join(value)
+        case Kind.VECTOR | Kind.NUMBERS:
+            return _row(value)
+        case Kind.PLACES:
+            return "\n".join(_place(item) for item in value)
+        case Kind.FIXED if isinstance(value, list | tuple):
+            return "\n".join(_place(item) if isinstance(item, Mapping) else
+                             _row(item) if isinstance(item, list | tuple) else _plain(item)
+                             for item in value)  # fmt: skip
+        case _:
+            return _plain(value)
+
+
+def value_of(line: FormLine, text: str) -> Any:
+    """Return what the text of a field means, as plain data.
+
+    Raises
+    ------
+    InputError
+        It cannot be read; the sentence names the field.
+    """
+    match line.kind:
+        case Kind.FLAG:
+            return text == _YES
+        case Kind.NAMES:
+            return [part.strip() for part in text.split(",") if part.strip()]
+        case Kind.TEXT | Kind.CHOICE:
+            return text
+        case Kind.PLACES:
+            rows = [row.split() for row in text.splitlines() if row.strip()]
+            if any(len(row) < 4 for row in rows):
+                raise _fault(line, text)
+            name, place = line.parts
+            return [
+                {name: " ".join(row[:-3]), place: _numbers(line, text, row[-3:])} for row in rows
+            ]
+        case _:
+            values = _numbers(line, text, text.split())
+    if line.kind is Kind.NUMBERS:
+        return values
+    if len(values) != (3 if line.kind is Kind.VECTOR else 1):
+        raise _fault(line, text)
+    if line.kind is Kind.VECTOR:
+        return values
+    if line.kind is Kind.COUNT:
+        if values[0] != int(values[0]):
+            raise _fault(line, text)
+        return int(values[0])
+    return values[0]
+
+
+def _numbers(line: FormLine, text: str, words: list[str]) -> list[float]:
+    values = [number(word) for word in words]
+    found = [value for value in values if value is not None]
+    if len(found) < len(values):
+        raise _fault(line, text)
+    return found
+
+
+def _fault(line: FormLine, text: str) -> InputError:
+    return InputError(
+        f"plan.form.{line.key}",
+        f"{line.label} is {text!r}, which is not {_WANTED[line.kind]}.",
+        f"{line.tip}.",
+    )
+
+
+def _place(item: Mapping[str, Any]) -> str:
+    name, values = item.values()
+    return f"{name}  {_row(values)}"
+
+
+def _row(values: Iterable[Any]) -> str:
+    return "  ".join(_plain(value) for value in values)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float) and float(f"{value:g}") == value:
+        return f"{value:g}"
+    return "" if value is None else str(value)

@@ -1,0 +1,221 @@
+"""The lines of a form, made from the types of the core: what a plan can hold can be filled in.
+
+A type is a struct, or a union of structs of which the field that tells them apart is a line of its
+own; ``None`` among them is the empty choice. A struct in a struct has its lines after those of the
+outer one, with keys like ``start.primary``.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Literal, Union, get_args, get_origin
+
+import msgspec
+
+from ocmm_gui.plan_editor._field_words import Words, words_of
+
+GIVEN = "given"
+"""Stands for the field that tells whether a struct without a tag is there."""
+
+
+class Kind(Enum):
+    """What a field holds."""
+
+    TEXT = "text"
+    COUNT = "whole number"
+    NUMBER = "number"
+    FLAG = "yes or no"
+    CHOICE = "one of a list"
+    VECTOR = "three numbers"
+    NUMBERS = "any count of numbers"
+    NAMES = "names"
+    PLACES = "a name and three numbers on every line"
+    FIXED = "only shown: it comes from a document with a hash"
+
+
+@dataclass(frozen=True, slots=True)
+class FormLine:
+    """One field of an item.
+
+    Attributes
+    ----------
+    key
+        As in the document; parts of an inner struct after a dot.
+    label, tip
+        For people.
+    kind
+        What it holds.
+    choices
+        Where only these are possible.
+    neutral
+        What stands there before anybody has filled it in.
+    decides
+        Other lines follow from its choice.
+    parts
+        Fields that every line of `Kind.PLACES` gives: of the name, and of the numbers.
+    """
+
+    key: str
+    label: str
+    tip: str
+    kind: Kind
+    choices: tuple[str, ...] = ()
+    neutral: Any = ""
+    decides: bool = False
+    parts: tuple[str, ...] = ()
+
+
+def form_lines(
+    make: Any,
+    data: Mapping[str, Any],
+    without: tuple[str, ...] = (),
+    at: str = "",
+    head: Words | None = None,
+) -> tuple[FormLine, ...]:
+    """Return the lines for an item of a type.
+
+    Parameters
+    ----------
+    make
+        Type of the item: a struct, or a union of structs and maybe ``None``.
+    data
+        What is filled in, by field; it decides which struct of a union the lines are for.
+    without
+        Fields that get no line.
+    at
+        What the keys begin with.
+    head
+        Label and explanation of the line that decides which struct it is.
+    """
+    variants, optional = _variants(make)
+    field = tag_field(make)
+    lines: list[FormLine] = []
+    if field:
+        choices = (*(("",) if optional else ()), *variants)
+        label, tip = head or words_of(next(iter(variants.values())), field)
+        start = choices[0]
+        lines.append(FormLine(at + field, label, tip, Kind.CHOICE, choices, start, decides=True))
+        chosen = str(data.get(field, start))
+    else:
+        chosen = next(iter(variants))
+    struct = variants.get(chosen)
+    if struct is None:
+        return tuple(lines)
+    for item in msgspec.structs.fields(struct):
+        if item.name in without:
+            continue
+        if _is_structs(item.type):
+            inner = data.get(item.name) or {}
+            words = words_of(struct, item.name)
+            lines += form_lines(item.type, inner, at=f"{at}{item.name}.", head=words)
+        else:
+            lines.append(_line(struct, item, at))
+    return tuple(lines)
+
+
+def opened(make: Any, data: Any) -> dict[str, Any]:
+    """Return plain data of an item with every choice filled in that `form_lines` has a line for."""
+    variants, optional = _variants(make)
+    field = tag_field(make)
+    found: dict[str, Any] = dict(data or {})
+    if field:
+        there = "" if data is None and optional else next(iter(variants))
+        found.setdefault(field, there)
+    struct = variants.get(found.get(field, next(iter(variants))))
+    for item in () if struct is None else msgspec.structs.fields(struct):
+        if _is_structs(item.type):
+            found[item.name] = opened(item.type, found.get(item.name))
+    return found
+
+
+def closed(make: Any, data: Mapping[str, Any]) -> Any:
+    """Return what `opened` got: plain data of the item, with no field that its type has not."""
+    variants, _ = _variants(make)
+    field = tag_field(make)
+    struct = variants.get(str(data.get(field, "")) if field else next(iter(variants)))
+    if struct is None:
+        return None
+    plain = {field: data[field]} if field and field != GIVEN else {}
+    for item in msgspec.structs.fields(struct):
+        if item.name in data:
+            inner = data[item.name]
+            plain[item.name] = closed(item.type, inner) if _is_structs(item.type) else inner
+    return plain
+
+
+def tag_field(make: Any) -> str:
+    """Return the field that tells which struct of a union an item is; empty where there is one."""
+    variants, optional = _variants(make)
+    if len(variants) == 1 and not optional:
+        return ""
+    config = next(iter(variants.values())).__struct_config__
+    return str(config.tag_field) if config.tag_field else GIVEN
+
+
+def _variants(make: Any) -> tuple[dict[str, type[msgspec.Struct]], bool]:
+    """Return the structs of a type by what tells them apart, and whether None is one of them."""
+    members = get_args(make) if _is_union(make) else (make,)
+    structs = [item for item in members if item is not type(None)]
+    named = {str(item.__struct_config__.tag or GIVEN): item for item in structs}
+    return named, type(None) in members
+
+
+def _is_union(make: Any) -> bool:
+    return get_origin(make) in (Union, types.UnionType)
+
+
+def _is_structs(make: Any) -> bool:
+    members = get_args(make) if _is_union(make) else (make,)
+    return all(
+        item is type(None) or (isinstance(item, type) and issubclass(item, msgspec.Struct))
+        for item in members
+    )
+
+
+def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str) -> FormLine:
+    label, tip = words_of(struct, item.name)
+    kind, choices, neutral = _held(item.type)
+    parts = get_args(item.type)[0].__struct_fields__ if kind is Kind.PLACES else ()
+    if item.default is not msgspec.NODEFAULT:
+        neutral = item.default
+    elif item.default_factory is not msgspec.NODEFAULT:
+        neutral = item.default_factory()
+    if "digest" in struct.__struct_fields__ and item.name != "limit":
+        # The hash stands for all of the document but what is decided here.
+        kind = Kind.FIXED
+    neutral = msgspec.to_builtins(neutral)
+    return FormLine(at + item.name, label, tip, kind, choices, neutral, parts=parts)
+
+
+def _held(make: Any) -> tuple[Kind, tuple[str, ...], Any]:
+    """Return what a field of a type holds, its choices, and what stands there at first."""
+    origin, inner = get_origin(make), get_args(make)
+    if origin is Literal:
+        return Kind.CHOICE, inner, inner[0]
+    if origin in (list, tuple):
+        return _listed(inner)
+    if issubclass(make, Enum):
+        words = tuple(str(item.value) for item in make)
+        return Kind.CHOICE, words, words[0]
+    if issubclass(make, bool):
+        return Kind.FLAG, (), False
+    if issubclass(make, int):
+        return Kind.COUNT, (), 0
+    if issubclass(make, float):
+        return Kind.NUMBER, (), 0.0
+    return Kind.TEXT, (), ""
+
+
+def _listed(inner: tuple[Any, ...]) -> tuple[Kind, tuple[str, ...], Any]:
+    first = inner[0]
+    if first is float:
+        return (Kind.NUMBERS, (), []) if Ellipsis in inner else (Kind.VECTOR, (), [0.0] * 3)
+    if get_origin(first) is Literal:
+        return Kind.NAMES, get_args(first), []
+    if first is str:
+        return Kind.NAMES, (), []
+    # Rows of numbers come from documents only.
+    return (Kind.FIXED if get_origin(first) is tuple else Kind.PLACES), (), []

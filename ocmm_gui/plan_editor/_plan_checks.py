@@ -1,0 +1,83 @@
+"""Whether the plan that is written can be measured, in a sentence."""
+
+from __future__ import annotations
+
+import re
+from typing import Literal
+
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.plan import Plan, nominal_doubts, without_file
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, sentence_label
+from ocmm_gui.plan_editor._draft import PlanDraft
+from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
+
+Tone = Literal["good", "warn", "bad"]
+
+_FIELD = re.compile(r"field '(\w+)(?:\[(\d+)\])?\.?([^'\[]*)")
+"""Part of the plan, place in its list, and field, in a sentence of the core."""
+
+
+class PlanChecks(QWidget):
+    """In order, or what is wrong and what to do."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._tone: Tone = "good"
+        self._label = sentence_label("Checks", 15)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._label)
+
+    def text(self) -> str:
+        """Return what is said."""
+        return self._label.text()
+
+    def show_fault(self, fault: OcmmError) -> None:
+        """Say why something is not taken over."""
+        self._say(f"✖  Not taken over: {fault.what} {fault.remedy}", "bad")
+
+    def show_good(self, draft: PlanDraft) -> None:
+        """Say that the plan is in order, and what the inspector might miss."""
+        words = "✔  In order: the plan can be measured."
+        doubts = nominal_doubts(draft.plan)
+        if doubts:
+            words = f"▲  The plan can be measured. {' '.join(doubts)}"
+        missing = without_file(draft.plan, draft.folder)
+        if missing:
+            words += (
+                f" The picture of {', '.join(missing)} is not beside the plan: the feature is "
+                "drawn instead."
+            )
+        self._say(words, "warn" if doubts else "good")
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._say(self.text(), self._tone)
+
+    def _say(self, words: str, tone: Tone) -> None:
+        self._tone = tone
+        colours: dict[Tone, str] = {
+            "good": self._theme.good, "warn": self._theme.warn, "bad": self._theme.bad,
+        }  # fmt: skip
+        self._label.setText(words)
+        self._label.setStyleSheet(f"color: {colours[tone]};")
+
+
+def faulty_field(fault: OcmmError, plan: Plan, key: ItemKey) -> str:
+    """Return the field of an item that a fault is about; empty where it is about another item."""
+    if fault.code.startswith("plan.form."):
+        return fault.code.removeprefix("plan.form.")
+    found = _FIELD.search(fault.what)
+    if found is None:
+        return ""
+    group, place, field = found.groups()
+    if key == HEAD:
+        return f"{group}.{field}" if field else str(group)
+    if group != key.group:
+        return ""
+    there = key == ALIGNMENT or (key.group in LISTS and place == str(place_of(plan, key)))
+    return str(field) if there else ""

@@ -1,0 +1,109 @@
+"""The list of what is in a plan."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import msgspec
+from PySide6.QtCore import QSize, Signal
+from PySide6.QtWidgets import QListWidget, QListWidgetItem
+
+from ocmm_core.inspection.plan import Plan
+from ocmm_gui.kit import text_font
+
+LISTS = ("features", "constructions", "characteristics")
+"""Lists of a plan, in the order in which they are shown."""
+
+_ROW_PX = 34
+
+
+class ItemKey(NamedTuple):
+    """What is chosen: a part of the plan, and a name where the part is a list."""
+
+    group: str
+    name: str = ""
+
+
+HEAD = ItemKey("plan")
+"""The plan as a whole."""
+ALIGNMENT = ItemKey("alignment")
+
+
+class PlanItems(QListWidget):
+    """The plan itself, its alignment, features, constructions and characteristics."""
+
+    item_chosen = Signal(object)
+    """Emits the `ItemKey` that was chosen."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._keys: list[ItemKey] = []
+        self.setAccessibleName("Items of the plan")
+        self.setAccessibleDescription("Up and down choose an item")
+        self.setFont(text_font(15))
+        self.currentRowChanged.connect(self._on_row)
+
+    def show_plan(self, plan: Plan, chosen: ItemKey) -> None:
+        """Show the items of a plan; ``chosen`` is chosen if it is among them."""
+        self.blockSignals(True)
+        self.clear()
+        self._keys = []
+        self._add(f"Plan {plan.name}", HEAD)
+        rule = plan.alignment
+        self._add(f"Alignment   {'none' if rule is None else _tag(rule)}", ALIGNMENT)
+        for feature in plan.features:
+            count = "point" if feature.points == 1 else "points"
+            self._add(
+                f"{feature.name}   {feature.shape.value}, {feature.points} {count}",
+                ItemKey("features", feature.name),
+            )
+        shapes = plan.shapes
+        for item in plan.constructions:
+            self._add(
+                f"=  {item.name}   {_tag(item)}: {shapes[item.name].value}",
+                ItemKey("constructions", item.name),
+            )
+        for wanted in plan.characteristics:
+            self._add(f"±  {wanted.name}   {wanted.kind}", ItemKey("characteristics", wanted.name))
+        self.choose(chosen)
+        self.blockSignals(False)
+
+    def choose(self, key: ItemKey) -> None:
+        """Choose an item, or the plan where it is not there."""
+        self.setCurrentRow(self._keys.index(key) if key in self._keys else 0)
+
+    def chosen(self) -> ItemKey:
+        """Return the chosen item."""
+        row = self.currentRow()
+        return self._keys[row] if 0 <= row < len(self._keys) else HEAD
+
+    def _add(self, text: str, key: ItemKey) -> None:
+        item = QListWidgetItem(text, self)
+        item.setSizeHint(QSize(180, _ROW_PX))
+        item.setToolTip(text)
+        self._keys.append(key)
+
+    def _on_row(self, row: int) -> None:
+        if row >= 0:
+            self.item_chosen.emit(self.chosen())
+
+
+def item_of(plan: Plan, key: ItemKey) -> Any:
+    """Return an item of a plan, or the plan; KeyError if there is none."""
+    if key == HEAD:
+        return plan
+    if key == ALIGNMENT:
+        return plan.alignment
+    return getattr(plan, key.group)[place_of(plan, key)]
+
+
+def place_of(plan: Plan, key: ItemKey) -> int:
+    """Return the place of an item in its list; KeyError if it is in none."""
+    for index, item in enumerate(getattr(plan, key.group) if key.group in LISTS else ()):
+        if item.name == key.name:
+            return index
+    raise KeyError(key)
+
+
+def _tag(item: msgspec.Struct) -> str:
+    return str(item.__struct_config__.tag)

@@ -1,0 +1,405 @@
+"""The plan editor: a list of what is in the plan, a form, and what is wrong with it in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout
+
+from ocmm_core.alignment import Alignment
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.features.measured import Construction
+from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.plan import (
+    EDITED,
+    HEAD_FIELDS,
+    Plan,
+    add_characteristic,
+    add_construction,
+    add_feature,
+    check_plan,
+    load_plan,
+    move_item,
+    remove_item,
+    replace_item,
+    with_alignment,
+    with_head,
+    with_picture,
+)
+from ocmm_core.tolerances.zones import Characteristic
+from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, panel
+from ocmm_gui.plan_editor._draft import PlanDraft
+from ocmm_gui.plan_editor._drawn import drawn_of
+from ocmm_gui.plan_editor._importing import Imported, Importing
+from ocmm_gui.plan_editor._item_form import ItemForm
+from ocmm_gui.plan_editor._plan_checks import PlanChecks, faulty_field
+from ocmm_gui.plan_editor._plan_items import (
+    ALIGNMENT,
+    HEAD,
+    LISTS,
+    ItemKey,
+    PlanItems,
+    item_of,
+    place_of,
+)
+from ocmm_gui.plan_editor._proposals import (
+    fresh_plan,
+    new_characteristic,
+    new_construction,
+    new_feature,
+)
+from ocmm_gui.plan_editor._teaching import Teaching
+from ocmm_gui.views import StepPicture, read_picture
+
+_END_S = 1.0
+"""So long at most the window waits for a file that is still being read."""
+_KEYS = (
+    ActionInfo("add", "Feature", "Add a feature after the chosen one", ("F6",)),
+    ActionInfo("construct", "Construct", "Add a construction from the chosen feature", ("F5",)),
+    ActionInfo("tolerance", "Tolerance", "Add a characteristic of the chosen feature", ("F7",)),
+    ActionInfo("align", "Alignment", "Say how it is found where the part is", ("F4",)),
+    ActionInfo("remove", "Remove", "Remove the chosen item", ("F9",)),
+    ActionInfo("earlier", "Earlier", "Move the chosen item up", ("F2",)),
+    ActionInfo("later", "Later", "Move the chosen item down", ("F3",)),
+    ActionInfo("undo", "Undo", "Take the last change back", ("F10",)),
+    ActionInfo("redo", "Redo", "Do again what was taken back", ("Shift+F10",)),
+    ActionInfo("picture", "Picture", "Attach a picture to the step of the chosen feature",
+               ("Shift+F7",)),
+    ActionInfo("teach", "Teach", "Take the nominals from the part that is measured now", ("F11",)),
+    ActionInfo("import", "Import", "Add the features of a CSV or STEP file, or align by the "
+               "document of a frame", ("F12",)),
+    ActionInfo("new", "New", "Begin a new plan", ("Shift+F6",)),
+    ActionInfo("open", "Open", "Change the plan of another file", ("Shift+F12",)),
+    ActionInfo("save", "Save", "Write the plan to a file", ("F8",)),
+    ActionInfo("measure", "Measure", "Begin a job by this plan", ("Shift+F8",)),
+)  # fmt: skip
+
+
+class PlanSheet(Sheet):
+    """List on the left, form in the middle, picture and checks on the right.
+
+    Parameters
+    ----------
+    plan, path
+        The plan that is measured, and its file where that is known.
+    job_path
+        Gives the file of the running job, whose part can be the master.
+    """
+
+    saved = Signal(object)
+    """Emits the `Path` that the plan was written to."""
+    measure_wanted = Signal(object)
+    """Emits the `Path` of a plan that a job is to be begun by."""
+
+    def __init__(self, plan: Plan, path: Path | None, job_path: Callable[[], Path]) -> None:
+        super().__init__("Plan", _KEYS)
+        self._job_path = job_path
+        self.draft = PlanDraft(plan, path)
+        self.items = PlanItems()
+        left_out = tuple(name for name in Plan.__struct_fields__ if name not in HEAD_FIELDS)
+        self.forms = {
+            HEAD.group: ItemForm("Plan as a whole", Plan, left_out),
+            ALIGNMENT.group: ItemForm("Alignment", Alignment | None),
+            "features": ItemForm("Feature", NominalFeature),
+            "constructions": ItemForm("Construction", Construction),
+            "characteristics": ItemForm("Characteristic", Characteristic),
+        }
+        self._stack = QStackedWidget()
+        for form in self.forms.values():
+            self._stack.addWidget(form)
+            form.edited.connect(self._take)
+            form.left.connect(self.left)
+        self.picture = StepPicture()
+        self.checks = PlanChecks()
+        self._teaching = Teaching()
+        self._teaching.taught.connect(self._on_taught)
+        self._teaching.failed.connect(self.failed)
+        self.file = PathPanel("plan", "file")
+        self.source = PathPanel("features or frame", "file", "Import")
+        self.image = PathPanel("picture", "file", "Attach")
+        self.other = PathPanel("plan", "file", "Open")
+        self.file.given.connect(self.save_as)
+        self.source.given.connect(self.import_file)
+        self.importing = Importing()
+        self.importing.imported.connect(self._on_imported)
+        self.importing.failed.connect(self.failed)
+        self.image.given.connect(self.attach_picture)
+        self.other.given.connect(self.open_file)
+        self._lay_out()
+        self.items.item_chosen.connect(lambda _key: self._show_item())
+        self.use_keys(
+            {
+                "add": self.add_feature,
+                "construct": self.add_construction,
+                "tolerance": self.add_characteristic,
+                "align": self.align,
+                "remove": self.remove,
+                "earlier": lambda: self._move(-1),
+                "later": lambda: self._move(1),
+                "undo": self.undo,
+                "redo": self.redo,
+                "picture": lambda: self.image.ask(self._folder()),
+                "teach": self.teach,
+                "import": self.ask_import,
+                "new": lambda: self._change_to(fresh_plan, None),
+                "open": lambda: self.other.ask(self._folder()),
+                "save": self.save,
+                "measure": self.measure,
+            },
+            primary="save",
+        )
+        self._refresh(HEAD)
+
+    def open(self) -> None:
+        """Go on writing where it was left."""
+        self._refresh(self.items.chosen())
+        self.items.setFocus()
+
+    def use_plan(self, plan: Plan, path: Path | None) -> None:
+        """Show the plan that is measured now, unless another one has changes that are not saved."""
+        if self.draft.is_saved:
+            self._show_other(plan, path)
+
+    def add_feature(self) -> None:
+        """Add a feature like the chosen one, under a name of its own."""
+        plan, chosen = self.draft.plan, self.items.chosen()
+        feature = new_feature(plan, chosen)
+        place = self._place_after("features")
+        self._add(lambda: add_feature(plan, feature, place), ItemKey("features", feature.name))
+
+    def add_construction(self) -> None:
+        """Add a construction from the chosen feature, or one like the chosen construction."""
+        plan = self.draft.plan
+        item = new_construction(plan, self.items.chosen())
+        place = self._place_after("constructions")
+        if item is None:
+            self.told.emit("Add the features first that something is constructed from.")
+        else:
+            key = ItemKey("constructions", item.name)
+            self._add(lambda: add_construction(plan, item, place), key)
+
+    def add_characteristic(self) -> None:
+        """Add a characteristic of the chosen feature."""
+        plan = self.draft.plan
+        item = new_characteristic(plan, self.items.chosen())
+        if item is None:
+            self.told.emit("Choose the feature that is to be toleranced first.")
+        else:
+            key = ItemKey("characteristics", item.name)
+            self._add(lambda: add_characteristic(plan, item), key)
+
+    def align(self) -> None:
+        """Show the alignment with the keyboard in its form."""
+        self.items.choose(ALIGNMENT)
+        self.form().focus_first()
+
+    def remove(self) -> None:
+        """Remove the chosen item; one that others need stays, and they are named."""
+        plan, key = self.draft.plan, self.items.chosen()
+        if key == ALIGNMENT:
+            self._did(lambda: with_alignment(plan, None), key)
+        elif key.group in LISTS:
+            self._did(lambda: remove_item(plan, key.name, key.group), HEAD)
+
+    def undo(self) -> None:
+        """Take the last change back."""
+        if not self.draft.undo():
+            self.told.emit("There is nothing to take back.")
+        self._refresh(self.items.chosen())
+
+    def redo(self) -> None:
+        """Do again what was taken back."""
+        if not self.draft.redo():
+            self.told.emit("There is nothing to do again.")
+        self._refresh(self.items.chosen())
+
+    def teach(self) -> None:
+        """Take the nominals of all measured features from the part of the running job."""
+        self._teaching.toggle(self._job_path(), self.draft.plan)
+
+    def ask_import(self) -> None:
+        """Ask for a file to import, or give up the one that is being read."""
+        if not self.importing.give_up():
+            self.source.ask(self._folder())
+
+    def import_file(self, path: Path) -> None:
+        """Add the features of a table or of a model, or take the frame of a document."""
+        relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
+        self.importing.read(self.draft.plan, path, relocate=relocate)
+        self.items.setFocus()
+
+    def _on_imported(self, found: Imported) -> None:
+        if found.before is not self.draft.plan:
+            self.failed.emit(
+                InputError(
+                    "plan.changed",
+                    "The plan was changed while the file was read.",
+                    "Import the file again.",
+                )
+            )
+        elif self._did(lambda: found.plan, found.chosen):
+            self.told.emit(found.words)
+            self.items.setFocus()
+
+    def attach_picture(self, path: Path) -> None:
+        """Attach a picture to the step of the chosen feature; it is copied beside the plan."""
+        plan, key = self.draft.plan, self.items.chosen()
+
+        def changed() -> Plan:
+            name = key.name if key.group == "features" else ""
+            if path.is_file() and read_picture(path) is None:
+                raise InputError(
+                    "plan.no_picture",
+                    f"{path}: this cannot be read as a picture.",
+                    "Give a PNG or JPEG file.",
+                )
+            return with_picture(plan, self.draft.path, name, path)
+
+        if self._did(changed, key):
+            self.items.setFocus()
+
+    def save(self) -> None:
+        """Ask for the file; the one of this plan is proposed."""
+        self.file.ask(self.draft.path or Path.home() / f"{self.draft.plan.name}.toml")
+
+    def save_as(self, path: Path) -> None:
+        """Write the plan, read it back and compare; its pictures go with it."""
+        if self.attempt(lambda: self.draft.save(path)) is not None:
+            self.saved.emit(path)
+            self.items.setFocus()
+        self._refresh(self.items.chosen())
+
+    def open_file(self, path: Path) -> None:
+        """Change the plan of another file from now on."""
+        self._change_to(lambda: load_plan(path), path)
+
+    def measure(self) -> None:
+        """Ask for a job by this plan."""
+        if self.draft.path is None or not self.draft.is_saved:
+            self.told.emit("Save the plan first (F8): a job is begun by its file.")
+        else:
+            self.measure_wanted.emit(self.draft.path)
+
+    def close_work(self) -> None:
+        """Give up what is calculated; call it before the window goes."""
+        self._teaching.cancel()
+        self.importing.close_work(_END_S)
+
+    def form(self) -> ItemForm:
+        """Return the form of the chosen item."""
+        return self.forms[self.items.chosen().group]
+
+    def _folder(self) -> Path:
+        return self.draft.folder or Path.home()
+
+    def _change_to(self, give: Callable[[], Plan], path: Path | None) -> None:
+        if not self.draft.is_saved:
+            self.told.emit("This plan has changes that are not saved: save it (F8) or undo them.")
+            return
+        plan = self.attempt(give)
+        if plan is not None:
+            self._show_other(plan, path)
+            self.items.setFocus()
+
+    def _show_other(self, plan: Plan, path: Path | None) -> None:
+        self.draft = PlanDraft(plan, path)
+        self._refresh(HEAD)
+
+    def _show_item(self) -> None:
+        form = self.form()
+        self._stack.setCurrentWidget(form)
+        form.show_item(item_of(self.draft.plan, self.items.chosen()))
+        self._show_picture()
+        self._check()
+
+    def _show_picture(self) -> None:
+        plan, key = self.draft.plan, self.items.chosen()
+        drawn = drawn_of(plan, key)
+        self.picture.setVisible(drawn is not None)
+        self.picture.show_step(drawn, self.draft.folder)
+
+    def _take(self) -> None:
+        """Take what is filled in over into the plan, or say why not."""
+        plan, key = self.draft.plan, self.items.chosen()
+        try:
+            item = self.form().item()
+            if key == HEAD:
+                changed = with_head(plan, item)
+            elif key == ALIGNMENT:
+                changed = with_alignment(plan, item)
+            else:
+                changed = replace_item(plan, key.name, item)
+                key = ItemKey(key.group, item.name)
+        except OcmmError as error:
+            self._say_fault(error)
+            return
+        if self.draft.did(changed):
+            self._refresh(key)
+        else:
+            self._check()
+
+    def _add(self, change: Callable[[], Plan], key: ItemKey) -> None:
+        if self._did(change, key):
+            self.form().focus_first()
+
+    def _did(self, change: Callable[[], Plan], chosen: ItemKey) -> bool:
+        """Make a change of the plan and say whether it could be made."""
+        changed = self.attempt(change)
+        if changed is None:
+            return False
+        self.draft.did(changed)
+        self._refresh(chosen)
+        return True
+
+    def _place_after(self, group: str) -> int | None:
+        """Return the place after the chosen item of a list; None for its end."""
+        key = self.items.chosen()
+        return place_of(self.draft.plan, key) + 1 if key.group == group else None
+
+    def _move(self, way: int) -> None:
+        plan, key = self.draft.plan, self.items.chosen()
+        if key.group in LISTS and (place := place_of(plan, key) + way) >= 0:
+            self._did(lambda: move_item(plan, key.name, place, key.group), key)
+
+    def _refresh(self, chosen: ItemKey) -> None:
+        self.items.show_plan(self.draft.plan, chosen)
+        self.say(self.draft.words)
+        self._show_item()
+
+    def _check(self) -> None:
+        try:
+            check_plan(EDITED, self.draft.plan)
+        except OcmmError as error:
+            self._say_fault(error)
+        else:
+            self.form().mark("")
+            self.checks.show_good(self.draft)
+
+    def _say_fault(self, fault: OcmmError) -> None:
+        self.form().mark(faulty_field(fault, self.draft.plan, self.items.chosen()))
+        self.checks.show_fault(fault)
+
+    def _on_taught(self, found: object) -> None:
+        if isinstance(found, Plan):
+            changed = self.draft.did(found)
+            self._refresh(self.items.chosen())
+            what = "The nominals are those of the part now." if changed else "Nothing has changed."
+            self.told.emit(f"{what} F10 takes that back.")
+
+    def _lay_out(self) -> None:
+        for line in (self.file, self.source, self.image, self.other):
+            self.body.addWidget(line)
+        middle, right = QVBoxLayout(), QVBoxLayout()
+        middle.addWidget(self._stack)
+        right.addWidget(self.picture, 3)
+        right.addWidget(self.checks, 2)
+        right.addWidget(self._teaching)
+        right.addWidget(self.importing)
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addWidget(self.items, 32)
+        row.addWidget(panel(middle), 40)
+        row.addWidget(panel(right), 28)
+        self.body.addLayout(row, 1)

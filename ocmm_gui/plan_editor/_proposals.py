@@ -1,0 +1,86 @@
+"""Proposals for what is added to a plan."""
+
+from __future__ import annotations
+
+import msgspec
+
+from ocmm_core.features.measured import Construction, PartOf
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.plan import Plan, add_feature, new_plan, usual_points
+from ocmm_core.tolerances.zones import Characteristic, Kind
+from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
+
+_ROUND = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
+
+
+def fresh_plan() -> Plan:
+    """Return a plan with one feature, to begin with."""
+    empty = new_plan("PLAN", "PART")
+    return add_feature(empty, new_feature(empty, ItemKey("plan")))
+
+
+def new_feature(plan: Plan, chosen: ItemKey) -> NominalFeature:
+    """Return a feature like the chosen one, or a plane, under a name that is free."""
+    if chosen.group == "features":
+        feature: NominalFeature = item_of(plan, chosen)
+        return msgspec.structs.replace(
+            feature, name=_free_name(plan, feature.name), text="", picture=""
+        )
+    return NominalFeature(
+        name=_free_name(plan, "FEATURE"),
+        shape=Shape.PLANE,
+        points=usual_points(Shape.PLANE),
+        point=(0.0, 0.0, 0.0),
+    )
+
+
+def new_construction(plan: Plan, chosen: ItemKey) -> Construction | None:
+    """Return a construction like the chosen one, or the chosen feature under another name.
+
+    None where neither is chosen and the plan has no feature.
+    """
+    if chosen.group == "constructions":
+        like: Construction = item_of(plan, chosen)
+        return msgspec.structs.replace(like, name=_free_name(plan, like.name))
+    names = [feature.name for feature in plan.features]
+    if not names:
+        return None
+    feature = chosen.name if chosen.group == "features" else names[0]
+    return PartOf(name=_free_name(plan, "CONSTRUCTION"), features=(feature,))
+
+
+def new_characteristic(plan: Plan, chosen: ItemKey) -> Characteristic | None:
+    """Return the usual characteristic of the chosen feature; None where none is chosen.
+
+    Of a construction it is the distance from the first feature.
+    """
+    if chosen.group == "constructions":
+        return _of(plan, [plan.features[0].name, chosen.name], "distance", 0.0, -0.1)
+    if chosen.group != "features":
+        return None
+    feature: NominalFeature = item_of(plan, chosen)
+    if feature.shape in _ROUND:
+        return _of(plan, [feature.name], "diameter", feature.diameter, -0.1)
+    return _of(plan, [feature.name], "form", 0.0, 0.0)
+
+
+def _of(
+    plan: Plan, features: list[str], kind: Kind, nominal: float, lower: float
+) -> Characteristic:
+    return Characteristic(
+        name=_free_name(plan, f"{features[-1]} {kind}"),
+        kind=kind,
+        features=features,
+        nominal=nominal,
+        lower=lower,
+        upper=0.1,
+    )
+
+
+def _free_name(plan: Plan, name: str) -> str:
+    taken = {item.name for item in (*plan.features, *plan.constructions, *plan.characteristics)}
+    if name not in taken:
+        return name
+    stem = name.rstrip("0123456789")
+    numbered = (f"{stem}{number}" for number in range(2, len(taken) + 3))
+    return next(free for free in numbered if free not in taken)

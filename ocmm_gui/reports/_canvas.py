@@ -1,0 +1,178 @@
+"""Pages that fill from top to bottom, in tenths of a millimetre.
+
+What is drawn is kept as functions and painted afterwards, so that the same pages go into a PDF, a
+preview on the screen and a picture for a test, and every page knows how many there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+
+from ocmm_gui.kit import THEMES, text_font
+
+INK = THEMES["light"]
+"""Paper is white whatever the window looks like."""
+
+PAGE = (2100.0, 2970.0)
+"""A4."""
+LEFT, RIGHT, TOP, BOTTOM = 150.0, 1950.0, 140.0, 2800.0
+WIDTH = RIGHT - LEFT
+
+Draw = Callable[[QPainter], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How a text looks: height of its letters in tenths of a millimetre, weight and colour."""
+
+    size: float = 30.0
+    bold: bool = False
+    colour: str = INK.text
+
+
+BODY, SMALL, STRONG = Style(), Style(25.0, colour=INK.muted), Style(bold=True)
+TITLE, HEADING = Style(58.0, bold=True), Style(38.0, bold=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table: heading, width, and whether it holds numbers."""
+
+    title: str
+    width: float
+    right: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A cell: text in a style, or whatever ``draw`` paints into its box."""
+
+    text: str = ""
+    style: Style = BODY
+    draw: Callable[[QPainter, QRectF], None] | None = None
+
+
+@dataclass(slots=True)
+class Canvas:
+    """Pages under construction.
+
+    Attributes
+    ----------
+    pages
+        What is drawn on each.
+    y
+        Where the next thing goes on the last page.
+    """
+
+    pages: list[list[Draw]] = field(default_factory=lambda: [[]])
+    y: float = TOP
+
+    def room(self, height: float) -> None:
+        """Begin a new page where ``height`` does not fit on this one any more."""
+        if self.y + height > BOTTOM and self.pages[-1]:
+            self.pages.append([])
+            self.y = TOP
+
+    def skip(self, height: float) -> None:
+        """Leave a gap."""
+        self.y += height
+
+    def draw(self, height: float, paint: Callable[[QPainter, QRectF], None]) -> None:
+        """Give ``paint`` a box of the full width."""
+        self.room(height)
+        box = QRectF(LEFT, self.y, WIDTH, height)
+        self.pages[-1].append(lambda painter: paint(painter, box))
+        self.y += height
+
+    def text(self, text: str, style: Style = BODY, *, left: float = LEFT) -> None:
+        """Write a paragraph."""
+        height = text_height(text, style, RIGHT - left)
+        self.room(height)
+        box = QRectF(left, self.y, RIGHT - left, height)
+        self.pages[-1].append(lambda painter: paint_text(painter, box, text, style))
+        self.y += height + 6.0
+
+    def heading(self, text: str, below: float) -> None:
+        """Write a heading together with ``below`` of what follows it."""
+        self.skip(24.0)
+        self.room(60.0 + below)
+        self.text(text, HEADING)
+        self.skip(4.0)
+
+    def table(self, columns: Sequence[Column], rows: Sequence[Sequence[Field]]) -> None:
+        """Write a table; its headings stand again on every page."""
+        self._heads(columns)
+        for row in rows:
+            height = max(
+                44.0,
+                *(
+                    text_height(cell.text, cell.style, column.width - 16.0) + 12.0
+                    for cell, column in zip(row, columns, strict=True)
+                    if cell.text
+                ),
+            )
+            if self.y + height > BOTTOM:
+                self.room(height)
+                self._heads(columns)
+            self._row(columns, row, height)
+
+    def _heads(self, columns: Sequence[Column]) -> None:
+        style = Style(24.0, bold=True, colour=INK.muted)
+        height = 10.0 + max(text_height(c.title, style, c.width - 16.0) for c in columns)
+        self.room(height + 60.0)
+        self._row(columns, [Field(column.title, style) for column in columns], height, 3.0)
+
+    def _row(
+        self, columns: Sequence[Column], row: Sequence[Field], height: float, line: float = 1.0
+    ) -> None:
+        x, y = LEFT, self.y
+        for column, cell in zip(columns, row, strict=True):
+            box = QRectF(x + 8.0, y, column.width - 16.0, height)
+            self.pages[-1].append(_cell_painter(cell, box, right=column.right))
+            x += column.width
+        self.pages[-1].append(_ruler(QPointF(LEFT, y + height), QPointF(x, y + height), line))
+        self.y += height
+
+
+def text_height(text: str, style: Style, width: float) -> float:
+    """Return how high a text is when it is written into a width."""
+    metrics = QFontMetricsF(text_font(style.size, bold=style.bold))
+    box = QRectF(0.0, 0.0, width, 1e6)
+    return metrics.boundingRect(box, int(Qt.TextFlag.TextWordWrap), text).height()
+
+
+def paint_text(
+    painter: QPainter,
+    box: QRectF,
+    text: str,
+    style: Style,
+    align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop,
+) -> None:
+    """Write a text into a box."""
+    painter.setFont(text_font(style.size, bold=style.bold))
+    painter.setPen(QColor(style.colour))
+    painter.drawText(box, int(align) | int(Qt.TextFlag.TextWordWrap), text)
+
+
+def _cell_painter(cell: Field, box: QRectF, *, right: bool) -> Draw:
+    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
+
+    def paint(painter: QPainter) -> None:
+        if cell.draw is not None:
+            cell.draw(painter, box)
+        if cell.text:
+            paint_text(painter, box, cell.text, cell.style, side | Qt.AlignmentFlag.AlignVCenter)
+
+    return paint
+
+
+def _ruler(begin: QPointF, end: QPointF, width: float) -> Draw:
+    def paint(painter: QPainter) -> None:
+        painter.setPen(QPen(QColor(INK.border), width))
+        painter.drawLine(begin, end)
+
+    return paint

@@ -1,0 +1,110 @@
+"""The report as PDF, with the same numbers inside as a file that programs can read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter
+
+from ocmm_core.export import EXPORTERS, require_complete, write_together
+from ocmm_core.export.report import ReportData, polyworks_profile
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.reports._plots import deviations, picture
+from ocmm_gui.reports._sections import basis, features, records, title, verdicts, why_not
+
+_BAND_TOP, _BAND_HIGH = 40.0, 72.0
+"""Above what is laid out, so that it covers no number; tenths of a millimetre."""
+
+
+def lay_out(data: ReportData) -> Canvas:
+    """Return the pages of the report."""
+    canvas = Canvas()
+    title(canvas, data)
+    verdicts(canvas, data)
+    why_not(canvas, data)
+    deviations(canvas, data)
+    picture(canvas, data)
+    features(canvas, data)
+    basis(canvas, data)
+    records(canvas, data)
+    return canvas
+
+
+def page_picture(canvas: Canvas, index: int, data: ReportData, width: int = 1240) -> QImage:
+    """Return one page as a picture, as for a preview."""
+    scale = width / PAGE[0]
+    image = QImage(width, round(scale * PAGE[1]), QImage.Format.Format_RGB32)
+    image.fill(QColor("white"))
+    painter = QPainter(image)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.scale(scale, scale)
+    paint_page(painter, canvas, index, data)
+    painter.end()
+    return image
+
+
+def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
+    """Return the report as a PDF file with other files inside.
+
+    Raises
+    ------
+    StorageError
+        What was read back from it is not what was put in.
+    """
+    canvas = lay_out(data)
+    return written_pdf(
+        canvas,
+        lambda painter, index: paint_page(painter, canvas, index, data),
+        attachments,
+        title=f"{data.head.part} {data.head.serial}: {data.job}",
+        software=data.written_by,
+    )
+
+
+def pdf_file(data: ReportData) -> tuple[str, bytes]:
+    """Return name and content of ``<job>_report.pdf``; errors as `pdf_bytes`."""
+    attachments = EXPORTERS["json"].contents((data,), polyworks_profile())
+    return f"{data.stem}_report.pdf", pdf_bytes(data, attachments)
+
+
+def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Path:
+    """Write ``<job>_report.pdf`` with the JSON report inside, and return its path.
+
+    Raises
+    ------
+    MeasuringError
+        The job is not complete, and ``incomplete`` was not given.
+    StorageError
+        As `pdf_bytes`, or the folder cannot be written.
+    """
+    if not incomplete:
+        require_complete((data,))
+    name, content = pdf_file(data)
+    path = Path(folder) / name
+    write_together({path: content})
+    return path
+
+
+def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) -> None:
+    """Paint a page with its foot, and with what the report must not be taken for above it."""
+    if data.states:
+        _paint_band(painter, data)
+    named = "   ".join((data.job, *data.states, data.head.job_uuid, f"OCMM {data.written_by}"))
+    paint_with_foot(painter, canvas, index, named)
+
+
+def _paint_band(painter: QPainter, data: ReportData) -> None:
+    """Paint what the report must not be taken for across the top of a page, above all else."""
+    band = QRectF(LEFT, _BAND_TOP, WIDTH, _BAND_HIGH)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(INK.warn))
+    painter.drawRect(band)
+    words = "   ·   ".join(data.states)
+    if SIMULATED in data.states:
+        words += f"   ({NO_REAL_PART})"
+    style = Style(44.0, bold=True, colour="#ffffff")
+    paint_text(painter, band, words, style, Qt.AlignmentFlag.AlignCenter)

@@ -1,0 +1,120 @@
+"""The pages of a recall as PDF: ``python -m ocmm_gui.reports._recall RECALL.json FILE.pdf``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from ocmm_core.calibration.records import load, record_hash, seal
+from ocmm_core.errors import InternalError
+from ocmm_core.export import write_together
+from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.inspection.archive import (
+    COLUMNS,
+    Outcome,
+    RecallRecord,
+    checked,
+    decided,
+    headline,
+    job_line,
+    not_judged,
+    rests_on,
+    row,
+    totals,
+    worst_first,
+)
+from ocmm_gui.reports._canvas import (
+    BODY,
+    HEADING,
+    INK,
+    SMALL,
+    STRONG,
+    TITLE,
+    Canvas,
+    Column,
+    Field,
+    Style,
+)
+from ocmm_gui.reports._drawing import drawing
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+
+_WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
+_COLOURS = {
+    Outcome.HOLDS: INK.good,
+    Outcome.CHANGES: INK.bad,
+    Outcome.UNKNOWN: INK.warn,
+}
+
+
+def lay_out(record: RecallRecord) -> Canvas:
+    """Return the pages: totals first, then job by job, those that need somebody first."""
+    canvas = Canvas()
+    canvas.text("Recall", TITLE)
+    canvas.text(headline(record), HEADING)
+    for sentence in (*totals(record), decided(record)) if record.jobs else ():
+        canvas.text(sentence)
+    canvas.text(
+        f"{checked(record)} {record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
+        SMALL,
+    )
+    for sentence in not_judged(record):
+        canvas.text(sentence, Style(colour=INK.warn))
+    columns = [Column(name, w) for name, w in zip(COLUMNS[1:], _WIDTHS, strict=True)]
+    for job in worst_first(record.jobs):
+        canvas.skip(24.0)
+        canvas.room(260.0)
+        canvas.text(job_line(job), STRONG)
+        canvas.text(rests_on(job), SMALL)
+        canvas.table(
+            columns,
+            [
+                [
+                    Field(text, Style(24.0, bold=True, colour=_COLOURS[one.outcome]))
+                    if text == one.outcome.value
+                    else Field(text, Style(24.0, colour=BODY.colour))
+                    for text in row(one)
+                ]
+                for one in job.characteristics
+            ],
+        )
+    return canvas
+
+
+def pdf_bytes(record: RecallRecord) -> bytes:
+    """Return the recall as a PDF file with the sealed record inside.
+
+    Raises
+    ------
+    StorageError
+        What was read back from it is not what was put in.
+    """
+    canvas = lay_out(record)
+    foot = f"Recall SHA-256 {record_hash(record)}"
+    return written_pdf(
+        canvas,
+        lambda painter, index: paint_with_foot(painter, canvas, index, foot),
+        {"recall.json": seal(record)},
+        title=f"Recall {record.made_utc[:10]}",
+        software=record.software,
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recall", type=Path)
+    parser.add_argument("pdf", type=Path)
+    options = parser.parse_args(arguments)
+    try:
+        with drawing():
+            write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
+    except Exception as error:
+        told = contained(error, "The pages of the recall", "What was decided is stored.")
+        sys.stderr.write(f"{told.what} {told.remedy}\n")
+        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,351 @@
+"""The parts of the report: who and what, verdicts, features, uncertainty, records and hashes."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from ocmm_core.export.report import ReportData, ReportedResult
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.inspection.evaluation import INCOMPLETE, NO_REAL_PART, SIMULATED
+from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, PartWord, Verdict, VerdictSummary
+from ocmm_gui.kit import verdict_colour
+from ocmm_gui.reports._canvas import (
+    BODY,
+    INK,
+    LEFT,
+    SMALL,
+    STRONG,
+    TITLE,
+    Canvas,
+    Column,
+    Field,
+    Style,
+    paint_text,
+)
+from ocmm_gui.reports._symbols import has_symbol, paint_symbol
+from ocmm_gui.reports._words import count_words, element_words, measurand
+
+_MARKS = {
+    Verdict.CONFORM: "✓",
+    Verdict.NOT_CONFORM: "✗",
+    Verdict.NOT_PROVEN: "?",
+    Verdict.NOT_MEASURED: "–",
+    Verdict.PROVISIONAL: "–",
+    None: "–",
+}
+
+_FORMS: dict[Shape | None, str] = {
+    Shape.LINE: "straightness",
+    Shape.PLANE: "flatness",
+    Shape.CIRCLE: "roundness",
+    Shape.CYLINDER: "cylindricity",
+    Shape.POINT: "position",
+    Shape.ELLIPSE: "line profile",
+    Shape.ROUND_SLOT: "line profile",
+    Shape.SQUARE_SLOT: "line profile",
+    Shape.RECTANGLE: "line profile",
+}
+
+_RESULT_COLUMNS = (
+    Column("", 70.0),
+    Column("Characteristic", 380.0),
+    Column("Datums", 200.0),
+    Column("Nominal", 160.0, right=True),
+    Column("Limits", 170.0, right=True),
+    Column("Measured", 180.0, right=True),
+    Column("Deviation", 165.0, right=True),
+    Column(U_LABEL, 155.0, right=True),
+    Column("Verdict", 320.0),
+)
+
+_WHY_COLUMNS = (
+    Column("Characteristic", 350.0),
+    Column("Why", 640.0),
+    Column("What to do", 620.0),
+    Column("Points", 190.0, right=True),
+)
+
+_FEATURE_COLUMNS = (
+    Column("Feature", 270.0),
+    Column("Verdict", 370.0),
+    Column("Shape", 160.0),
+    Column("Association", 180.0),
+    Column("Points", 120.0, right=True),
+    Column("Form", 120.0, right=True),
+    Column("Actual element", 580.0),
+)
+
+_BASIS_COLUMNS = (
+    Column("Characteristic", 340.0),
+    Column("Frame", 360.0),
+    Column("Association", 300.0),
+    Column("95 % interval", 340.0, right=True),
+    Column("T / 2U", 120.0, right=True),
+    Column("Form by noise", 170.0, right=True),
+    Column("Bonus", 170.0, right=True),
+)
+
+
+def title(canvas: Canvas, data: ReportData) -> None:
+    """Write who measured what, and the verdict on the part."""
+    canvas.draw(150.0, partial(_paint_title, data=data))
+    canvas.skip(20.0)
+    part = data.part
+    origin = (f"{SIMULATED}: {NO_REAL_PART}",) if data.view.simulated else ()
+    for line in (*origin, *(part.reasons or (part.summary.counted,))):
+        fails = line.startswith(Verdict.NOT_CONFORM.value)
+        plain = INK.text if line == part.summary.counted else INK.warn
+        canvas.text(line, Style(34.0, bold=True, colour=INK.bad if fails else plain))
+    canvas.skip(20.0)
+    head = data.head
+    facts = (
+        ("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator),
+        ("Begun", f"{head.created_utc[:19].replace('T', ' ')} UTC"),
+        ("Plan", data.plan.name), ("Job", f"{data.job} ({head.job_uuid})"),
+    )  # fmt: skip
+    for name, value in facts:
+        _fact(canvas, name, value)
+    canvas.skip(10.0)
+    _fact(canvas, "Calibration", data.calibration.label)
+    _fact(canvas, "Probe", data.probe.label)
+    if data.reference.label:
+        _fact(canvas, "Reference body", data.reference.label)
+    _fact(canvas, "Temperature", data.view.temperature or data.climate.words)
+    _fact(canvas, "Decision rule", data.rule_words)
+    _fact(
+        canvas,
+        "Uncertainty",
+        f"{U_WORDS}. Lengths in mm, angles in degrees, "
+        f"{'part' if data.system == 'Part' else 'world'} frame.",
+    )
+    for note in (data.view.unproven, *data.notes):
+        if note:
+            canvas.skip(6.0)
+            canvas.text(f"! {note}", Style(32.0, bold=True, colour=INK.bad))
+
+
+def verdicts(canvas: Canvas, data: ReportData) -> None:
+    """Write the table of all characteristics."""
+    canvas.heading("Results", 200.0)
+    rows = []
+    remarks: list[str] = []
+    for item in data.reported:
+        mark = ""
+        if item.result.note:
+            remarks.append(f"{len(remarks) + 1}) {item.result.name}: {item.result.note}")
+            mark = f" {len(remarks)})"
+        rows.append(_result_row(item, mark, symbol_of(item, data)))
+    canvas.table(_RESULT_COLUMNS, rows)
+    canvas.skip(12.0)
+    for remark in remarks:
+        canvas.text(remark, SMALL)
+
+
+def why_not(canvas: Canvas, data: ReportData) -> None:
+    """Write why results are not CONFORM, and what to do about each."""
+    if not data.explanations:
+        return
+    canvas.heading("Why, and what to do", 260.0)
+    rows = []
+    for item in data.explanations:
+        colour = verdict_colour(INK, item.verdict)
+        said = item.why if not item.finding.evidence else f"{item.why}\n{item.finding.evidence}"
+        rows.append(
+            [
+                Field(
+                    f"{_MARKS[item.verdict]} {item.characteristic}", Style(bold=True, colour=colour)
+                ),
+                Field(said),
+                Field(item.suggestion, STRONG),
+                Field(", ".join(str(number) for number in item.points) or "–"),
+            ]
+        )
+    canvas.table(_WHY_COLUMNS, rows)
+
+
+def features(canvas: Canvas, data: ReportData) -> None:
+    """Write what was found of every feature."""
+    canvas.heading("Features", 200.0)
+    rows = []
+    for feature in data.features:
+        seen = feature.seen
+        fit = seen.fit
+        shows_form = fit is not None and len(seen.points) > MINIMUM_POINTS[feature.shape]
+        element = feature.actual_element
+        rows.append(
+            [
+                Field(feature.name, STRONG),
+                _verdict_field(data.view.verdict_of(feature.name), undone=seen.provisional),
+                Field(feature.shape.value),
+                Field("" if fit is None else fit.criterion.name.lower().replace("_", " ")),
+                Field(count_words(seen)),
+                Field(f"{fit.form:.4f}" if fit is not None and shows_form else "–"),
+                Field(seen.note if element is None else element_words(element)),
+            ]
+        )
+    canvas.table(_FEATURE_COLUMNS, rows)
+    if data.annulled:
+        canvas.skip(10.0)
+        numbers = ", ".join(str(number) for number in data.annulled)
+        canvas.text(f"Points taken back, and kept in the job file: {numbers}.", SMALL)
+
+
+def _verdict_field(summary: VerdictSummary, *, undone: bool) -> Field:
+    """Return the verdict on a feature, how many share it, which decides, and what is missing."""
+    lines = [INCOMPLETE] if undone else []
+    if summary.verdict is None:
+        colour = INK.warn if undone else INK.muted
+        return Field("\n".join(["no tolerance", *lines]), Style(28.0, bold=undone, colour=colour))
+    if summary.verdict is not Verdict.CONFORM:
+        lines.insert(0, summary.deciding)
+    words = f"{_MARKS[summary.verdict]} {summary.words or summary.verdict.value}"
+    style = Style(28.0, bold=True, colour=verdict_colour(INK, summary.verdict))
+    return Field("\n".join([words, *lines]), style)
+
+
+def basis(canvas: Canvas, data: ReportData) -> None:
+    """Write what the results rest on: frame, association, interval, what noise alone would show."""
+    rows = []
+    for item in data.reported:
+        result = item.result
+        if result.stated is None:
+            continue
+        rows.append(
+            [
+                Field(result.name, STRONG),
+                Field(result.frame.replace("|", " | ") or "–"),
+                Field(result.association or item.association or "least squares"),
+                Field(
+                    "–" if result.interval is None
+                    else f"{result.interval[0]:z.4f} … {result.interval[1]:z.4f}"
+                ),
+                Field("–" if result.tur is None else f"{result.tur:.1f}"),
+                Field("–" if result.floor is None else f"{result.floor:.4f}"),
+                Field(f"{result.bonus:.4f}" if result.bonus else "–"),
+            ]
+        )  # fmt: skip
+    if rows:
+        canvas.heading("What the results rest on", 200.0)
+        canvas.table(_BASIS_COLUMNS, rows)
+
+
+def records(canvas: Canvas, data: ReportData) -> None:
+    """Write the complete hashes, and where to sign."""
+    canvas.heading("Records", 240.0)
+    head = data.head
+    hashes = (
+        ("Cameras", data.calibration.note or data.calibration.label),
+        ("Probe and tip", data.probe.note or data.probe.label),
+        ("Reference body", data.reference.note),
+        ("Plan, SHA-256", head.plan_identity),
+        ("Cameras, SHA-256", head.rig_identity),
+        ("Probe, SHA-256", head.probe_identity),
+        ("Measured with", f"OCMM {head.software_version}"),
+        ("Reported with", f"OCMM {data.written_by}"),
+    )
+    for name, value in hashes:
+        if value:
+            _fact(canvas, name, value, SMALL)
+    canvas.skip(90.0)
+    canvas.draw(70.0, _paint_signatures)
+
+
+def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
+    y, pages = canvas.y, len(canvas.pages)
+    canvas.text(value, style, left=LEFT + 360.0)
+    if len(canvas.pages) > pages:
+        y = canvas.y - 46.0
+    box = QRectF(LEFT, y, 350.0, 60.0)
+    muted = Style(style.size, colour=INK.muted)
+    canvas.pages[-1].append(lambda painter: paint_text(painter, box, name, muted))
+
+
+def symbol_of(item: ReportedResult, data: ReportData) -> str:
+    """Return the kind whose symbol stands for a result: form is that of its feature's shape."""
+    if item.result.kind != "form":
+        return item.result.kind
+    shapes = {feature.name: feature.shape for feature in data.features}
+    return _FORMS.get(shapes.get(item.result.features[0]), "surface profile")
+
+
+def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
+    result = item.result
+    places, unit = 4, "°" if item.unit == "deg" else ""
+    limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
+    if item.one_sided:
+        limits = f"≤ {result.upper:.{places}f}"
+    if result.bonus:
+        letter = "L" if item.asked is not None and "least" in item.asked.modifier else "M"
+        limits += f"\n({letter}) +{result.bonus:.{places}f}"
+    colour = verdict_colour(INK, result.verdict)
+    symbol = None
+    if has_symbol(kind):
+        symbol = partial(_paint_symbol, kind=kind)
+    numbers = ("–", "–", "–")
+    if result.stated is not None:
+        measured, deviation, uncertainty = result.stated
+        numbers = (
+            f"{measured:z.{places}f}{unit}",
+            f"{deviation:+z.{places}f}{unit}",
+            f"{uncertainty:.{places}f}{unit}",
+        )
+    word = f"{_MARKS[result.verdict]} {result.verdict.value}"
+    if result.leaning:
+        word += f", leaning {result.leaning}"
+    return [
+        Field(draw=symbol),
+        Field(f"{result.name}{mark}\n{measurand(item)}"),
+        Field(" | ".join(item.datums)),
+        Field("–" if item.one_sided else f"{result.nominal:z.{places}f}"),
+        Field(limits),
+        Field(numbers[0], STRONG),
+        Field(numbers[1]),
+        Field(numbers[2]),
+        Field(word, Style(28.0, bold=True, colour=colour)),
+    ]
+
+
+def _paint_symbol(painter: QPainter, box: QRectF, *, kind: str) -> None:
+    side = 36.0
+    paint_symbol(
+        painter, kind, QRectF(box.left(), box.center().y() - 0.5 * side, side, side),
+        Qt.GlobalColor.black,
+    )  # fmt: skip
+
+
+def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
+    part = data.part
+    paint_text(painter, box, "Measurement report", TITLE)
+    paint_text(
+        painter, box.adjusted(0.0, 84.0, 0.0, 0.0), f"{data.head.part}   no. {data.head.serial}",
+        Style(38.0),
+    )  # fmt: skip
+    # What is missing is a warning on paper, where nobody can go on measuring.
+    undone = part.word is PartWord.NOT_COMPLETE
+    colour = INK.warn if undone else verdict_colour(INK, part.verdict)
+    frame = QRectF(box.right() - 960.0, box.top(), 960.0, 136.0)
+    painter.setPen(QPen(QColor(colour), 6.0))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRoundedRect(frame, 14.0, 14.0)
+    if data.states:
+        states = QRectF(frame.left(), frame.top() + 8.0, frame.width(), 36.0)
+        style = Style(28.0, bold=True, colour=INK.warn)
+        paint_text(painter, states, " · ".join(data.states), style, Qt.AlignmentFlag.AlignCenter)
+        frame.setTop(frame.top() + 36.0)
+    paint_text(
+        painter, frame, f"{_MARKS[part.verdict]} {part.word.value}",
+        Style(56.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
+    )  # fmt: skip
+
+
+def _paint_signatures(painter: QPainter, box: QRectF) -> None:
+    painter.setPen(QPen(QColor(INK.text), 2.0))
+    for index, words in enumerate(("Measured by, date", "Approved by, date")):
+        left = box.left() + index * 0.52 * box.width()
+        painter.drawLine(int(left), int(box.top()), int(left + 0.48 * box.width()), int(box.top()))
+        place = QRectF(left, box.top() + 8.0, 0.48 * box.width(), 50.0)
+        paint_text(painter, place, words, SMALL)
+        painter.setPen(QPen(QColor(INK.text), 2.0))

@@ -1,0 +1,133 @@
+"""Reports drawn and written in a process of their own, from the frozen job that it is given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtGui import QImage
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.export import EXPORTERS, preview, preview_text, write_report
+from ocmm_core.export.report import ReportData
+from ocmm_gui.kit import Teller
+from ocmm_gui.reports._drawing import drawing
+from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
+
+PDF = "pdf"
+"""Drawn here; the other formats come from the core."""
+
+_MOST_LINES = 400
+"""A cloud of points is shown by its beginning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Writing:
+    """Write reports, all files or none.
+
+    Attributes
+    ----------
+    data
+        The job, frozen.
+    formats
+        Names of `EXPORTERS`, and `PDF`.
+    folder
+        Where the files go.
+    incomplete
+        Somebody asked for the report although the job may not be complete.
+    """
+
+    data: ReportData
+    formats: tuple[str, ...]
+    folder: Path
+    incomplete: bool
+
+    def __call__(self, tell: Teller) -> tuple[Path, ...]:
+        """Return the paths of the files; errors as `write_report` and `pdf_file`."""
+        beside: dict[str, bytes] = {}
+        if PDF in self.formats:
+            tell("Drawing the PDF", 0.3)
+            with drawing():
+                name, content = pdf_file(self.data)
+            beside[name] = content
+        tables = tuple(name for name in self.formats if name != PDF)
+        tell("Writing the files and reading them back", 0.7)
+        tell.commit()
+        return write_report(
+            self.data, tables, self.folder, incomplete=self.incomplete, beside=beside
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class FormatText:
+    """The beginning of what a format will hold, or why there is nothing, as text."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class PagePicture:
+    """One page of the PDF.
+
+    Attributes
+    ----------
+    index, count
+        Which page of how many, from zero.
+    width, height
+        Pixels.
+    content
+        32 bits a pixel, as ``QImage.Format_RGB32``.
+    """
+
+    index: int
+    count: int
+    width: int
+    height: int
+    content: bytes
+
+    def image(self) -> QImage:
+        """Return the picture."""
+        return QImage(self.content, self.width, self.height, QImage.Format.Format_RGB32)
+
+
+@dataclass(frozen=True, slots=True)
+class Previewing:
+    """Show what all formats will hold: texts first, then the pages one by one.
+
+    Attributes
+    ----------
+    data
+        The job, frozen.
+    width
+        Of a page, pixels.
+    """
+
+    data: ReportData
+    width: int
+
+    def __call__(self, tell: Teller) -> None:
+        """Give a `FormatText` for every format of the core, then every `PagePicture`."""
+        for name in EXPORTERS:
+            tell.give(FormatText(name, _text(self.data, name)))
+        with drawing():
+            canvas = lay_out(self.data)
+            count = len(canvas.pages)
+            for index in range(count):
+                tell(f"Drawing page {index + 1} of {count}", (1 + index) / (1 + count))
+                image = page_picture(canvas, index, self.data, self.width)
+                tell.give(
+                    PagePicture(
+                        index, count, image.width(), image.height(), bytes(image.constBits())
+                    )
+                )
+
+
+def _text(data: ReportData, name: str) -> str:
+    try:
+        lines = preview_text(preview(data, name)).splitlines()
+    except OcmmError as error:
+        return f"{error.what}\n{error.remedy}"
+    more = len(lines) - _MOST_LINES
+    shown = "\n".join(lines[:_MOST_LINES])
+    return f"{shown}\n… and {more} more lines" if more > 0 else shown

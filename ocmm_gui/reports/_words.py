@@ -1,0 +1,30 @@
+"""What the report says in words about features and results."""
+
+from __future__ import annotations
+
+from ocmm_core.export.report import Element, ReportedResult
+from ocmm_core.inspection.evaluation import FeatureView
+
+
+def count_words(seen: FeatureView) -> str:
+    """Return how many points a feature has, and of how many where it is not done."""
+    unfinished = seen.provisional and seen.taken < seen.needed
+    return f"{seen.taken} of {seen.needed}" if unfinished else str(seen.taken)
+
+
+def element_words(element: Element) -> str:
+    """Return an element in up to three lines: where it is, where it points to, how large it is."""
+    parts = ["x {:z.4f}  y {:z.4f}  z {:z.4f}".format(*element.point)]
+    if element.direction is not None:
+        parts.append("i {:z.5f}  j {:z.5f}  k {:z.5f}".format(*element.direction))
+    named = (("Ø", element.diameter), ("length", element.length), ("width", element.width))
+    sizes = [f"{name} {value:.4f}" for name, value in named if value is not None]
+    if element.angle_deg is not None:
+        sizes.append(f"angle {element.angle_deg:.4f}°")
+    return "\n".join([*parts, *(["   ".join(sizes)] if sizes else [])])
+
+
+def measurand(item: ReportedResult) -> str:
+    """Return what was measured of which features."""
+    axis = f" {item.asked.axis}" if item.asked is not None and item.asked.axis else ""
+    return f"{item.result.kind}{axis} of {', '.join(item.result.features)}"

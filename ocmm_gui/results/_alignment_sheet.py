@@ -1,0 +1,194 @@
+"""How the part lies: residuals and what is still free, before the alignment is accepted."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QVBoxLayout
+
+from ocmm_core.alignment import AlignmentReport, Residual, report_lines
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import (
+    DASHES,
+    DEFAULT_THEME,
+    THEMES,
+    ActionInfo,
+    FitText,
+    Mark,
+    NumberTable,
+    Sheet,
+    SideProcess,
+    Theme,
+    digit_font,
+    millimetres,
+    panel,
+    sentence_label,
+    text_font,
+)
+from ocmm_gui.results._drill import alignment_of_file
+
+_KEYS = (
+    ActionInfo("again", "Compute anew", "With the points that are there now", ("F6",)),
+    ActionInfo("accept", "Accept", "Write into the job that this alignment was accepted", ("F8",)),
+)
+_COLUMNS = (
+    ("Feature", "in brackets: the frame does not rest on it, it checks the frame"),
+    ("dx", "mm, from its nominal place, in the frame"),
+    ("dy", "mm"),
+    ("dz", "mm"),
+    ("off", "mm, length of the three"),
+    ("U (k=2)", "mm, of the distance, in the least certain direction"),
+    ("turned, °", "of its direction"),
+)
+
+
+class AlignmentSheet(Sheet):
+    """Residuals on the left; on the right the frame, what is free, and what to know of it.
+
+    Parameters
+    ----------
+    bridge
+        The running inspection.
+    """
+
+    def __init__(self, bridge: StationBridge) -> None:
+        super().__init__("Alignment", _KEYS)
+        self._theme = THEMES[DEFAULT_THEME]
+        self._bridge = bridge
+        self._report: AlignmentReport | None = None
+        self.table = NumberTable("Residuals", _COLUMNS, whole=False)
+        self.table.right_heads(range(1, len(_COLUMNS)))
+        self._state = FitText("Degrees of freedom", limit=28)
+        self._state.setFixedHeight(40)
+        self.words = sentence_label("What to know", 15)
+        self._spread = sentence_label("Uncertainty of the frame", 14)
+        self._spread.setProperty("role", "muted")
+        self.progress = QProgressBar()
+        self.progress.setAccessibleName("Progress of the calculation")
+        self.progress.hide()
+        self._process = SideProcess(self)
+        self._process.finished.connect(self._on_report)
+        self._process.failed.connect(self._on_failed)
+        left, right = QVBoxLayout(), QVBoxLayout()
+        left.addWidget(self.table)
+        right.addWidget(self.words)
+        right.addWidget(self._spread)
+        right.addStretch(1)
+        right.addWidget(self.progress)
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addLayout(left, 62)
+        row.addWidget(panel(right), 38)
+        self.body.addWidget(self._state)
+        self.body.addLayout(row, 1)
+        self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
+
+    def open(self) -> None:
+        """Compute the alignment from the points that are there now."""
+        self.compute()
+        self.table.setFocus()
+
+    def compute(self) -> None:
+        """Compute residuals and freedom from the job file, in a process of its own."""
+        self._report = None
+        self._paint()
+        self.progress.setRange(0, 0)
+        self.progress.show()
+        self._process.start(partial(alignment_of_file, self._bridge.station.job_path))
+
+    def accept(self) -> None:
+        """Write into the job file what was seen and that it was accepted."""
+        report = self._report
+        if report is None or not report.can_be_accepted:
+            self.told.emit("There is no alignment to accept yet.")
+        else:
+            words = f"The alignment was accepted: results are in the {report.frame}."
+            self._bridge.accept_alignment(
+                "; ".join(report_lines(report)), lambda: self.told.emit(words)
+            )
+            self.left.emit()
+
+    def close_work(self) -> None:
+        """Give up what is calculated; call it before the window goes."""
+        self._process.cancel()
+        self.progress.hide()
+
+    def state(self) -> str:
+        """Return the degrees of freedom in words."""
+        return self._state.text()
+
+    def is_busy(self) -> bool:
+        """Return whether it is being computed."""
+        return self._process.is_running()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _on_report(self, report: object) -> None:
+        self.progress.hide()
+        if isinstance(report, AlignmentReport):
+            self._report = report
+            self._paint()
+
+    def _on_failed(self, error: object) -> None:
+        self.progress.hide()
+        self.failed.emit(error)
+
+    def _paint(self) -> None:
+        report, theme = self._report, self._theme
+        self.keys["accept"].setEnabled(report is not None and report.can_be_accepted)
+        if report is None:
+            self._state.show_text("", theme.muted)
+            self.words.setText("")
+            self._spread.setText("")
+            self.table.show_rows([])
+            return
+        self.say(f"Results are in the {report.frame}.")
+        if not report.can_be_accepted:
+            self._state.show_text("There is no frame yet", theme.warn, Mark.DOUBT)
+        elif report.free:
+            free = ", ".join(report.free)
+            self._state.show_text(f"Still free: {free}", theme.warn, Mark.DOUBT)
+        else:
+            self._state.show_text("No degree of freedom is left", theme.good, Mark.GOOD)
+        self.words.setText("\n".join(report.advice))
+        self._spread.setText(_spread_words(report))
+        self.table.show_rows([_row(item) for item in report.residuals])
+        for row in range(self.table.rowCount()):
+            for column in range(1, len(_COLUMNS)):
+                cell = self.table.item(row, column)
+                if cell is not None:
+                    cell.setTextAlignment(
+                        Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                    )
+                    cell.setFont(digit_font(15, bold=column == _OFF))
+            name = self.table.item(row, 0)
+            if name is not None:
+                name.setFont(text_font(15))
+
+
+_OFF = 4
+
+
+def _row(item: Residual) -> tuple[str, ...]:
+    name = item.feature if item.aligned else f"({item.feature})"
+    turned = f"{np.degrees(item.angle):.3f}" if item.angle else DASHES
+    return (
+        name,
+        *(millimetres(float(value), signed=True) for value in item.offset),
+        millimetres(item.distance),
+        millimetres(item.distance_uncertainty),
+        turned,
+    )
+
+
+def _spread_words(report: AlignmentReport) -> str:
+    if report.origin_uncertainty is None or report.turn_uncertainty is None:
+        return ""
+    shifts = "  ".join(millimetres(float(value)) for value in report.origin_uncertainty)
+    turns = "  ".join(f"{value:.4f}" for value in np.degrees(report.turn_uncertainty))
+    return f"U (k=2) of the origin, x y z: {shifts} mm. Of turns about x y z: {turns}°."

@@ -1,0 +1,218 @@
+"""Jobs of a batch side by side: a table of all characteristics, and the chart of the chosen one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout
+
+from ocmm_core.inspection.archive import Comparison, Trend, compare_folder
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_gui.charts import TrendChart
+from ocmm_gui.kit import (
+    ActionInfo,
+    PathPanel,
+    Sheet,
+    SideProcess,
+    Table,
+    Tell,
+    Theme,
+    digit_font,
+    sentence_label,
+)
+
+_KEYS = (
+    ActionInfo("folder", "Choose a folder", "Compare the jobs of a folder", ("F7",)),
+    ActionInfo("stop", "Stop reading", "Give up reading the jobs", ("F9",)),
+)
+_COLUMNS = (
+    ("Characteristic", "as in the plan"),
+    ("Parts", "that are counted"),
+    ("Mean", "mm, or degrees for angles"),
+    ("Cp", "tolerance against the scatter of the parts"),
+    ("Cpk", "the same to the nearer limit"),
+    ("Signals", "of the control chart"),
+)
+_NUMBERS = range(1, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """What the process does: compare the jobs of a folder."""
+
+    folder: Path
+    probes: Path | None
+    calibrations: Path | None
+
+    def __call__(self, tell: Tell) -> Comparison:
+        return compare_folder(self.folder, tell, self.probes, self.calibrations)
+
+
+class TrendTable(Table):
+    """One row a characteristic."""
+
+    def __init__(self) -> None:
+        super().__init__("Characteristics of the batch", _COLUMNS)
+        self._trends: tuple[Trend, ...] = ()
+
+    def show_trends(self, trends: tuple[Trend, ...]) -> None:
+        """Show the characteristics of a batch."""
+        self._trends = trends
+        self.setRowCount(len(trends))
+        for row, trend in enumerate(trends):
+            for column, text in enumerate(_cells(trend)):
+                self._write(row, column, text, self._colour(trend, column))
+                if column in _NUMBERS:
+                    self._cell(row, column).setFont(digit_font(13, bold=False))
+        self.resizeColumnsToContents()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = theme
+        self.show_trends(self._trends)
+
+    def chosen(self) -> Trend | None:
+        """Return the characteristic of the chosen row."""
+        row = self.currentRow()
+        return self._trends[row] if 0 <= row < len(self._trends) else None
+
+    def _colour(self, trend: Trend, column: int) -> str | None:
+        warned = trend.chart is not None and trend.chart.signals
+        return self._colours.warn if warned and column == len(_COLUMNS) - 1 else None
+
+
+class CompareSheet(Sheet):
+    """Read the jobs of a folder in a process of their own and show them side by side.
+
+    Parameters
+    ----------
+    records
+        Gives where records of probes and of calibrations are kept; None is that of this user.
+    """
+
+    def __init__(
+        self, records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None)
+    ) -> None:
+        super().__init__("Batch", _KEYS)
+        self._records = records
+        self.file = PathPanel("jobs", "folder", "Compare")
+        self.table = TrendTable()
+        self.chart = TrendChart()
+        self.words = sentence_label("What the chart says", 15)
+        self.left_out = sentence_label("What is not counted", 14)
+        self.left_out.setProperty("role", "muted")
+        self._progress = QProgressBar()
+        self._progress.setAccessibleName("Reading the jobs")
+        self._progress.setRange(0, 100)
+        self._progress.hide()
+        self._step = QLabel()
+        self._step.setTextFormat(Qt.TextFormat.PlainText)
+        self._step.hide()
+        self._work = SideProcess(self)
+        right = QVBoxLayout()
+        right.addWidget(self.chart, 1)
+        right.addWidget(self.words)
+        right.addWidget(self.left_out)
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addWidget(self.table, 50)
+        row.addLayout(right, 50)
+        self.body.addWidget(self.file)
+        self.body.addWidget(self._step)
+        self.body.addWidget(self._progress)
+        self.body.addLayout(row, 1)
+        self._folder = Path.home()
+        self._left_out: tuple[str, ...] = ()
+        self._work.advanced.connect(self._advance)
+        self._work.finished.connect(self._show)
+        self._work.failed.connect(self._fail)
+        self.file.given.connect(self.read)
+        self.table.itemSelectionChanged.connect(self._choose)
+        self.use_keys(
+            {"folder": lambda: self.file.ask(self._folder), "stop": self.stop}, primary="folder"
+        )
+        self.say("Choose the folder with the jobs of the batch.")
+
+    def open(self, folder: Path) -> None:
+        """Propose a folder, and read it."""
+        self._folder = folder
+        self.read(folder)
+
+    def read(self, folder: Path) -> None:
+        """Read the jobs of a folder; the window stays free."""
+        self._folder = folder
+        self._work.start(_Reading(folder, *self._records()))
+        self._advance("Starting", 0.0)
+
+    def stop(self) -> None:
+        """Give up reading; what was shown stays."""
+        if self._work.is_running():
+            self._work.cancel()
+            self._end()
+            self.say("Reading was stopped; nothing was changed.")
+
+    def close_work(self) -> None:
+        """Give up what is being read; call it before the window goes."""
+        self._work.cancel()
+
+    def is_reading(self) -> bool:
+        """Return whether jobs are being read."""
+        return self._work.is_running()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self.table.set_theme(theme)
+        self.chart.set_theme(theme)
+
+    def _advance(self, what: str, share: float) -> None:
+        self._step.setText(what)
+        self._step.show()
+        self._progress.setValue(round(100.0 * share))
+        self._progress.show()
+
+    def _end(self) -> None:
+        self._step.hide()
+        self._progress.hide()
+
+    def _fail(self, error: object) -> None:
+        self._end()
+        self.failed.emit(error)
+
+    def _show(self, answer: object) -> None:
+        self._end()
+        if not isinstance(answer, Comparison):
+            return
+        jobs = answer.jobs
+        origin = f"{SIMULATED}: {NO_REAL_PART} " if answer.simulated else ""
+        self.say(f"{origin}{len(jobs)} jobs of plan {answer.plan}, {jobs[0]} to {jobs[-1]}.")
+        self.table.show_trends(answer.trends)
+        self._left_out = answer.left_out
+        if answer.trends:
+            self.table.selectRow(0)
+        self.table.setFocus()
+        self._choose()
+
+    def _choose(self) -> None:
+        trend = self.table.chosen()
+        self.chart.show_trend(trend)
+        if trend is None:
+            return
+        able = trend.capability
+        self.words.setText(able.words if able is not None else trend.why_not)
+        self.left_out.setText(" ".join((*trend.left_out, *self._left_out)))
+
+
+def _cells(trend: Trend) -> tuple[str, ...]:
+    values, able = trend.values, trend.capability
+    signals = "–" if trend.chart is None else str(len(trend.chart.signals) or "none")
+    return (
+        trend.name,
+        f"{len(values)} of {len(trend.parts)}",
+        f"{values.mean():.4f}" if len(values) else "–",
+        f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
+        f"{able.cpk:.2f}" if able is not None else "–",
+        signals,
+    )

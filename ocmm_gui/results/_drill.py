@@ -1,0 +1,99 @@
+"""What is computed from a job file for the drill-down; runs in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from ocmm_core.alignment import AlignmentReport
+from ocmm_core.errors import MeasuringError
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.archive import ReopenedJob, reopen_job
+from ocmm_core.inspection.causes import Explanation, explanations_of
+from ocmm_core.inspection.evaluation import (
+    EvaluatedJob,
+    alignment_of_points,
+    evaluated_job,
+    probe_state,
+    uncertainty_of,
+)
+from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
+from ocmm_core.tolerances.uncertainty import Budget
+from ocmm_gui.kit import Tell
+from ocmm_gui.views import upright
+
+
+@dataclass(frozen=True, slots=True)
+class Budgets:
+    """What is behind the results of a job, by the name of the characteristic.
+
+    Attributes
+    ----------
+    found, missing
+        Budgets, and why others have none.
+    explained
+        Why those are not good that are NOT CONFORM or NOT PROVEN, and what to do.
+    up
+        (3,), unit, world: upright as the cameras of the job stand; None before anything is known.
+    """
+
+    found: Mapping[str, Budget]
+    missing: Mapping[str, str]
+    explained: Mapping[str, Explanation] = field(default_factory=dict)
+    up: Float | None = None
+
+
+def budgets_of_file(path: Path, tell: Tell) -> Budgets:
+    """Return budgets and explanations of a job file; OcmmError where it cannot be read."""
+    job, evaluated = _evaluated(path, tell)
+    known = uncertainty_of(evaluated)
+    tell("Looking for causes", 0.7)
+    explained = {item.characteristic: item for item in explanations_of(evaluated, job.view)}
+    return Budgets(dict(known.budgets), dict(known.missing), explained, upright(job.rig))
+
+
+def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
+    """Return what trials say about one result of a job file.
+
+    Raises
+    ------
+    OcmmError
+        The file cannot be read, or the result has no value that could be tried.
+    """
+    for task in uncertainty_of(_evaluated(path, tell)[1]).tasks:
+        own = tuple(item for item in task.characteristics if item.name == name)
+        if own:
+            asked = replace(task, characteristics=own)
+            return simulate(asked, MonteCarloOptions(), tell).values[0]
+    raise MeasuringError(
+        "monte_carlo.no_value",
+        f"{name} has no value yet that could be tried.",
+        "Measure the features that it rests on.",
+    )
+
+
+def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
+    """Return how the part of a job file lies.
+
+    Raises
+    ------
+    OcmmError
+        The file cannot be read, or its plan has no alignment.
+    """
+    tell("Reading the job", 0.2)
+    job = reopen_job(path)
+    tell("Computing the alignment", 0.6)
+    return alignment_of_points(
+        job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
+    )
+
+
+def _evaluated(path: Path, tell: Tell) -> tuple[ReopenedJob, EvaluatedJob]:
+    tell("Reading the job", 0.1)
+    job = reopen_job(path)
+    tell("Computing the uncertainties", 0.5)
+    probe = probe_state(job.options, job.body)
+    return job, evaluated_job(
+        job.plan, job.points, job.sensitivities, job.rig, job.body, job.options, probe
+    )

@@ -1,0 +1,86 @@
+"""Where the shown results come from: the job that is measured, or a job file opened read-only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.export.report import ReportData
+from ocmm_core.inspection.evaluation import JobView
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import Failed, header_words
+from ocmm_gui.results._opening import OpenedJob
+
+Ask = Callable[[Callable[[ReportData], None], Failed], None]
+"""Asks for a report; one of both is told, at once or later, on the window's thread."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobSource:
+    """One job to look at.
+
+    Attributes
+    ----------
+    file
+        Gives its file.
+    view
+        Gives the job as it was shown last.
+    report
+        Gives all that a report can say about it as it stands.
+    read_only
+        It was opened from its file.
+    calibration
+        How cameras and probe stood; empty for the running job, of which the station tells.
+    doubts
+        All that speaks against the file, in sentences.
+    remarks
+        What should be known beside, and speaks against nothing.
+    """
+
+    file: Callable[[], Path]
+    view: Callable[[], JobView]
+    report: Ask
+    read_only: bool = False
+    calibration: str = ""
+    doubts: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def path(self) -> Path:
+        """Return its file."""
+        return self.file()
+
+    @classmethod
+    def of_bridge(cls, bridge: StationBridge) -> JobSource:
+        """Return the job that is measured."""
+        return cls(lambda: bridge.station.job_path, bridge.job, bridge.report)
+
+    @classmethod
+    def of_opened(cls, opened: OpenedJob) -> JobSource:
+        """Return a job that was opened from its file."""
+        report = opened.report
+        return cls(
+            lambda: opened.path,
+            lambda: report.view,
+            lambda done, _failed: done(report),
+            read_only=True,
+            calibration=f"Cameras: {report.calibration.label}. Probe: {report.probe.label}.",
+            doubts=opened.doubts,
+            remarks=opened.remarks,
+        )
+
+    def state(self) -> object:
+        """Return what changes whenever the job does."""
+        job = self.view()
+        numbers = tuple(point.number for feature in job.features for point in feature.points)
+        return (self.path, numbers, job.active)
+
+    def words(self, job: JobView) -> str:
+        """Return which job is shown, and what speaks against it."""
+        who = header_words(job)
+        if not self.read_only:
+            return f"Running job {job.job}, part {job.part}. {who}."
+        agree = () if self.doubts else ("Computed anew from its points: the numbers agree.",)
+        doubts = " ".join((*self.doubts, *agree, *self.remarks))
+        return f"{self.path.name}, read-only, part {job.part}. {who}. {doubts}"

@@ -1,0 +1,39 @@
+"""A job file opened to be looked at; runs in a process of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.export.report import ReportData, report_of_job
+from ocmm_core.inspection.archive import Tell, reopen_job
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedJob:
+    """What the window keeps of a job file that was opened.
+
+    Attributes
+    ----------
+    path
+        The file.
+    report
+        The job as it stands, and all that a report can say about it.
+    doubts
+        All that speaks against the file, in sentences.
+    remarks
+        What should be known beside, and speaks against nothing.
+    """
+
+    path: Path
+    report: ReportData
+    doubts: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+
+
+def opened_job(
+    path: Path, tell: Tell, *, probes: Path | None = None, calibrations: Path | None = None
+) -> OpenedJob:
+    """Return a job from its own file, computed anew; errors and folders as `reopen_job`."""
+    job = reopen_job(path, probes, tell, calibrations)
+    return OpenedJob(path, report_of_job(job), job.doubts, job.remarks)

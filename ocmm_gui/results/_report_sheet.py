@@ -1,0 +1,253 @@
+"""The reports of a job: what will be in them is shown before anything is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QPlainTextEdit,
+    QStackedWidget,
+    QVBoxLayout,
+)
+
+from ocmm_core.export import EXPORTERS
+from ocmm_core.export.report import ReportData
+from ocmm_gui.kit import (
+    ActionInfo,
+    AnswerPanel,
+    Sheet,
+    SideProcess,
+    WorkLine,
+    caption,
+    digit_font,
+    form_field,
+    text_font,
+)
+from ocmm_gui.reports import PDF, FormatText, PagePicture, PagePreview, Previewing
+from ocmm_gui.results._job_source import JobSource
+from ocmm_gui.results._report_writer import ReportWriter
+
+_KEYS = (
+    ActionInfo("mark", "Mark", "Mark this format to be written, or do not", ("F6", "Space")),
+    ActionInfo("write", "Write", "Write the marked formats into the folder", ("F8", "E")),
+)
+_NAME = Qt.ItemDataRole.UserRole
+_TITLES = {**{name: item.title for name, item in EXPORTERS.items()}, PDF: "PDF"}
+"""By the name of the format."""
+_LIST_PX, _ROW_PX = 320, 36
+_GIVE_UP = "F8 gives it up."
+_SETTLE_MS = 300
+"""Whoever widens a window is not yet done for so long."""
+
+
+class ReportSheet(Sheet):
+    """Formats on the left, on the right what the chosen one will hold.
+
+    Parameters
+    ----------
+    folder
+        Where reports go, as far as that is known.
+    """
+
+    written = Signal(object)
+    """Emits what was `report_writer.Written`."""
+
+    def __init__(self, folder: Callable[[], Path]) -> None:
+        super().__init__("Report", _KEYS)
+        self._source: JobSource | None = None
+        self._folder = folder
+        self.formats = QListWidget()
+        self.formats.setAccessibleName("Formats")
+        self.formats.setAccessibleDescription("Up and down show a preview, Space marks a format")
+        self.formats.setFont(text_font(16))
+        for name in _TITLES:
+            item = QListWidgetItem(self.formats)
+            item.setData(_NAME, name)
+            item.setSizeHint(QSize(_LIST_PX - 20, _ROW_PX))
+        self._marked = {"polyworks"} & set(EXPORTERS)
+        self._write_marks()
+        self.formats.setCurrentRow(0)
+        self.formats.setFixedWidth(_LIST_PX)
+        self.question = AnswerPanel("The job is not complete", "Write")
+        self.work = WorkLine("Report")
+        self._writer = ReportWriter(self)
+        self._writer.asked.connect(self.question.ask)
+        self.question.agreed.connect(self._writer.agree)
+        self._writer.begun.connect(lambda: self.work.begin("Writing the report", _GIVE_UP))
+        self._writer.advanced.connect(self.work.advance)
+        self._writer.ended.connect(self._on_ended)
+        self._writer.written.connect(self.written)
+        self._writer.failed.connect(self.failed)
+        self._texts: dict[str, str] = {}
+        self._asked = 0
+        self._fresh = True
+        self._previewing = SideProcess(self)
+        self._previewing.came.connect(self._on_part)
+        self._previewing.finished.connect(lambda _none: self._on_previewed())
+        self._previewing.failed.connect(self._on_no_preview)
+        self._previewing.advanced.connect(self._on_advanced)
+        self._settling = QTimer(self)
+        self._settling.setSingleShot(True)
+        self._settling.setInterval(_SETTLE_MS)
+        self._settling.timeout.connect(self.preview)
+        self.folder = form_field("Folder of the report", "Folder of the report")
+        self.text = QPlainTextEdit()
+        self.text.setAccessibleName("Preview")
+        self.text.setReadOnly(True)
+        self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        self.text.setFont(digit_font(14, bold=False))
+        left = QVBoxLayout()
+        left.addWidget(self.formats, 1)
+        self.pages = PagePreview()
+        self.pages.widened.connect(self._on_widened)
+        self.shown = QStackedWidget()
+        self.shown.addWidget(self.text)
+        self.shown.addWidget(self.pages)
+        right = QVBoxLayout()
+        right.addWidget(self.shown, 1)
+        where = QHBoxLayout()
+        where.addWidget(caption("Folder", self.folder))
+        where.addWidget(self.folder, 1)
+        right.addLayout(where)
+        row = QHBoxLayout()
+        row.addLayout(left)
+        row.addLayout(right, 1)
+        self.body.addWidget(self.question)
+        self.body.addWidget(self.work)
+        self.body.addLayout(row, 1)
+        self.formats.currentRowChanged.connect(lambda _row: self._show_chosen())
+        self.formats.itemDoubleClicked.connect(lambda _item: self.mark())
+        self.folder.returnPressed.connect(self.write)
+        self.folder.left.connect(self.left)
+        self.use_keys({"mark": self.mark, "write": self.write}, primary="write")
+
+    def open(self, source: JobSource) -> None:
+        """Show what would be written about a job."""
+        self._source = source
+        self._texts = {}
+        self.pages.clear()
+        self.question.hide()
+        if not self.folder.text():
+            self.folder.setText(str(self._folder().expanduser().absolute()))
+        self.preview()
+        self.formats.setFocus()
+
+    def preview(self) -> None:
+        """Make the preview of all formats from the job as it stands; the window stays free."""
+        source = self._source
+        if source is None:
+            return
+        self._asked += 1
+        self._fresh = True
+        self._show_chosen()
+        if not self._writer.is_busy():
+            self.work.begin("Making the preview")
+        asked = self._asked
+
+        def done(data: ReportData) -> None:
+            if asked == self._asked:
+                width = self.pages.width_in(self.shown.width())
+                self._previewing.start(Previewing(data, width))
+
+        def failed(error: Exception) -> None:
+            if asked == self._asked:
+                self._on_no_preview(error)
+
+        source.report(done, failed)
+
+    def job_changed(self) -> None:
+        """Make the preview again where it is that of the running job."""
+        if self.isVisible() and self._source is not None and not self._source.read_only:
+            self._fresh = False
+            if not self._previewing.is_running():
+                self._settling.start()
+
+    def is_previewing(self) -> bool:
+        """Return whether the preview is being made."""
+        return self._previewing.is_running()
+
+    def close_work(self) -> None:
+        """Give up preview and report; call it before the window goes."""
+        self._asked += 1
+        self._settling.stop()
+        self._previewing.cancel()
+        self._writer.cancel()
+
+    def mark(self) -> None:
+        """Mark the chosen format to be written, or not."""
+        if self.formats.currentRow() >= 0:
+            self._marked ^= {str(self.formats.currentItem().data(_NAME))}
+            self._write_marks()
+
+    def marked(self) -> tuple[str, ...]:
+        """Return the names of the marked formats."""
+        return tuple(name for name in _TITLES if name in self._marked)
+
+    def write(self) -> None:
+        """Write the marked formats, or give up what is being written.
+
+        Every file is read back and compared before it counts; an incomplete job is asked about.
+        """
+        if self._writer.is_busy():
+            if self._writer.give_up():
+                self.told.emit("The report was not written.")
+        elif self._source is not None:
+            self.question.hide()
+            folder = Path(self.folder.text().strip())
+            self._writer.write(self._source, self.marked(), folder)
+
+    def is_writing(self) -> bool:
+        """Return whether a report is being written."""
+        return self._writer.is_busy()
+
+    def _write_marks(self) -> None:
+        for row in range(self.formats.count()):
+            item = self.formats.item(row)
+            name = str(item.data(_NAME))
+            item.setText(f"{'☑' if name in self._marked else '☐'}  {_TITLES[name]}")
+
+    def _chosen(self) -> str:
+        row = self.formats.currentRow()
+        return "" if row < 0 else str(self.formats.item(row).data(_NAME))
+
+    def _show_chosen(self) -> None:
+        name = self._chosen()
+        self.shown.setCurrentWidget(self.pages if name == PDF else self.text)
+        self.text.setPlainText(self._texts.get(name, ""))
+
+    def _on_part(self, part: object) -> None:
+        if isinstance(part, FormatText):
+            self._texts[part.name] = part.text
+            if self._chosen() == part.name:
+                self.text.setPlainText(part.text)
+        elif isinstance(part, PagePicture):
+            self.pages.show_page(part)
+
+    def _on_advanced(self, what: str, share: float) -> None:
+        if not self._writer.is_busy():
+            self.work.advance(what, share)
+
+    def _on_previewed(self) -> None:
+        if not self._writer.is_busy():
+            self.work.end()
+        if not self._fresh:
+            self._settling.start()
+
+    def _on_no_preview(self, error: object) -> None:
+        self._on_ended()
+        self.failed.emit(error)
+
+    def _on_ended(self) -> None:
+        if self._previewing.is_running() and not self._writer.is_busy():
+            self.work.begin("Making the preview")
+        elif not self._writer.is_busy():
+            self.work.end()
+
+    def _on_widened(self) -> None:
+        if self.isVisible() and self._source is not None:
+            self._settling.start()

@@ -1,0 +1,152 @@
+"""Reports written beside the window: asked first where a job is not complete, shown, given up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from ocmm_core.export import missing_of, missing_words
+from ocmm_core.export.report import ReportData
+from ocmm_gui.kit import NoticeCentre, SideProcess
+from ocmm_gui.reports import Writing
+from ocmm_gui.results._job_source import JobSource
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """Files that were written, and what was missing in the job; empty where it was complete."""
+
+    job: str
+    paths: tuple[Path, ...]
+    missing: tuple[str, ...]
+
+    def tell(self, notices: NoticeCentre) -> None:
+        """Tell where the files are, and that they say little where the job is not complete."""
+        folder = self.paths[0].parent if self.paths else ""
+        if self.missing:
+            files = "1 file" if len(self.paths) == 1 else f"{len(self.paths)} files"
+            notices.warn(
+                f"INCOMPLETE report of {self.job} written to {folder} ({files}).",
+                f"Not measured: {missing_words(self.missing)}.",
+            )
+        else:
+            names = ", ".join(path.name for path in self.paths)
+            notices.inform(f"Written to {folder}: {names}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    source: JobSource
+    formats: tuple[str, ...]
+    folder: Path
+    incomplete: bool = False
+
+
+class ReportWriter(QObject):
+    """Write one report at a time, in a process of its own."""
+
+    asked = Signal(str)
+    """The job is not complete: emits the question that `agree` answers with yes."""
+    begun = Signal()
+    """Something is being written from now on."""
+    advanced = Signal(str, float)
+    """What is done next, and the share that is done."""
+    ended = Signal()
+    """Nothing is written any more, whatever came of it."""
+    written = Signal(object)
+    """Emits what was `Written`."""
+    failed = Signal(object)
+    """Emits an `OcmmError`: why nothing was written."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._process = SideProcess(self)
+        self._request: _Request | None = None
+        self._data: ReportData | None = None
+        self._gathers = 0
+        self._gathering = False
+        self._process.advanced.connect(self.advanced)
+        self._process.finished.connect(self._on_written)
+        self._process.failed.connect(self._on_failed)
+
+    def is_busy(self) -> bool:
+        """Return whether something is being written."""
+        return self._gathering or self._process.is_running()
+
+    def write(self, source: JobSource, formats: tuple[str, ...], folder: Path) -> None:
+        """Write a report of a job as it stands, or ask first where it is not complete."""
+        if not self.is_busy():
+            self._request = _Request(source, formats, folder.expanduser().absolute())
+            if not self._asks(source.view().job, missing_of(source.view())):
+                self._gather()
+
+    def agree(self) -> None:
+        """Write the report that was asked for although the job is not complete."""
+        if self._request is not None and not self.is_busy():
+            self._request = replace(self._request, incomplete=True)
+            self._gather()
+
+    def give_up(self) -> bool:
+        """Write nothing after all, and say whether it was early enough; files are whole or none."""
+        if not self._process.give_up():
+            return False
+        self._end()
+        return True
+
+    def cancel(self) -> None:
+        """Give up what is written; call it before the window goes."""
+        self._process.cancel()
+        self._end()
+
+    def _asks(self, job: str, missing: tuple[str, ...]) -> bool:
+        if not missing or (self._request is not None and self._request.incomplete):
+            return False
+        self.asked.emit(
+            f"INCOMPLETE: {missing_words(missing)} not measured. "
+            f"Write the report of {job} all the same?"
+        )
+        return True
+
+    def _gather(self) -> None:
+        """Freeze the job; the window does not wait for it."""
+        request = self._request
+        if request is None:
+            return
+        self._gathers += 1
+        number, self._gathering = self._gathers, True
+        self.begun.emit()
+
+        def done(data: ReportData) -> None:
+            if number != self._gathers or not self._gathering:
+                return
+            self._gathering = False
+            if self._asks(data.job, missing_of(data.view)):
+                # It was complete when the key was pressed.
+                self.ended.emit()
+                return
+            self._data = data
+            self._process.start(Writing(data, request.formats, request.folder, request.incomplete))
+
+        def failed(error: Exception) -> None:
+            if number == self._gathers and self._gathering:
+                self._on_failed(error)
+
+        request.source.report(done, failed)
+
+    def _on_written(self, paths: object) -> None:
+        data = self._data
+        self._end()
+        if isinstance(paths, tuple) and data is not None:
+            self.written.emit(Written(data.job, paths, missing_of(data.view)))
+
+    def _on_failed(self, error: object) -> None:
+        self._end()
+        self.failed.emit(error)
+
+    def _end(self) -> None:
+        was_busy = self._data is not None or self._gathering
+        self._gathering, self._data = False, None
+        if was_busy:
+            self.ended.emit()

@@ -1,0 +1,288 @@
+"""Why a result is what it is: decision, calibration, budget, and trials on demand."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QFrame, QProgressBar, QVBoxLayout
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation
+from ocmm_core.tolerances.decisions import CharacteristicResult, rule_words
+from ocmm_core.tolerances.monte_carlo import MonteCarloValue
+from ocmm_gui.charts import ToleranceBar
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    SideProcess,
+    Theme,
+    quantity,
+    sentence_label,
+    text_font,
+    verdict_colour,
+    verdict_mark,
+)
+from ocmm_gui.results._budget_view import BudgetBars, BudgetTable
+from ocmm_gui.results._drill import Budgets, budgets_of_file, trials_of_file
+from ocmm_gui.results._job_source import JobSource
+
+_NONE = Budgets({}, {})
+_ROOMY_PX = 760
+_SEARCHING = "Looking for the cause ..."
+_BUSY = "The budget is being computed from the job file."
+
+
+class ResultDetail(QFrame):
+    """Verdict, bar, sentences, budget as table and bars, trials with progress.
+
+    Budgets of all results are computed at once in a process of their own, and once for every state
+    of the job: the window stays free.
+    """
+
+    explained = Signal(object)
+    """Emits the `Explanation` of the shown result, or None; None also while it is computed."""
+    failed = Signal(object)
+    """An `OcmmError`: why there is no budget or no trial."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAccessibleName("The chosen result")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._source: JobSource | None = None
+        self._result: CharacteristicResult | None = None
+        self._of: object = None
+        self._path: Path | None = None
+        self._budgets = _NONE
+        self._trials: dict[str, MonteCarloValue] = {}
+        self._title = FitText("Characteristic", limit=20)
+        self._title.setFixedHeight(28)
+        self._verdict = FitText("Verdict", limit=28, reserve="NOT MEASURED")
+        self._verdict.setFixedHeight(38)
+        self.bar = ToleranceBar()
+        self.bar.setFixedHeight(54)
+        self._why = sentence_label("Why", 15)
+        self._now = sentence_label("What now", 16)
+        self._now.setFont(text_font(16, bold=True))
+        self._rule = sentence_label("Decision rule", 13)
+        self._standing = sentence_label("Calibration", 13)
+        self._standing.setProperty("role", "muted")
+        self._note = sentence_label("Note", 13)
+        self.budget = BudgetTable()
+        self.bars = BudgetBars()
+        self._check = sentence_label("Monte Carlo", 13)
+        self.progress = QProgressBar()
+        self.progress.setAccessibleName("Progress of the calculation")
+        self.progress.setTextVisible(True)
+        self.progress.hide()
+        self._drill, self._simulation = SideProcess(self), SideProcess(self)
+        for process in (self._drill, self._simulation):
+            process.advanced.connect(self._on_advanced)
+            process.failed.connect(self._on_failed)
+        self._drill.finished.connect(self._on_budgets)
+        self._simulation.finished.connect(self._on_trials)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(12, 6, 12, 8)
+        layout.setSpacing(5)
+        for widget in (
+            self._title, self._verdict, self._why, self._now, self.bar, self._rule,
+            self._standing, self._note,
+        ):  # fmt: skip
+            layout.addWidget(widget)
+        layout.addWidget(self.budget, 4)
+        layout.addWidget(self.bars, 3)
+        layout.addWidget(self._check)
+        layout.addWidget(self.progress)
+
+    def show_result(
+        self,
+        source: JobSource,
+        result: CharacteristicResult,
+        standing: str,
+    ) -> None:
+        """Show a result of a job; ``standing`` is how cameras and probe stand."""
+        self._source, self._result = source, result
+        self.bar.show_result(result)
+        self._rule.setText(decision_words(result))
+        self._standing.setText(standing)
+        self._note.setText(" ".join(part for part in (result.note, result.caution) if part))
+        self._note.setVisible(bool(self._note.text()))
+        self._paint_verdict()
+        self._look_again()
+        self._show_numbers()
+
+    def simulate(self) -> None:
+        """Check the uncertainty of the shown result by trials, or give up those that run."""
+        if self._simulation.is_running():
+            self._simulation.cancel()
+            self.progress.hide()
+            self._check.setText("The trials were given up.")
+        elif self._source is not None and self._result is not None:
+            self._wait("Monte Carlo")
+            self._check.setText("Trials run in a process of their own. F6 gives them up.")
+            self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
+
+    def cancel(self) -> None:
+        """Give up all that is calculated; call it before the window goes."""
+        self._drill.cancel()
+        self._simulation.cancel()
+        self.progress.hide()
+
+    def is_busy(self) -> bool:
+        """Return whether something is being calculated."""
+        return self._drill.is_running() or self._simulation.is_running()
+
+    def trials(self) -> str:
+        """Return what the trials say."""
+        return self._check.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint_verdict()
+
+    def _paint_verdict(self) -> None:
+        result = self._result
+        if result is None:
+            return
+        of = " – ".join(result.features)
+        self._title.show_text(f"{result.name}: {result.kind} {of}")
+        colour = verdict_colour(self._theme, result.verdict)
+        self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
+
+    def _show_numbers(self) -> None:
+        name = "" if self._result is None else self._result.name
+        found = self._budgets.found.get(name)
+        self.budget.show_budget(found)
+        self.bars.show_budget(found)
+        self._show_explanation()
+        trials = self._trials.get(name)
+        if trials is not None and self._result is not None:
+            self._check.setText(trial_words(self._result, trials))
+        elif name in self._budgets.missing:
+            self._check.setText(self._budgets.missing[name])
+        elif not self._simulation.is_running():
+            waits = self._drill.is_running()
+            self._check.setText(_BUSY if waits else "F6 checks U by Monte Carlo (JCGM 101).")
+
+    def explanation(self) -> Explanation | None:
+        """Return why the shown result is not good; None where it is, or nobody knows yet."""
+        result = self._result
+        found = None if result is None else self._budgets.explained.get(result.name)
+        # What was computed before the job changed says nothing of the verdict of now.
+        return found if result is not None and found and _is_of(found, result) else None
+
+    def up(self) -> Float | None:
+        """Return what is upright in the world of the job; None before that is known."""
+        return self._budgets.up
+
+    def _show_explanation(self) -> None:
+        found, result = self.explanation(), self._result
+        asked = result is not None and result.verdict in EXPLAINED
+        waits = asked and found is None and self._drill.is_running()
+        self._why.setText(_SEARCHING if waits else "" if found is None else found.why)
+        self._now.setText("" if found is None else found.suggestion)
+        self._now.setToolTip("" if found is None else found.finding.evidence)
+        self._why.setVisible(bool(self._why.text()))
+        self._now.setVisible(bool(self._now.text()))
+        # The note of a result in doubt is the suggestion itself.
+        doubted = found is not None and found.cause is Cause.DOUBT
+        self._note.setVisible(bool(self._note.text()) and not doubted)
+        self._make_room()
+        self.explained.emit(found)
+
+    def _make_room(self) -> None:
+        """Leave out the bars where words need their room: they say what the table says."""
+        self.bars.setVisible(self._now.isHidden() or self.height() >= _ROOMY_PX)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show the bars where there is room for them."""
+        super().resizeEvent(event)
+        self._make_room()
+
+    def _look_again(self) -> None:
+        """Compute the budgets of a job that has changed, after what is computed is done."""
+        source, result = self._source, self._result
+        if source is None or result is None or result.measured is None:
+            return
+        state = source.state()
+        if state == self._of or (self._drill.is_running() and source.path == self._path):
+            return
+        if source.path != self._path:
+            self._budgets = _NONE
+        self._of, self._path, self._trials = state, source.path, {}
+        self._simulation.cancel()
+        self._wait("Reading the job")
+        self._drill.start(partial(budgets_of_file, source.path))
+
+    def _on_budgets(self, found: object) -> None:
+        self.progress.setVisible(self._simulation.is_running())
+        if isinstance(found, Budgets):
+            self._budgets = found
+        self._look_again()
+        self._show_numbers()
+
+    def _on_trials(self, found: object) -> None:
+        self.progress.setVisible(self._drill.is_running())
+        if isinstance(found, MonteCarloValue):
+            self._trials[found.name] = found
+        self._show_numbers()
+
+    def _on_advanced(self, what: str, share: float) -> None:
+        self.progress.setFormat(what)
+        self.progress.setValue(round(100.0 * share))
+
+    def _on_failed(self, error: object) -> None:
+        self.progress.hide()
+        self._show_numbers()
+        self.failed.emit(error)
+
+    def _wait(self, what: str) -> None:
+        self.progress.setValue(0)
+        self.progress.setFormat(what)
+        self.progress.show()
+
+
+def _is_of(found: Explanation, result: CharacteristicResult) -> bool:
+    return found.verdict is result.verdict and found.uncertainty == result.uncertainty
+
+
+def decision_words(result: CharacteristicResult) -> str:
+    """Return rule, interval, association and frame of a result, in sentences."""
+    parts = []
+    if result.rule:
+        parts.append(f"Rule: {rule_words(result.rule)}.")
+    if result.leaning:
+        parts.append(f"The value lies {'inside' if result.leaning == 'in' else 'outside'}.")
+    if result.interval is not None:
+        low, high = (quantity(result, value) for value in result.interval)
+        parts.append(f"95 % interval {low} to {high}.")
+    if result.tur is not None:
+        parts.append(f"Tolerance over 2 U: {result.tur:.1f}.")
+    if result.association:
+        parts.append(f"Association: {result.association}.")
+    if result.frame:
+        parts.append(f"Frame: {result.frame}.")
+    if result.floor is not None:
+        parts.append(f"Noise alone would show {quantity(result, result.floor)}.")
+    if result.bonus:
+        parts.append(f"Bonus {quantity(result, result.bonus)}.")
+    return " ".join(parts)
+
+
+def trial_words(result: CharacteristicResult, trials: MonteCarloValue) -> str:
+    """Return what trials say beside linear propagation, in sentences."""
+    low, high = (quantity(result, value) for value in trials.symmetric)
+    small = "m°" if result.unit == "deg" else "µm"
+    off = 1e3 * max(trials.off_low, trials.off_high)
+    agrees = "confirms" if trials.validated else "does not confirm"
+    settled = "" if trials.settled else " More trials would be needed to be sure."
+    return (
+        f"Monte Carlo (JCGM 101), {trials.trials:,} trials: 2 u = {2e3 * trials.sigma:.2f} "
+        f"{small}, interval {low} to {high}. It {agrees} linear propagation: the ends differ by "
+        f"{off:.2f} {small}, {1e3 * trials.tolerance:.2g} {small} is allowed.{settled}"
+    )

@@ -1,0 +1,167 @@
+"""All characteristics of a job with their verdicts, one row each."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QResizeEvent
+from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+
+from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, Verdict
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    Table,
+    Theme,
+    digit_font,
+    limit_words,
+    quantity,
+    text_font,
+    verdict_colour,
+)
+
+VERDICT_SIGNS = {
+    Verdict.CONFORM: "✔",
+    Verdict.NOT_CONFORM: "✖",
+    Verdict.NOT_PROVEN: "▲",
+    Verdict.NOT_MEASURED: "○",
+    Verdict.PROVISIONAL: "◌",
+}
+"""A sign for each verdict, so that nothing hangs on colour."""
+
+_COLUMNS = (
+    ("Characteristic", "as in the plan"),
+    ("Of", "kind and features"),
+    ("Nominal", "mm, or degrees for angles"),
+    ("Measured", "mm, or degrees for angles"),
+    ("Deviation", "measured minus nominal"),
+    ("Limits", "of the deviation"),
+    (U_LABEL, "expanded uncertainty"),
+    ("Verdict", "the decision"),
+)
+_NUMBERS = range(2, 7)
+_DEVIATION, _VERDICT = 4, 7
+_ROW_PX = 34
+_NARROW_PX = 860
+
+
+class _ColouredRow(QStyledItemDelegate):
+    """Cells keep their colours where their row is chosen."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.theme = THEMES[DEFAULT_THEME]
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        cell = QStyleOptionViewItem(option)
+        if cell.state & QStyle.StateFlag.State_Selected:
+            painter.fillRect(cell.rect, QColor(self.theme.background))
+            painter.fillRect(
+                QRect(cell.rect.left(), cell.rect.bottom() - 1, cell.rect.width(), 2),
+                QColor(self.theme.accent),
+            )
+        for flag in (QStyle.StateFlag.State_Selected, QStyle.StateFlag.State_HasFocus):
+            cell.state &= ~flag
+        super().paint(painter, cell, index)
+
+
+class ResultTable(Table):
+    """Rows can be chosen with the arrow keys."""
+
+    result_chosen = Signal(str)
+    """Emits the name of the characteristic whose row is chosen."""
+
+    def __init__(self) -> None:
+        super().__init__("Characteristics", _COLUMNS)
+        self._results: tuple[CharacteristicResult, ...] = ()
+        self.setFont(text_font(15))
+        self.horizontalHeader().setFont(text_font(13))
+        self.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.setWordWrap(False)
+        self.right_heads(_NUMBERS)
+        self._rows = _ColouredRow(self)
+        self.setItemDelegate(self._rows)
+        self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
+
+    def show_job(self, job: JobView) -> None:
+        """Show all characteristics of a job; the chosen row stays chosen, else the deciding one."""
+        chosen = self.chosen()
+        deciding = job.part_verdict.summary.deciding
+        self._results = job.characteristics
+        self.blockSignals(True)
+        self.setRowCount(len(self._results))
+        for row, result in enumerate(self._results):
+            colour = verdict_colour(self._colours, result.verdict)
+            verdict = f"{VERDICT_SIGNS[result.verdict]}  {result.verdict.value}"
+            words = (
+                result.name,
+                f"{result.kind} {' – '.join(result.features)}",
+                quantity(result, result.nominal),
+                quantity(result, result.measured),
+                quantity(result, result.deviation, signed=True),
+                limit_words(result),
+                quantity(result, result.uncertainty),
+                verdict,
+            )
+            for column, word in enumerate(words):
+                self._write(row, column, word, colour if column == _VERDICT else None)
+            for column in _NUMBERS:
+                self._cell(row, column).setTextAlignment(
+                    Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                )
+        names = [result.name for result in self._results]
+        if names:
+            self.setCurrentCell(names.index(chosen if chosen in names else deciding), 0)
+        self.blockSignals(False)
+        self._share_width()
+        if names and self.chosen() != chosen:
+            self._on_row(self.currentRow())
+
+    def chosen(self) -> str:
+        """Return the name of the characteristic whose row is chosen; empty where none is."""
+        row = self.currentRow()
+        return self._results[row].name if 0 <= row < len(self._results) else ""
+
+    def choose(self, name: str) -> None:
+        """Choose the row of a characteristic; an unknown one changes nothing."""
+        for row, result in enumerate(self._results):
+            if result.name == name:
+                self.setCurrentCell(row, 0)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = self._rows.theme = theme
+        for row, result in enumerate(self._results):
+            for column, word in enumerate(self.words(row)):
+                judged = verdict_colour(self._colours, result.verdict)
+                self._write(row, column, word, judged if column == _VERDICT else None)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give what is left of the width to the second column."""
+        super().resizeEvent(event)
+        self._share_width()
+
+    def _share_width(self) -> None:
+        narrow = self.width() < _NARROW_PX
+        pixels = 13 if narrow else 15
+        for row in range(self.rowCount()):
+            for column in range(self.columnCount()):
+                bold = column in (_DEVIATION, _VERDICT)
+                font = digit_font if column in _NUMBERS else text_font
+                self._cell(row, column).setFont(font(pixels, bold=bold))
+        self.resizeColumnsToContents()
+        # Kind and features stand beside the table as well.
+        self.setColumnHidden(1, narrow)
+        wide = 0 if self.isColumnHidden(1) else 1
+        rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != wide)
+        room = self.viewport().width() - rest - 4
+        self.setColumnWidth(wide, max(room, self.columnWidth(wide) if wide == 0 else 60))
+
+    def _on_row(self, row: int) -> None:
+        if 0 <= row < len(self._results):
+            self.result_chosen.emit(self._results[row].name)

@@ -1,0 +1,212 @@
+"""The results of a job: verdicts in a table, beside it why the chosen one is what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
+
+from ocmm_core.inspection.causes import Explanation
+from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.tolerances.decisions import CharacteristicResult
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ActionInfo,
+    FitText,
+    PathPanel,
+    Sheet,
+    SideProcess,
+    Theme,
+    WorkLine,
+    counted_line,
+    verdict_colour,
+    verdict_mark,
+)
+from ocmm_gui.results._driving_points import DrivingPoints
+from ocmm_gui.results._job_source import JobSource
+from ocmm_gui.results._opening import OpenedJob, opened_job
+from ocmm_gui.results._result_detail import ResultDetail
+from ocmm_gui.results._result_table import ResultTable
+
+_KEYS = (
+    ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by trials", ("F6",)),
+    ActionInfo("open", "Open a job", "Show a job from its file, without changing it", ("F7",)),
+    ActionInfo("running", "Running job", "Show the job that is measured now", ("F9",)),
+    ActionInfo("batch", "Batch", "Compare the jobs of this folder", ("F10",)),
+    ActionInfo("report", "Report", "Preview and write the reports", ("F8", "E")),
+)
+
+
+class ResultsSheet(Sheet):
+    """Table on the left, budget and decision of the chosen characteristic on the right.
+
+    Parameters
+    ----------
+    running
+        Gives the job that is measured now.
+    calibration
+        Says how cameras and probe stand now.
+    records
+        Gives where records of probes and of calibrations are kept; None is that of this user.
+    """
+
+    report_wanted = Signal(object)
+    """Emits the `JobSource` that is to be reported."""
+    batch_wanted = Signal(object)
+    """Emits the folder whose jobs are to be compared."""
+
+    def __init__(
+        self,
+        running: JobSource,
+        calibration: Callable[[], str],
+        records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None),
+    ) -> None:
+        super().__init__("Results", _KEYS)
+        self._theme = THEMES[DEFAULT_THEME]
+        self._running = self._source = running
+        self._calibration = calibration
+        self._records = records
+        self._job: JobView | None = None
+        self.table = ResultTable()
+        self.detail = ResultDetail()
+        self.points = DrivingPoints()
+        self.points.hide()
+        self.file = PathPanel("job", "file", "Open")
+        self.opening = WorkLine("Opening a job")
+        self._opening = SideProcess(self)
+        self._opening.advanced.connect(self.opening.advance)
+        self._opening.finished.connect(self._on_opened)
+        self._opening.failed.connect(self._on_not_opened)
+        self._summary = FitText("Summary", limit=26)
+        self._summary.setFixedHeight(36)
+        self.body.addWidget(self.file)
+        self.body.addWidget(self.opening)
+        self.body.addWidget(self._summary)
+        left = QVBoxLayout()
+        left.setSpacing(8)
+        left.addWidget(self.table, 3)
+        left.addWidget(self.points, 2)
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addLayout(left, 62)
+        row.addWidget(self.detail, 38)
+        self.body.addLayout(row, 1)
+        self.table.result_chosen.connect(self._show_detail)
+        self.file.given.connect(self.open_file)
+        self.detail.failed.connect(self.failed)
+        self.detail.explained.connect(self._show_points)
+        self.use_keys(
+            {
+                "simulate": self.detail.simulate,
+                "open": self.ask_for_file,
+                "running": self.show_running,
+                "batch": lambda: self.batch_wanted.emit(self._source.path.parent),
+                "report": lambda: self.report_wanted.emit(self._source),
+            },
+            primary="report",
+        )
+
+    def open(self) -> None:
+        """Show the running job as it stands, or the file that was opened before."""
+        self._refresh()
+        self.table.setFocus()
+
+    def show_running(self) -> None:
+        """Show the job that is measured now."""
+        self._source = self._running
+        self._refresh()
+
+    def forget_file(self) -> None:
+        """Show the running job when the sheet is opened next."""
+        self._opening.cancel()
+        self.opening.end()
+        self._source = self._running
+
+    def ask_for_file(self) -> None:
+        """Ask which job is to be opened, or give up the one that is being opened."""
+        if self._opening.is_running():
+            self._opening.cancel()
+            self.opening.end()
+            self.told.emit("The job was not opened.")
+        else:
+            self.file.ask(Path.home())
+
+    def open_file(self, path: Path) -> None:
+        """Show a job from its own file, computed anew and compared; nothing is written to it.
+
+        That takes some seconds, in a process of its own; what was shown before stays so long.
+        """
+        probes, calibrations = self._records()
+        self._opening.start(partial(opened_job, path, probes=probes, calibrations=calibrations))
+        self.opening.begin(f"Opening {path.name}", "F7 gives it up.")
+        self.table.setFocus()
+
+    def is_opening(self) -> bool:
+        """Return whether a job is being opened."""
+        return self._opening.is_running()
+
+    def job_changed(self) -> None:
+        """Show what was measured since, where the running job is shown."""
+        if self.isVisible() and self._source is self._running:
+            self._refresh()
+
+    def close_work(self) -> None:
+        """Give up what is being calculated; call it before the window goes."""
+        self._opening.cancel()
+        self.detail.cancel()
+
+    def summary(self) -> str:
+        """Return the verdicts of all characteristics, counted."""
+        return self._summary.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._job is not None:
+            self._show_summary(self._job)
+
+    def _on_opened(self, opened: object) -> None:
+        self.opening.end()
+        if isinstance(opened, OpenedJob):
+            self._source = JobSource.of_opened(opened)
+            self._refresh()
+
+    def _on_not_opened(self, error: object) -> None:
+        self.opening.end()
+        self.failed.emit(error)
+
+    def _refresh(self) -> None:
+        self._job = job = self._source.view()
+        self.say(self._source.words(job))
+        self._show_summary(job)
+        self.table.show_job(job)
+        self._show_detail(self.table.chosen())
+
+    def _show_summary(self, job: JobView) -> None:
+        part = job.part_verdict
+        mark = None if part.verdict is None else verdict_mark(part.verdict)
+        self._summary.show_text(counted_line(job), verdict_colour(self._theme, part.verdict), mark)
+
+    def _show_detail(self, name: str) -> None:
+        result = self._result(name)
+        if result is None or self._job is None:
+            return
+        standing = self._source.calibration or self._calibration()
+        self.detail.show_result(self._source, result, standing)
+
+    def _show_points(self, found: object) -> None:
+        up = self.detail.up()
+        if isinstance(found, Explanation) and up is not None:
+            self.points.show_points(self._job, found, up)
+        else:
+            self.points.show_points(None, None, np.array([0.0, 0.0, 1.0]))
+
+    def _result(self, name: str) -> CharacteristicResult | None:
+        if self._job is None:
+            return None
+        return next((item for item in self._job.characteristics if item.name == name), None)

@@ -1,0 +1,195 @@
+"""What the 3-D view shows: probe, measured points and features, and a grid under them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import (
+    FeatureState,
+    FeatureView,
+    JobView,
+    LiveView,
+    Target,
+    cue,
+)
+from ocmm_core.tracking import ProbeBody
+from ocmm_gui.kit import Theme, led_name, reference_led_name, verdict_colour
+from ocmm_gui.views import _shapes as shapes
+from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, Tag
+
+_ARROW_MM = 9.0
+_STEM_MM = 25.0
+_RING_MM = 40.0
+"""Greatest radius of the ring round the next place."""
+
+
+def probe_places(live: LiveView, body: ProbeBody) -> Float:
+    """Return LEDs and ball centre (L + 1, 3), mm, world frame; empty without a trusted pose."""
+    if (
+        live.tip_world is None
+        or live.origin_world is None
+        or live.rotation_world_from_probe is None
+    ):
+        return np.empty((0, 3))
+    places = np.concatenate([body.leds_probe, body.tip_probe[None]])
+    moved: Float = places @ live.rotation_world_from_probe.T + live.origin_world
+    return moved
+
+
+def probe_items(places: Float, body: ProbeBody, theme: Theme, *, named: bool) -> tuple[Item, ...]:
+    """Return the probe at ``places`` (L + 1, 3) from `probe_places`, its LEDs named or not."""
+    if not len(places):
+        return ()
+    leds, tip = places[:-1], places[-1]
+    base = leds.mean(axis=0)
+    frame = np.stack([np.broadcast_to(base, leds.shape), leds], axis=1)
+    tags = [Tag(led, led_name(number), theme.muted) for number, led in enumerate(leds)]
+    return (
+        Lines(frame, theme.muted, 3.0),
+        Lines(np.stack([base, tip])[None], theme.text, 3.0),
+        Lines(shapes.sphere(tip, body.tip_radius), theme.accent, 1.2),
+        Dots(leds, theme.bad, 9.0, theme.panel),
+        *(tags if named else ()),
+    )
+
+
+def reference_items(live: LiveView | None, theme: Theme, *, named: bool) -> tuple[Item, ...]:
+    """Return the reference body in the world of the job, where it always stands."""
+    if live is None or live.reference is None or live.reference.leds_world is None:
+        return ()
+    leds = live.reference.leds_world
+    middle = leds.mean(axis=0)
+    frame = np.stack([np.broadcast_to(middle, leds.shape), leds], axis=1)
+    tags = [Tag(led, reference_led_name(number), theme.muted) for number, led in enumerate(leds)]
+    return (
+        Lines(frame, theme.muted, 2.0),
+        Dots(leds, theme.warn, 9.0, theme.panel),
+        *(tags if named else ()),
+    )
+
+
+def job_items(job: JobView, theme: Theme, chosen: int = 0) -> tuple[tuple[Item, ...], Float]:
+    """Return points and features of a job, and all places (n, 3) that a view should contain.
+
+    ``chosen`` is the number of the point that is to be seen at once.
+    """
+    items: list[Item] = []
+    reach: list[Float] = [np.empty((0, 3))]
+    last = max((p.number for f in job.features for p in f.points), default=0)
+    # The active feature comes first: its name has the right of way.
+    for feature in sorted(job.features, key=lambda f: f.state is not FeatureState.ACTIVE):
+        if not feature.points:
+            continue
+        active = feature.state is FeatureState.ACTIVE
+        verdict = job.verdict_of(feature.name).verdict
+        colour = theme.accent if active else verdict_colour(theme, verdict)
+        surface = np.stack([point.surface_world for point in feature.points])
+        reach.append(surface)
+        if feature.fit is not None:
+            lines, corners = shapes.fitted_shape(feature.fit, surface)
+            if len(corners):
+                items.append(Face(corners, colour, 36))
+            items.append(Lines(lines, colour, 2.2 if active else 1.4))
+            items.append(Tag(feature.fit.point, feature.name, colour))
+            reach.append(lines.reshape(-1, 3))
+        items += _sides(feature, surface, theme, last, active=active)
+        items.append(
+            Dots(surface, theme.text if active else colour, 8.0 if active else 5.0, theme.panel)
+        )
+        items += _marked_points(feature, theme, chosen)
+    reach += [target.surface_world[None] for target in _wanted(job)]
+    return tuple(items), np.concatenate(reach)
+
+
+def _sides(
+    feature: FeatureView, surface: Float, theme: Theme, last: int, *, active: bool
+) -> list[Item]:
+    """Return from which side points were touched: of the active feature, and of the last point."""
+    outward = np.stack([point.direction for point in feature.points])
+    tails = surface + _ARROW_MM * outward
+    items: list[Item] = []
+    if active:
+        items.append(Lines(_arrows(tails, surface), theme.text, 1.4))
+    if feature.points[-1].number == last:
+        # This one is turned round by a flip.
+        items.append(Lines(_arrows(tails[-1:], surface[-1:]), theme.warn, 2.6))
+    return items
+
+
+def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item]:
+    """Return outliers in red, and the chosen point large and named."""
+    items: list[Item] = []
+    for point in feature.points:
+        place = point.surface_world
+        if point.number in feature.outliers:
+            items.append(Dots(place[None], theme.bad, 11.0, theme.panel))
+            items.append(Tag(place, f"{point.number} far off", theme.bad))
+        if point.number == chosen:
+            items.append(Dots(place[None], theme.warn, 14.0, theme.text))
+            items.append(Tag(place, f"point {chosen}", theme.text))
+    return items
+
+
+def _wanted(job: JobView) -> tuple[Target, ...]:
+    """Return where the active feature still wants points."""
+    return next((item.targets for item in job.features if item.name == job.active), ())
+
+
+def target_items(job: JobView | None, live: LiveView | None, theme: Theme) -> tuple[Item, ...]:
+    """Return where points are wanted, and a ring that shrinks round the next place.
+
+    The ring closes when the ball is there.
+    """
+    if job is None:
+        return ()
+    others = [target.surface_world for target in _wanted(job)]
+    items: list[Item] = []
+    if others:
+        items.append(Dots(np.stack(others), theme.panel, 9.0, theme.accent))
+    target = job.target
+    if target is None:
+        return tuple(items)
+    place, normal = target.surface_world, target.normal_world
+    items.append(Dots(place[None], theme.accent, 13.0, theme.text))
+    stem = np.stack([place + _STEM_MM * normal, place])[None]
+    items.append(Lines(stem, theme.accent, 2.0))
+    tip = None if live is None else live.tip_world
+    if tip is not None:
+        radius = _RING_MM * cue(target.distance(tip)).ring_px_fraction
+        corners = shapes.ring(place, normal, radius)
+        items.append(Lines(shapes.polyline(corners, closed=True), theme.accent, 3.0))
+    items.append(Tag(place, "next, roughly" if target.approximate else "next", theme.accent))
+    return tuple(items)
+
+
+def grid_step(orbit: Orbit) -> float:
+    """Return the distance of the grid lines, mm: the power of ten that suits the view."""
+    return float(10.0 ** np.floor(np.log10(orbit.radius)))
+
+
+def grid_items(orbit: Orbit, reach: Float, theme: Theme) -> tuple[Item, ...]:
+    """Return a level grid under ``reach`` (n, 3), or through the target where that is empty."""
+    up, step = orbit.up, grid_step(orbit)
+    level = float((reach @ up).min()) if len(reach) else float(orbit.target @ up)
+    first, second = (np.eye(3)[i] for i in range(3) if i != int(np.argmax(np.abs(up))))
+    count = int(np.ceil(1.6 * orbit.radius / step))
+    middle = np.round(np.array([orbit.target @ axis for axis in (first, second)]) / step)
+    ticks = np.arange(-count, count + 1)
+    lines = []
+    for along, across, a, b in ((first, second, 0, 1), (second, first, 1, 0)):
+        offset = (middle[b] + ticks)[:, None] * step * across + level * up
+        ends = [(middle[a] + sign * count) * step * along for sign in (-1, 1)]
+        lines.append(np.stack([offset + ends[0], offset + ends[1]], axis=1))
+    return (Lines(np.concatenate(lines), theme.border, 0.6),)
+
+
+def _arrows(tails: Float, heads: Float) -> Float:
+    """Return arrows (3 n segments, 2, 3) from tails to heads, both (n, 3)."""
+    shaft = tails - heads
+    # A side that no nominal direction of a plan is parallel to.
+    side = np.cross(shaft, np.array([0.31, 0.52, 0.79]))
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
+    length = np.linalg.norm(shaft, axis=1, keepdims=True)
+    barbs = [heads + 0.28 * shaft + sign * 0.14 * length * side for sign in (-1.0, 1.0)]
+    return np.concatenate([np.stack([start, heads], axis=1) for start in (tails, *barbs)])

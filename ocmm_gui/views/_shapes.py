@@ -1,0 +1,153 @@
+"""Wire shapes of what the 3-D view shows; everything in mm, world frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import CameraModel
+from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.geometry import Float, perpendicular_pair
+
+_TURN = 48
+
+
+def polyline(points: Float, *, closed: bool = False) -> Float:
+    """Return the segments (n, 2, 3) between consecutive points (m, 3)."""
+    following = np.roll(points, -1, axis=0)
+    segments = np.stack([points, following], axis=1)
+    return segments if closed else segments[:-1]
+
+
+def ring(centre: Float, normal: Float, radius: float) -> Float:
+    """Return the corners (48, 3) of a circle."""
+    first, second = perpendicular_pair(normal)
+    angle = np.linspace(0.0, 2.0 * np.pi, _TURN, endpoint=False)[:, None]
+    corners: Float = centre + radius * (np.cos(angle) * first + np.sin(angle) * second)
+    return corners
+
+
+def sphere(centre: Float, radius: float) -> Float:
+    """Return a ball as three great circles and two parallels, segments (n, 2, 3)."""
+    circles = [ring(centre, axis, radius) for axis in np.eye(3)]
+    lift = radius * np.sin(np.pi / 4.0) * np.eye(3)[2]
+    circles += [
+        ring(centre + sign * lift, np.eye(3)[2], radius * np.cos(np.pi / 4.0)) for sign in (-1, 1)
+    ]
+    return np.concatenate([polyline(corners, closed=True) for corners in circles])
+
+
+def camera_pyramid(camera: CameraModel, depth: float) -> Float:
+    """Return the sensor's view as a pyramid of a given depth, segments (8, 2, 3)."""
+    u = np.array([0.0, camera.width, camera.width, 0.0]) - camera.u0
+    v = np.array([0.0, 0.0, camera.height, camera.height]) - camera.v0
+    rays = np.stack(
+        [u / camera.sx / camera.focal, v / camera.sy / camera.focal, np.ones(4)], axis=1
+    )
+    to_world = camera.T_camera_from_world.inverse()
+    corners = to_world.apply(depth * rays)
+    apex = np.broadcast_to(to_world.translation, corners.shape)
+    return np.concatenate([np.stack([apex, corners], axis=1), polyline(corners, closed=True)])
+
+
+def box(corners: Float) -> Float:
+    """Return the twelve edges (12, 2, 3) of an upright box given by two corners (2, 3)."""
+    edges = []
+    for axis in range(3):
+        others = [i for i in range(3) if i != axis]
+        for first in (0, 1):
+            for second in (0, 1):
+                edge = np.empty((2, 3))
+                edge[:, axis] = corners[:, axis]
+                edge[:, others[0]] = corners[first, others[0]]
+                edge[:, others[1]] = corners[second, others[1]]
+                edges.append(edge)
+    return np.stack(edges)
+
+
+def fitted_shape(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    """Return a fitted feature as segments (n, 2, 3) and the corners (m, 3) of a face.
+
+    ``surface`` (n, 3) are the compensated points: they say how far lines, planes and cylinders
+    reach. Either part may be empty.
+    """
+    nothing = np.empty((0, 3))
+    if fit.shape is Shape.CIRCLE:
+        corners = ring(fit.point, fit.direction, fit.radius)
+        return polyline(corners, closed=True), corners
+    if fit.shape is Shape.SPHERE:
+        return sphere(fit.point, fit.radius), nothing
+    if fit.shape is Shape.POINT:
+        return np.empty((0, 2, 3)), nothing
+    if fit.shape in _OUTLINES:
+        corners = _outline(fit)
+        return polyline(corners, closed=True), corners
+    if fit.shape is Shape.TORUS:
+        return _torus(fit), nothing
+    along = (surface - fit.point) @ fit.direction
+    if fit.shape is Shape.PLANE:
+        return _plane(fit, surface)
+    ends = fit.point + np.outer(_stretched(along), fit.direction)
+    if fit.shape is Shape.LINE:
+        return ends[None], nothing
+    # The radius of a cone grows along its direction; that of a cylinder stays.
+    growth = np.tan(fit.half_angle) * _stretched(along)
+    rings = [
+        ring(end, fit.direction, max(fit.radius + float(more), 0.0))
+        for end, more in zip(ends, growth, strict=True)
+    ]
+    sides = np.stack(rings, axis=1)[:: _TURN // 12]
+    hoops = [polyline(corners, closed=True) for corners in rings]
+    return np.concatenate([*hoops, sides, ends[None]]), nothing
+
+
+_OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+
+
+def _outline(fit: Fit) -> Float:
+    """Return the corners (n, 3) of an ellipse, a slot or a rectangle."""
+    long, short = fit.across, np.cross(fit.direction, fit.across)
+    half, wide = fit.radius, fit.second
+    angle = np.linspace(0.0, 2.0 * np.pi, _TURN, endpoint=False)
+    if fit.shape is Shape.ELLIPSE:
+        flat = np.stack([half * np.cos(angle), wide * np.sin(angle)], axis=1)
+    elif fit.shape is Shape.ROUND_SLOT:
+        middle = np.where(np.cos(angle) >= 0.0, half - wide, wide - half)
+        flat = np.stack([middle + wide * np.cos(angle), wide * np.sin(angle)], axis=1)
+    else:
+        flat = np.array([[half, wide], [-half, wide], [-half, -wide], [half, -wide]])
+    corners: Float = fit.point + flat @ np.stack([long, short])
+    return corners
+
+
+def _torus(fit: Fit) -> Float:
+    """Return a torus as its greatest, smallest and highest circles and eight of its tube."""
+    lift = fit.second * fit.direction
+    circles = [
+        ring(fit.point, fit.direction, fit.radius + fit.second),
+        ring(fit.point, fit.direction, max(fit.radius - fit.second, 0.0)),
+        ring(fit.point + lift, fit.direction, fit.radius),
+        ring(fit.point - lift, fit.direction, fit.radius),
+    ]
+    middles = ring(fit.point, fit.direction, fit.radius)[:: _TURN // 8]
+    for middle in middles:
+        outward = (middle - fit.point) / max(fit.radius, 1e-9)
+        circles.append(ring(middle, np.cross(fit.direction, outward), fit.second))
+    return np.concatenate([polyline(corners, closed=True) for corners in circles])
+
+
+def _plane(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    first, second = perpendicular_pair(fit.direction)
+    flat = (surface - fit.point) @ np.stack([first, second], axis=1)
+    # The rectangle lies along the greatest spread of the points, not along arbitrary axes.
+    _, _, turn = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=True)
+    spread = flat @ turn.T
+    (low_x, high_x), (low_y, high_y) = (_stretched(spread[:, i]) for i in (0, 1))
+    corners_flat = np.array([[low_x, low_y], [high_x, low_y], [high_x, high_y], [low_x, high_y]])
+    corners = fit.point + corners_flat @ turn @ np.stack([first, second])
+    return polyline(corners, closed=True), corners
+
+
+def _stretched(values: Float) -> Float:
+    low, high = float(values.min()), float(values.max())
+    more = max(0.12 * (high - low), 1.5)
+    return np.array([low - more, high + more])

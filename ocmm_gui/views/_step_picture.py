@@ -1,0 +1,126 @@
+"""The picture of a step: the file that the plan names, or the feature drawn from its nominals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QImage, QImageReader, QPaintEvent
+
+from ocmm_core.features.shapes import (
+    GEOMETRY_SIZE,
+    NominalFeature,
+    Shape,
+    make_fit,
+    nominal_geometry,
+)
+from ocmm_core.geometry import Float
+from ocmm_gui.kit import Painted, shape_word, text_font
+from ocmm_gui.views import _shapes as shapes
+from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, paint_scene
+
+_LARGEST_PX = 4000
+"""A picture with a longer side is read at a smaller scale."""
+_PLAIN_MM = 20.0
+"""Half the size of a drawn plane or line whose size the plan does not say."""
+_VIEW = (np.radians(35.0), np.radians(28.0))
+
+
+class StepPicture(Painted):
+    """Shows where to touch; the feature stands in the frame of the part, z upwards."""
+
+    def __init__(self) -> None:
+        super().__init__("Picture of the step", (240, 150), (120, 70))
+        self._image: QImage | None = None
+        self._nominal: NominalFeature | None = None
+        self._shown: tuple[str, Path | None] = ("", None)
+
+    def show_step(self, nominal: NominalFeature | None, folder: Path | None) -> None:
+        """Show the step of a feature; ``folder`` is where the pictures of the plan are."""
+        file = None
+        if nominal is not None and nominal.picture and folder is not None:
+            file = folder / nominal.picture
+        shown = ("" if nominal is None else nominal.name, file)
+        if shown == self._shown and nominal == self._nominal:
+            return
+        self._shown, self._nominal = shown, nominal
+        self._image = read_picture(file) if file is not None else None
+        what = ""
+        if nominal is not None:
+            what = f"{shape_word(nominal.shape)} {nominal.name}. {nominal.text}".strip()
+        self.setAccessibleDescription(what)
+        self.setToolTip(what)
+        self.update()
+
+    def has_picture(self) -> bool:
+        """Return whether a file is shown, and not the nominals."""
+        return self._image is not None
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the file in its proportions, or the feature."""
+        painter = self._painter()
+        frame = self._paint_panel(painter).adjusted(4, 4, -4, -4)
+        if self._image is not None:
+            size = self._image.size().scaled(
+                frame.size().toSize(), Qt.AspectRatioMode.KeepAspectRatio
+            )
+            box = QRectF(QPointF(), size.toSizeF())
+            box.moveCenter(frame.center())
+            painter.drawImage(box, self._image)
+            return
+        if self._nominal is None:
+            return
+        items, reach = nominal_items(self._nominal, self._theme.accent, self._theme.text)
+        start = Orbit(np.zeros(3), *_VIEW, 50.0, np.array([0.0, 0.0, 1.0]))
+        orbit = start.fitted(reach, frame.width(), frame.height(), margin=1.25)
+        paint_scene(painter, items, orbit, frame, text_font(11), self._theme.panel)
+
+
+def read_picture(path: Path) -> QImage | None:
+    """Return a picture, or None where the file is none or cannot be read."""
+    reader = QImageReader(str(path))
+    reader.setAutoTransform(True)
+    size = reader.size()
+    if size.isValid() and max(size.width(), size.height()) > _LARGEST_PX:
+        reader.setScaledSize(
+            size.scaled(QSize(_LARGEST_PX, _LARGEST_PX), Qt.AspectRatioMode.KeepAspectRatio)
+        )
+    image = reader.read()
+    return None if image.isNull() else image
+
+
+def nominal_items(
+    nominal: NominalFeature, colour: str, arrow: str
+) -> tuple[tuple[Item, ...], Float]:
+    """Return a nominal feature as wires with its direction, and all places it reaches (n, 3)."""
+    geometry = nominal_geometry(nominal)
+    ends = _ends(nominal, geometry)
+    fit = make_fit(nominal.shape, geometry, np.zeros((GEOMETRY_SIZE, 0)), np.zeros(1))
+    lines, corners = shapes.fitted_shape(fit, ends)
+    items: list[Item] = [Face(corners, colour, 50)] if len(corners) else []
+    items += [Lines(lines, colour, 2.0), Dots(fit.point[None], arrow, 6.0)]
+    reach = np.concatenate([lines.reshape(-1, 3), fit.point[None]])
+    if nominal.shape is not Shape.SPHERE:
+        size = max(0.5 * float(np.ptp(reach, axis=0).max()), 8.0)
+        tip = fit.point + size * np.array(nominal.direction) / np.linalg.norm(nominal.direction)
+        items.append(Lines(np.stack([fit.point, tip])[None], arrow, 1.5))
+        reach = np.concatenate([reach, tip[None]])
+    return tuple(items), reach
+
+
+def _ends(nominal: NominalFeature, geometry: Float) -> Float:
+    """Return places that say how far a drawn plane, line or cylinder reaches, (n, 3)."""
+    point, direction = geometry[0:3], np.array(nominal.direction)
+    direction = direction / np.linalg.norm(direction)
+    half = 0.5 * nominal.length or (nominal.diameter or _PLAIN_MM)
+    if nominal.shape is not Shape.PLANE:
+        return np.stack([point - half * direction, point + half * direction])
+    across = np.array(nominal.across) - (direction @ np.array(nominal.across)) * direction
+    if np.linalg.norm(across) < 1e-9:
+        across = np.roll(direction, 1) - (direction @ np.roll(direction, 1)) * direction
+    across = across / np.linalg.norm(across)
+    other = np.cross(direction, across)
+    wide = 0.5 * nominal.width or half
+    steps = ((half, wide), (-half, wide), (-half, -wide), (half, -wide))
+    return np.stack([point + a * across + b * other for a, b in steps])

@@ -1,0 +1,351 @@
+"""The main window: far view and desk view of one running inspection, and its maintenance."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QMainWindow,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.calibration.records import ProbeView
+from ocmm_core.inspection.evaluation import JobView, LiveView, withdrawn
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import (
+    ACTIONS,
+    THEMES,
+    Banner,
+    Level,
+    Mode,
+    Notice,
+    NoticeCentre,
+    Sound,
+    SoundPlayer,
+    WorkLine,
+    apply_theme,
+    bind_actions,
+    make_actions,
+    reference_words,
+    show_mode,
+)
+from ocmm_gui.operator import (
+    DeskView,
+    Echo,
+    FarView,
+    Place,
+    PointChoice,
+    SimulatedBand,
+    TipLine,
+    TrustBar,
+)
+from ocmm_gui.window._maintenance import Maintenance
+from ocmm_gui.window._output import Output
+from ocmm_gui.window._sheets import Sheets
+
+_PART = "The window"
+_IN_WIZARDS = ("theme", "log")
+"""Actions of the window that a wizard leaves as they are."""
+
+
+class MainWindow(QMainWindow):
+    """Inspect in two densities, Maintain, each on one key; closing it stops the station.
+
+    Parameters
+    ----------
+    bridge
+        The running inspection.
+    notices
+        Where errors and news go.
+    sounds
+        Player, or None for silence.
+    theme
+        Name of the theme to begin with.
+    out
+        Folder of the report; None asks for one in the window.
+    """
+
+    closed = Signal()
+    """The station has stopped and the window is going away."""
+
+    def __init__(
+        self,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        *,
+        sounds: SoundPlayer | None = None,
+        theme: str = "dark",
+        out: Path | None = None,
+    ) -> None:
+        super().__init__()
+        self.setMinimumSize(1024, 640)
+        self._bridge = bridge
+        self._notices = notices
+        self._job: JobView | None = None
+        self._live: LiveView | None = None
+        self.close_seconds = 0.0
+        self.actions_by_key = make_actions(self)
+        self.desk = DeskView(bridge.station.rig, bridge.station.body, self.actions_by_key)
+        self.far = FarView(self.actions_by_key)
+        self._inspect: QWidget = self.desk
+        self._use_plan()
+        self._echo = Echo(
+            sounds, notices,
+            lambda: self.far.readout() if self.is_far() else self.desk.readout,
+        )  # fmt: skip
+        self.choice = PointChoice(bridge, self.desk, notices)
+        self.output = Output(bridge, notices, out, self.is_far)
+        self.sheets = Sheets(bridge, notices, self.output.folder)
+        self.sheets.report.written.connect(self.output.tell_written)
+        self.maintenance = Maintenance(bridge, notices, self._echo, self.actions_by_key)
+        self.trust = TrustBar()
+        self.tip_line = TipLine()
+        self.banner = Banner()
+        self.simulated = SimulatedBand()
+        self._stack = QStackedWidget()
+        self._lines = (
+            self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
+            self.choice.panel,
+        )  # fmt: skip
+        self._work = WorkLine("Results")
+        self._lay_out()
+        self._connect(bridge)
+        bind_actions(self.actions_by_key, self._calls())
+        show_mode(self.actions_by_key, Mode.INSPECT)
+        self.use_theme(theme)
+
+    def _lay_out(self) -> None:
+        for view in (self.desk, self.far, *self.maintenance.all(), *self.sheets.all()):
+            self._stack.addWidget(view)
+        central = QWidget()
+        whole = QHBoxLayout(central)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        layout = QVBoxLayout()
+        layout.setSpacing(0)
+        for widget in (self.trust, self.tip_line, *self._lines, self.output.work, self._work):
+            layout.addWidget(widget)
+        layout.addWidget(self._stack, 1)
+        whole.addWidget(self.simulated)
+        self._stack.currentChanged.connect(lambda _page: self.simulated.show_far(self.is_far()))
+        whole.addLayout(layout, 1)
+        self.setCentralWidget(central)
+
+    def _connect(self, bridge: StationBridge) -> None:
+        self.desk.plan.feature_chosen.connect(bridge.select)
+        self.sheets.wanted.connect(self._leave_keys_to)
+        self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
+        self.sheets.recall.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.maintenance.wanted.connect(self._leave_keys_to)
+        self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.tip_line.turned.connect(self._on_tip_turned)
+        self._notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
+        bridge.failed.connect(self._notices.error)
+        bridge.live_changed.connect(self._on_live)
+        bridge.evaluating.connect(self._on_evaluating)
+        bridge.plan_changed.connect(self._use_plan)
+        bridge.job_changed.connect(self._on_job)
+        bridge.point_taken.connect(self._echo.taken)
+        bridge.point_refused.connect(self._echo.refused)
+
+    def show_mode(self, mode: Mode) -> None:
+        """Show Inspect, as it was left, or Maintain."""
+        maintain = mode is Mode.MAINTAIN
+        show_mode(self.actions_by_key, mode)
+        self.output.hide()
+        self.actions_by_key["mode"].setText((Mode.INSPECT if maintain else Mode.MAINTAIN).value)
+        if not maintain:
+            self.show_far(self._inspect is self.far)
+            return
+        self._stack.setCurrentWidget(self.maintenance.view)
+        self.banner.use_far(far=False)
+        if self._live is not None:
+            self._on_live(self._live)
+        self.maintenance.view.list.setFocus()
+
+    def _leave_keys_to(self, view: QWidget) -> None:
+        for info in ACTIONS:
+            if info.key not in _IN_WIZARDS:
+                self.actions_by_key[info.key].setEnabled(False)
+        self._stack.setCurrentWidget(view)
+        self.banner.use_far(far=False)
+
+    def mode(self) -> Mode:
+        """Return what the window is for at the moment."""
+        shown = self._stack.currentWidget()
+        inspects = shown in (self.desk, self.far) or self.sheets.holds(shown)
+        return Mode.INSPECT if inspects else Mode.MAINTAIN
+
+    def show_far(self, far: bool) -> None:
+        """Show the far view or the desk view."""
+        self._inspect = self.far if far else self.desk
+        self._stack.setCurrentWidget(self._inspect)
+        self.banner.use_far(far=far)
+        text = "Desk view" if far else "Far view"
+        self.actions_by_key["view"].setText(text)
+        if self._job is not None:
+            self._show_job(self._job)
+        if self._live is not None:
+            self._on_live(self._live)
+        self._inspect.setFocus()
+
+    def use_theme(self, name: str) -> None:
+        """Dress the application in a theme of the table."""
+        self._theme = THEMES[name]
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            apply_theme(app, self, self._theme)
+
+    def is_far(self) -> bool:
+        """Return whether the far view is shown."""
+        return self._stack.currentWidget() is self.far
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Let Esc put a notice or the export panel away, and nothing else."""
+        if event.key() == Qt.Key.Key_Escape:
+            for widget in self._lines:
+                widget.hide()
+            return
+        super().keyPressEvent(event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stop the station before the window goes; every point is stored already."""
+        begun = time.monotonic()
+        self.sheets.close_work()
+        self.output.close_work()
+        self.maintenance.close_work()
+        self._bridge.close()
+        self._echo.close()
+        self.close_seconds = time.monotonic() - begun
+        event.accept()
+        self.closed.emit()
+
+    def _calls(self) -> dict[str, Callable[[], None]]:
+        bridge, choice, sheets = self._bridge, self.choice, self.sheets
+        return {
+            "take": bridge.take,
+            "undo": bridge.undo,
+            "finish": bridge.finish,
+            "flip": bridge.flip,
+            "skip": bridge.skip,
+            "repeat": bridge.repeat,
+            "reopen": bridge.reopen,
+            "order": bridge.toggle_order,
+            "pause": bridge.toggle_pause,
+            "side": bridge.next_side,
+            "redo": bridge.redo,
+            "refit": bridge.refit,
+            "previous": lambda: bridge.select_neighbour(-1),
+            "next": lambda: bridge.select_neighbour(1),
+            "tone": self._echo.toggle_tone,
+            "point_after": lambda: choice.step(1),
+            "point_before": lambda: choice.step(-1),
+            "delete": choice.delete,
+            "restore": choice.restore,
+            "results": sheets.open_results,
+            "job": sheets.open_job,
+            "plan": sheets.open_plan,
+            "alignment": sheets.open_alignment,
+            "keys": sheets.open_keys,
+            "recall": sheets.open_recall,
+            "view": lambda: self.show_far(not self.is_far()),
+            "cameras": self.desk.toggle_cameras,
+            "fit": self.desk.points.fit,
+            "closeup": self.desk.points.close_up,
+            "theme": self._next_theme,
+            "mode": lambda: self.show_mode(
+                Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
+            ),
+            **self.output.calls(),
+            **self.maintenance.calls(),
+        }
+
+    def _use_plan(self) -> None:
+        plan, file = self._bridge.station.plan, self._bridge.station.plan_file
+        self.setWindowTitle(f"OCMM – {plan.part}")
+        self.desk.use_plan(plan, None if file is None else file.parent)
+
+    def _on_live(self, live: LiveView) -> None:
+        self._live = live
+        try:
+            self._show_live(live)
+        except Exception as error:
+            # What cannot be shown must not leave standing what was shown before it.
+            self._bridge.station.fail(error, _PART)
+            for readout in (self.desk.readout, self.far.readout()):
+                readout.withdraw(self._why_failed())
+
+    def _why_failed(self) -> str:
+        fault = self._bridge.station.fault
+        return "" if fault is None else fault.error.what
+
+    def _show_live(self, live: LiveView) -> None:
+        place = Place.FAR if self.is_far() else Place.DESK
+        if self.mode() is Mode.MAINTAIN:
+            place = Place.MAINTAIN
+        self.trust.show_calibration(self._bridge.calibration(), place, reference_words(live))
+        self.tip_line.show_probe(self._bridge.probe(), place)
+        for view in (self.far, self.desk, self.maintenance.view):
+            if view is self._stack.currentWidget():
+                view.show_live(live)
+        measures = self._stack.currentWidget() in (self.desk, self.far)
+        target = self._job.target if measures and self._job is not None else None
+        self._echo.way(target, live.tip_world)
+
+    def _on_evaluating(self, busy: bool) -> None:
+        if busy:
+            self._work.begin("Computing the results")
+        else:
+            self._work.end()
+
+    def _on_job(self, job: JobView) -> None:
+        try:
+            self._take_job(job)
+        except Exception as error:
+            self._bridge.station.fail(error, _PART)
+            with contextlib.suppress(Exception):
+                self._show_job(withdrawn(job, self._why_failed()))
+
+    def _take_job(self, job: JobView) -> None:
+        previous, self._job = self._job, job
+        self.simulated.setVisible(job.simulated)
+        self._show_job(job)
+        self.choice.show_job(job)
+        self.sheets.job_changed(job)
+        if previous is not None:
+            self._echo.announce(previous, job)
+
+    def _show_job(self, job: JobView) -> None:
+        for view in (self.far, self.desk):
+            if view is self._stack.currentWidget():
+                view.show_job(job)
+
+    def _on_tip_turned(self, view: ProbeView) -> None:
+        if view.hindrance is None:
+            self._notices.inform(f"Points are taken again: {view.title} is {view.word.value}.")
+            return
+        self._echo.play(Sound.REFUSED)
+        # It stands on every screen as long as it lasts.
+        self._notices.keep(
+            Notice(
+                Level.ERROR,
+                view.hindrance.what,
+                view.hindrance.remedy,
+                "",
+                datetime.now().astimezone(),
+            )
+        )
+
+    def _next_theme(self) -> None:
+        names = list(THEMES)
+        self.use_theme(names[(names.index(self._theme.name) + 1) % len(names)])

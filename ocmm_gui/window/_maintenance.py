@@ -1,0 +1,158 @@
+"""What looks after rig and probe: the pages of Maintain, the wizards, and what they lead to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.probe_design import definition_of
+from ocmm_core.errors import OcmmError
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import NoticeCentre, Sound
+from ocmm_gui.maintain import (
+    BusPage,
+    CalibrationPage,
+    Deeds,
+    FitsPage,
+    MaintainView,
+    Page,
+    ProbeDesignPage,
+    ProbePage,
+    plain_body,
+)
+from ocmm_gui.operator import Echo
+from ocmm_gui.wizards import Wizard, site_of
+from ocmm_gui.wizards.pages import DefinitionPage
+
+_WIZARDS = {
+    "calibrate": Kind.KNOWN_POINTS,
+    "relocate": Kind.RELOCATION,
+    "verify": Kind.VERIFICATION,
+    "pivot": Kind.PIVOT,
+    "qualify": Kind.QUALIFICATION,
+    "check_tip": Kind.TIP_CHECK,
+}
+"""Which action begins which wizard."""
+
+
+class Maintenance(QObject):
+    """Make the pages and the wizards, and join them to the station.
+
+    Parameters
+    ----------
+    bridge
+        The running inspection.
+    notices
+        Where errors and news go.
+    echo
+        What is heard in the wizards.
+    actions
+        By key.
+    """
+
+    wanted = Signal(object)
+    """Emits the widget that is to be shown with keys of its own."""
+    left = Signal()
+    """Back to the pages."""
+
+    def __init__(
+        self,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        echo: Echo,
+        actions: dict[str, QAction],
+    ) -> None:
+        super().__init__()
+        self._bridge, self._notices, self._echo = bridge, notices, echo
+        self.bus = BusPage(bridge.bus)
+        self.calibration = CalibrationPage(
+            bridge.station.rig, bridge.calibration, bridge.calibration_overview
+        )
+        self.probe = ProbePage(bridge.probe, bridge.probe_overview)
+        self.probe_design = ProbeDesignPage(
+            bridge.station.rig, plain_body(bridge.station.probe_in_use)
+        )
+        self.fits = FitsPage()
+        pages = (
+            Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
+            Page(
+                "Calibration", "Whether the cameras can be trusted", self.calibration,
+                ("calibrate", "relocate", "verify", "recall", "write_cameras"),
+            ),
+            Page(
+                "Probe", "Whether the tip can be trusted", self.probe,
+                ("define", "mount", "check_tip", "qualify", "pivot"),
+            ),
+            Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
+            Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
+        )  # fmt: skip
+        self._deeds = Deeds(bridge, notices, self.probe)
+        self.view = MaintainView(pages, actions)
+        self.wizard = Wizard(site_of(bridge))
+        self.definition = DefinitionPage()
+        self.definition.left.connect(self.left)
+        self.definition.saved.connect(self._on_defined)
+        self.wizard.left.connect(self._on_wizard_left)
+        self.wizard.taken.connect(lambda: echo.play(Sound.TAKEN))
+        self.wizard.sounded.connect(echo.play)
+        self.wizard.failed.connect(self._on_wizard_failed)
+        bridge.cameras_written.connect(
+            lambda: notices.inform("The cameras store the intrinsics of the calibration.")
+        )
+
+    def all(self) -> tuple[QWidget, ...]:
+        """Return everything that fills the window, for its stack."""
+        return (self.view, self.wizard, self.definition)
+
+    def calls(self) -> dict[str, Callable[[], None]]:
+        """Return what the keys of Maintain do, by key of the action."""
+        deeds: dict[str, Callable[[], None]] = {
+            "mount": self._deeds.mount_tip,
+            "define": self.open_definition,
+            "write_cameras": self._deeds.write_cameras,
+        }
+        return deeds | {key: partial(self.open_wizard, kind) for key, kind in _WIZARDS.items()}
+
+    def open_wizard(self, kind: Kind) -> None:
+        """Show the first page of a wizard; its keys are its own until it is left."""
+        self.wanted.emit(self.wizard)
+        self.wizard.open(kind)
+
+    def open_definition(self) -> None:
+        """Show the page on which a probe is defined, filled in with the one that is measured with.
+
+        Its keys are its own until it is left.
+        """
+        in_use = self._bridge.station.probe_in_use
+        records = in_use.records
+        self.wanted.emit(self.definition)
+        self.definition.open(
+            definition_of(in_use.design), Path.home() / "probe.toml",
+            None if records is None else records.calibration,
+        )  # fmt: skip
+
+    def close_work(self) -> None:
+        """Give up what is being calculated or taken; call it before the window goes."""
+        self.probe_design.cancel()
+        self.fits.cancel()
+        self.wizard.close_runner()
+        self.definition.close_examination()
+
+    def _on_wizard_failed(self, error: OcmmError) -> None:
+        self._echo.play(Sound.REFUSED)
+        self._notices.error(error)
+
+    def _on_wizard_left(self) -> None:
+        self._bridge.look_at_probe_records()
+        self.left.emit()
+
+    def _on_defined(self, path: Path) -> None:
+        self._notices.inform(
+            f"The probe is in {path}. Start the program with --probe {path}, and calibrate it."
+        )

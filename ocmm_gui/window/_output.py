@@ -1,0 +1,123 @@
+"""The files that are written on a key: reports, the report of the bus, the log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from ocmm_core.errors import OcmmError
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import AnswerPanel, NoticeCentre, PathPanel, WorkLine
+from ocmm_gui.results import JobSource, ReportWriter, Written
+
+_FORMATS = ("polyworks",)
+
+
+class Output(QObject):
+    """Write files into the folder that was given at the start, or ask for one in the window.
+
+    Parameters
+    ----------
+    bridge
+        The running inspection.
+    notices
+        Where errors and news go.
+    out
+        Folder of the report; None asks.
+    far
+        Says whether the window is looked at from afar.
+    """
+
+    exported = Signal(object)
+    """Emits the written files, ``tuple[Path, ...]``."""
+
+    def __init__(
+        self,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        out: Path | None,
+        far: Callable[[], bool],
+    ) -> None:
+        super().__init__()
+        self._bridge, self._notices, self._out = bridge, notices, out
+        self.export_panel = PathPanel("report", "folder")
+        self.bus_panel = PathPanel("report of the bus", "file")
+        self.question = AnswerPanel("The job is not complete", "Write")
+        self.work = WorkLine("Report")
+        self._source = JobSource.of_bridge(bridge)
+        self._writer = ReportWriter(self)
+        self._writer.asked.connect(lambda question: self.question.ask(question, far=far()))
+        self._writer.begun.connect(lambda: self.work.begin("Writing the report", "E gives it up."))
+        self._writer.advanced.connect(self.work.advance)
+        self._writer.ended.connect(self.work.end)
+        self._writer.written.connect(self.tell_written)
+        self._writer.failed.connect(notices.error)
+        self.question.agreed.connect(self._writer.agree)
+        self.export_panel.given.connect(self._export_to)
+        self.bus_panel.given.connect(bridge.save_bus_text)
+        bridge.bus_text_saved.connect(
+            lambda path: notices.inform(f"The report of the bus is in {path}.")
+        )
+
+    def calls(self) -> dict[str, Callable[[], None]]:
+        """Return what the keys do, by key of the action."""
+        return {"export": self._export, "bus_text": self._save_bus_text, "log": self._save_log}
+
+    def folder(self) -> Path:
+        """Return where files go unless somebody says otherwise."""
+        out = self._out if self._out is not None else Path.home() / "ocmm-out"
+        return out.expanduser().absolute()
+
+    def hide(self) -> None:
+        """Put away what asks for a place."""
+        self.export_panel.hide()
+        self.bus_panel.hide()
+        self.question.hide()
+
+    def is_writing(self) -> bool:
+        """Return whether a report is being written."""
+        return self._writer.is_busy()
+
+    def close_work(self) -> None:
+        """Give up what is being written; call it before the window goes."""
+        self._writer.cancel()
+
+    def tell_written(self, written: Written) -> None:
+        """Tell of a report that was written."""
+        written.tell(self._notices)
+        self.exported.emit(written.paths)
+
+    def _export(self) -> None:
+        if self._writer.is_busy():
+            if self._writer.give_up():
+                self._notices.inform("The report was not written.")
+        elif self._out is not None:
+            self._export_to(self.folder())
+        else:
+            self.export_panel.ask(self.folder())
+
+    def _export_to(self, folder: Path) -> None:
+        self._writer.write(self._source, _FORMATS, folder)
+
+    def _save_bus_text(self) -> None:
+        path = self._new_text("bus")
+        if self._out is not None:
+            self._bridge.save_bus_text(path)
+        else:
+            self.bus_panel.ask(path)
+
+    def _save_log(self) -> None:
+        path = self._new_text("log")
+        try:
+            self._notices.save(path)
+        except OcmmError as error:
+            self._notices.error(error)
+        else:
+            self._notices.inform(f"The log is in {path}.")
+
+    def _new_text(self, what: str) -> Path:
+        folder = self._out if self._out is not None else Path.home()
+        return folder / f"ocmm-{what}-{datetime.now().astimezone():%Y%m%d-%H%M%S}.txt"

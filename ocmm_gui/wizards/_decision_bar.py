@@ -1,0 +1,71 @@
+"""Accept or keep: asked in the window, with a reason that goes into the history."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+
+from ocmm_gui.kit import OwnKeysField, text_font
+
+_WELCOME, _NEEDED = "Reason, for the history", "A reason must be given"
+
+
+class DecisionBar(QFrame):
+    """One line: question, reason, Yes, No. Everything else goes on while it is open."""
+
+    decided = Signal(bool, str)
+    """Emits whether the result is accepted, and the reason."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAccessibleName("Decision")
+        self._accepts = False
+        self._needs_reason = False
+        self._question = QLabel()
+        self._question.setAccessibleName("What is decided")
+        self._question.setFont(text_font(17, bold=True))
+        self._reason = OwnKeysField()
+        self._reason.setObjectName("reason")
+        self._reason.setAccessibleName("Reason")
+        self._reason.setFont(text_font(16))
+        self._yes = QPushButton("Yes  [Return]")
+        self._yes.setAccessibleName("Yes")
+        self._yes.setProperty("role", "primary")
+        self._no = QPushButton("No  [Esc]")
+        self._no.setAccessibleName("No")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(14, 8, 10, 8)
+        layout.setSpacing(10)
+        layout.addWidget(self._question)
+        layout.addWidget(self._reason, 1)
+        for button in (self._yes, self._no):
+            button.setFont(text_font(16, bold=True))
+            button.setMinimumHeight(46)
+            layout.addWidget(button)
+        self._yes.clicked.connect(self._confirm)
+        self._no.clicked.connect(self.hide)
+        self._reason.returnPressed.connect(self._confirm)
+        self._reason.left.connect(self.hide)
+        self.hide()
+
+    def ask(self, question: str, reason: str, *, accepts: bool, needs_reason: bool = False) -> None:
+        """Ask, with a proposed reason; where one is needed, Yes waits for it."""
+        self._accepts, self._needs_reason = accepts, needs_reason
+        self._reason.setPlaceholderText(_NEEDED if needs_reason else _WELCOME)
+        self._question.setText(question)
+        self._reason.setText(reason)
+        self.show()
+        self._reason.setFocus()
+        self._reason.selectAll()
+
+    def question(self) -> str:
+        """Return what is asked."""
+        return self._question.text()
+
+    def _confirm(self) -> None:
+        if self._needs_reason and not self._reason.text().strip():
+            self._reason.setFocus()
+            return
+        self.hide()
+        self.decided.emit(self._accepts, self._reason.text().strip())

@@ -1,0 +1,307 @@
+"""One running procedure: rail, instruction, page, why Next is closed, and the buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QSizePolicy,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.calibration.guided import Decision, ProcedureView
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Sound,
+    Theme,
+    mark_colour,
+    sentence_label,
+    text_font,
+)
+from ocmm_gui.wizards._decision_bar import DecisionBar
+from ocmm_gui.wizards._driver import WizardDriver
+from ocmm_gui.wizards._keys import WIZARD_ACTIONS, make_wizard_actions
+from ocmm_gui.wizards._rail import Rail
+from ocmm_gui.wizards.parts import TEXTS, Seen, StepPage, gate_words, is_unstored
+
+_RAIL_PX, _BUTTON_PX = 190, 60
+_INSTRUCTION_PX = 52
+_ORDER = (
+    "back", "drop", "skip", "repeat", "anew", "calculate", "cancel", "automatic", "keep", "take",
+    "accept", "next",
+)  # fmt: skip
+_PRIMARY = ("take", "accept")
+GO_ON_MS = 1500
+"""Between the end of a step and the next one, where it is entered by itself: time to hear it."""
+
+
+class Runner(QWidget):
+    """Show a procedure and pass its commands on; it decides nothing by itself.
+
+    Parameters
+    ----------
+    driver
+        Of the procedure; not started yet, closed by `close_driver`.
+    title
+        Of the wizard.
+    pages
+        One for each step, by the step's name.
+    extra
+        What the actions ``skip``, ``repeat`` and ``anew`` do, where a page has them.
+    """
+
+    left = Signal()
+    """Back to where the wizard was opened; the session stays as it is."""
+    sounded = Signal(object)
+    """Emits a `Sound` that is to be heard."""
+
+    def __init__(
+        self,
+        driver: WizardDriver,
+        title: str,
+        pages: Mapping[str, StepPage],
+        extra: Mapping[str, Callable[[], None]],
+    ) -> None:
+        super().__init__()
+        self.driver = driver
+        self.pages = dict(pages)
+        self._seen: Seen | None = None
+        self._entered: StepPage | None = None
+        self._was_open = False
+        self._go_on = QTimer(self)
+        self._go_on.setSingleShot(True)
+        self._go_on.setInterval(GO_ON_MS)
+        self._go_on.timeout.connect(driver.advance)
+        self._theme = THEMES[DEFAULT_THEME]
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.actions_by_key = make_wizard_actions(self, self._calls(extra))
+        self.buttons = {
+            info.key: self._button(self.actions_by_key[info.key])
+            for info in WIZARD_ACTIONS
+            if not info.key.startswith("plot")
+        }
+        self._heading = FitText("Wizard", limit=20)
+        self._heading.setFixedHeight(34)
+        self._heading.show_text(title)
+        self.rail = Rail()
+        self._title = FitText("Step", limit=28)
+        self._title.setFixedHeight(38)
+        self.instruction = sentence_label("What to do", 18)
+        self.instruction.setMinimumHeight(_INSTRUCTION_PX)
+        self._stack = QStackedWidget()
+        for page in self.pages.values():
+            page.commanded.connect(driver.do)
+            page.sounded.connect(self.sounded)
+            self._stack.addWidget(page)
+        self._gate_mark = FitText("Next", limit=22)
+        self._gate_mark.setFixedSize(26, 30)
+        self.gate = sentence_label("Why Next is closed", 17)
+        self.decision = DecisionBar()
+        self.decision.decided.connect(self._decide)
+        self._lay_out()
+        driver.seen.connect(self.show_seen)
+
+    def close_driver(self) -> bool:
+        """End everything that runs and say whether it ended; the session can be resumed."""
+        ended = self.driver.close()
+        self.driver.deleteLater()
+        return ended
+
+    def page(self) -> StepPage:
+        """Return the page that is shown."""
+        page = self._stack.currentWidget()
+        assert isinstance(page, StepPage)  # noqa: S101 - nothing else is in the stack
+        return page
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show the snapshot."""
+        self._seen = seen
+        base = seen.view.base
+        page = self.pages[base.step.name]
+        if page is not self._entered:
+            self._entered = page
+            self.show_page(page)
+            self.driver.set_automatic(page.hands_are_full)
+            self.decision.hide()
+            self.setFocus()
+            # Whoever comes back to what is complete wants to look at it.
+            self._was_open = True
+            self._go_on.stop()
+        self._note_completion(base, page)
+        self._title.show_text(base.step.title)
+        if self.instruction.text() != base.step.instruction:
+            self.instruction.setText(base.step.instruction)
+        self.rail.show_steps(base.steps, base.current, ended=base.decision is not Decision.OPEN)
+        page.show_seen(seen)
+        self._enable(seen, page)
+        self._show_gate(seen)
+        if "calculate" in page.keys and self._has_to_be_calculated(seen):
+            self.driver.calculate()
+
+    def show_page(self, page: StepPage) -> None:
+        """Show a page and the buttons that belong to it."""
+        self._stack.setCurrentWidget(page)
+        self._show_buttons(page)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        if self._seen is not None:
+            self._show_gate(self._seen)
+
+    def _calls(self, extra: Mapping[str, Callable[[], None]]) -> dict[str, Callable[[], None]]:
+        driver = self.driver
+        return {
+            "take": driver.take,
+            "drop": driver.drop,
+            "next": driver.advance,
+            "back": driver.back,
+            "automatic": lambda: driver.set_automatic(not driver.now.automatic),
+            "skip": extra.get("skip", _nothing),
+            "repeat": extra.get("repeat", _nothing),
+            "anew": extra.get("anew", _nothing),
+            "calculate": driver.calculate,
+            "cancel": driver.cancel,
+            "accept": lambda: self._ask(accepts=True),
+            "keep": lambda: self._ask(accepts=False),
+            "leave": self.left.emit,
+            **{f"plot{number + 1}": partial(self._show_plot, number) for number in range(4)},
+        }
+
+    def _note_completion(self, base: ProcedureView, page: StepPage) -> None:
+        """Say that a step was completed, and go on where nobody has a hand for a key."""
+        is_open = base.step.gate.open and base.decision is Decision.OPEN
+        if is_open and not self._was_open and base.step.wanted:
+            self.sounded.emit(Sound.FEATURE_COMPLETE)
+            if page.goes_on_by_itself:
+                self._go_on.start()
+        elif not is_open:
+            self._go_on.stop()
+        self._was_open = is_open
+
+    def _show_plot(self, number: int) -> None:
+        self.page().show_plot(number)
+
+    def _ask(self, *, accepts: bool) -> None:
+        if self._seen is not None:
+            texts = TEXTS[self._seen.view.base.kind]
+            why = self.page().must_say_why() if accepts else ""
+            question = why or (texts.accepts if accepts else texts.keeps)
+            self.decision.ask(question, "", accepts=accepts, needs_reason=bool(why))
+
+    def _decide(self, accepts: bool, reason: str) -> None:
+        if accepts:
+            self.driver.accept(reason)
+        else:
+            self.driver.keep(reason)
+        self.setFocus()
+
+    def _has_to_be_calculated(self, seen: Seen) -> bool:
+        base = seen.view.base
+        nothing = seen.view.outcome is None and base.error is None and seen.calculating_s is None
+        return nothing and (base.decision is Decision.OPEN or is_unstored(base))
+
+    def _enable(self, seen: Seen, page: StepPage) -> None:
+        base = seen.view.base
+        is_open = base.decision is Decision.OPEN
+        calculating = seen.calculating_s is not None
+        has_outcome = seen.view.outcome is not None and not calculating
+        allowed = {
+            "take": is_open,
+            "drop": is_open and base.step.done > 0,
+            "next": is_open and base.step.gate.open,
+            "back": is_open and base.current > 0,
+            "automatic": is_open,
+            "skip": is_open,
+            "repeat": is_open,
+            "anew": is_open and base.step.done > 0,
+            "calculate": is_open and not calculating,
+            "cancel": calculating,
+            "accept": has_outcome and (is_open or is_unstored(base)),
+            "keep": is_open and not calculating,
+            "leave": True,
+        }
+        for key, action in self.actions_by_key.items():
+            mine = key in page.keys or key == "leave" or (key == "cancel" and calculating)
+            action.setEnabled(mine and allowed.get(key, True))
+        self.buttons["cancel"].setVisible(calculating)
+        self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
+        self.buttons["automatic"].setText(f"By itself: {'ON' if seen.automatic else 'off'}\n[Y]")
+        texts = TEXTS[base.kind]
+        for key, word in (("accept", texts.accept), ("keep", texts.keep)):
+            self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
+
+    def _show_gate(self, seen: Seen) -> None:
+        text, mark = gate_words(seen, going_on=self._go_on.isActive())
+        if text != self.gate.text():
+            self.gate.setText(text)
+        self._gate_mark.show_text("", mark_colour(self._theme, mark), mark)
+
+    def _show_buttons(self, page: StepPage) -> None:
+        for key, button in self.buttons.items():
+            button.setVisible(key in page.keys)
+        self.buttons["leave"].show()
+
+    def _button(self, action: QAction) -> QPushButton:
+        key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
+        button = QPushButton(f"{action.text()}\n[{key}]")
+        button.setObjectName(action.objectName())
+        button.setAccessibleName(action.text())
+        button.setAccessibleDescription(action.toolTip())
+        button.setToolTip(action.toolTip())
+        button.setFont(text_font(16, bold=True))
+        button.setMinimumHeight(_BUTTON_PX)
+        button.setProperty("role", "primary" if action.objectName() in _PRIMARY else "tool")
+        button.hide()
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.setEnabled(action.isEnabled())
+        action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
+        button.clicked.connect(action.trigger)
+        return button
+
+    def _lay_out(self) -> None:
+        side = QVBoxLayout()
+        side.setSpacing(8)
+        side.addWidget(self._heading)
+        side.addWidget(self.rail, 1)
+        side.addWidget(self.buttons["leave"])
+        for widget in (self._heading, self.rail, self.buttons["leave"]):
+            widget.setFixedWidth(_RAIL_PX)
+        gate = QFrame()
+        gate.setProperty("role", "panel")
+        line = QHBoxLayout(gate)
+        line.setContentsMargins(12, 6, 12, 6)
+        line.addWidget(self._gate_mark)
+        line.addWidget(self.gate, 1)
+        self.gate.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for key in _ORDER:
+            row.addWidget(self.buttons[key], 2 if key in _PRIMARY else 1)
+        main = QVBoxLayout()
+        main.setSpacing(8)
+        main.addWidget(self._title)
+        main.addWidget(self.instruction)
+        main.addWidget(self._stack, 1)
+        main.addWidget(self.decision)
+        main.addWidget(gate)
+        main.addLayout(row)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 8, 12, 10)
+        layout.setSpacing(12)
+        layout.addLayout(side)
+        layout.addLayout(main, 1)
+
+
+def _nothing() -> None:
+    """Do nothing: the page has no such command."""

@@ -1,0 +1,235 @@
+"""What a wizard works on: rig, probe, records and frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from ocmm_core.calibration.probe_design import require_temperature
+from ocmm_core.calibration.records import CalibrationStore, rig_from_record
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.tracking import ProbeBody
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, Warmth
+
+C = TypeVar("C", bound=str)
+
+SESSIONS = "sessions"
+"""Folder of the sessions in that of the store."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeSite:
+    """What wizards about the probe work on.
+
+    Attributes
+    ----------
+    design
+        The probe by its document.
+    store
+        Folder of its records; None where none are kept.
+    tip
+        Name of the tip that is proposed.
+    obstacle
+        Why no records are kept, and what to do; empty where they are.
+    hold_s
+        The ball rests for so long before a touch is taken by itself: a hand needs time to settle.
+    """
+
+    design: ProbeBody
+    store: Path | None
+    tip: str = "1"
+    obstacle: tuple[str, str] = ("", "")
+    hold_s: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class WizardSite:
+    """Where wizards work.
+
+    Attributes
+    ----------
+    rig
+        What is measured with.
+    body
+        The probe.
+    store
+        Folder of the rig's calibrations; None where none are kept.
+    who
+        Name that is proposed.
+    tap
+        The frames.
+    warmth
+        How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows.
+    obstacle
+        Why no calibrations are kept, and what to do; empty where they are.
+    probe
+        Where wizards about the probe work; None where nobody asks for them.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    store: Path | None
+    who: str
+    tap: Tap
+    warmth: Warmth = tuple
+    obstacle: tuple[str, str] = ("", "")
+    probe: ProbeSite | None = None
+
+
+def site_of(bridge: StationBridge) -> WizardSite:
+    """Return the site of a running inspection."""
+    station = bridge.station
+    in_use = station.calibration_in_use
+    obstacle = (
+        "The cameras are taken to be as the rig document says: no calibrations are kept.",
+        "Start the program with --calibrations FOLDER, or with real cameras.",
+    )
+    if in_use.fault is not None:
+        obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
+
+    def warmth() -> tuple[float | None, ...]:
+        report = station.bus_report()
+        return () if report is None else tuple(one.temperature_c for one in report.cameras)
+
+    return WizardSite(
+        rig=station.rig,
+        body=station.body,
+        store=None if in_use.store is None else in_use.store.folder,
+        who=bridge.job().operator,
+        tap=bridge.show_frames_to,
+        warmth=warmth,
+        obstacle=obstacle,
+        probe=_probe_site(bridge),
+    )
+
+
+def _probe_site(bridge: StationBridge) -> ProbeSite:
+    in_use = bridge.station.probe_in_use
+    obstacle = (
+        "The probe is taken to be as its document says: no records of it are kept.",
+        "Start the program with --probes FOLDER, or with real cameras.",
+    )
+    if in_use.store is None and in_use.fault is not None:
+        obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
+    store = None if in_use.store is None else in_use.store.folder
+    return ProbeSite(in_use.design, store, in_use.tip or "1", obstacle)
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A session that was not ended.
+
+    Attributes
+    ----------
+    path
+        Its file.
+    title
+        When it was begun and by whom, and where it stands.
+    obstacle
+        Why it cannot go on; empty where it can.
+    """
+
+    path: Path
+    title: str
+    obstacle: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """A procedure with everything that its pages need.
+
+    Attributes
+    ----------
+    procedure
+        Begun or resumed.
+    rig
+        What it starts from.
+    calculation
+        Of its result.
+    predict
+        Works out how good the result would be by now; None where nothing does.
+    """
+
+    procedure: ShownProcedure
+    rig: Rig
+    calculation: Calculation
+    predict: Callable[[], None] | None = None
+
+
+class DirectCalculation:
+    """A calculation that is over at once."""
+
+    def __init__(self, procedure: ShownProcedure) -> None:
+        self._procedure = procedure
+
+    def run(self) -> None:
+        """Calculate."""
+        self._procedure.compute()
+
+    def cancel(self) -> None:
+        """Do nothing: there is never time for it."""
+
+
+def store_folder_of(site: WizardSite) -> Path:
+    """Return where the calibrations are kept; raise CalibrationError where they are not."""
+    if site.store is None:
+        raise CalibrationError("wizard.no_store", *site.obstacle)
+    return site.store
+
+
+def probe_site_of(site: WizardSite) -> tuple[ProbeSite, Path]:
+    """Return where the records of the probe are kept; raise CalibrationError where they are not."""
+    probe = site.probe
+    if probe is None or probe.store is None:
+        what, remedy = ("No probe is known.", "") if probe is None else probe.obstacle
+        raise CalibrationError("wizard.no_probe_store", what, remedy)
+    return probe, probe.store
+
+
+def running_rig(site: WizardSite) -> Rig:
+    """Return the rig with the calibration in force, or what is measured with before the first."""
+    record = None if site.store is None else CalibrationStore(site.store).active()
+    return site.rig if record is None else rig_from_record(record)
+
+
+def named(values: Mapping[str, str]) -> str:
+    """Return who does it; raise InputError where nobody is named."""
+    who = values["who"].strip()
+    if not who:
+        raise InputError(
+            "wizard.who", "Nobody is named who does this.", "Write your name into 'Done by'."
+        )
+    return who
+
+
+def chosen(value: str, possible: tuple[C, ...]) -> C:
+    """Return a choice as what it stands for."""
+    return next(one for one in possible if one == value)
+
+
+def given(values: Mapping[str, str], key: str, what: str) -> Path:
+    """Return a file that must be given; raise InputError where it is not."""
+    text = values[key].strip()
+    if not text:
+        raise InputError("wizard.missing", f"There is no file for {what}.", "Name one.")
+    return Path(text).expanduser()
+
+
+def temperature(text: str) -> float | None:
+    """Return a temperature, degrees Celsius; None where nothing is written."""
+    if not text.strip():
+        return None
+    try:
+        value = float(text.strip().replace(",", "."))
+    except ValueError as error:
+        raise InputError(
+            "wizard.temperature",
+            f"The temperature is {text.strip()!r}, which is no number.",
+            "Write it in degrees Celsius, or leave it empty.",
+        ) from error
+    require_temperature("surroundings", value)
+    return value

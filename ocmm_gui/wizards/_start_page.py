@@ -1,0 +1,222 @@
+"""The first page of a wizard: what it is for, what it needs, and what was not finished."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, panel, sentence_label, text_font
+from ocmm_gui.wizards._site import Offer
+from ocmm_gui.wizards.parts import Field
+
+_ROW_PX = 58
+
+
+class StartPage(QWidget):
+    """Fields of a new session on the left, unfinished sessions on the right."""
+
+    begun = Signal(object)
+    """Emits what was filled in, ``dict[str, str]``."""
+    resumed = Signal(object)
+    """Emits the `Path` of the session that goes on."""
+    left = Signal()
+    """Back to where the wizard was opened."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._offers: tuple[Offer, ...] = ()
+        self._title = QLabel()
+        self._title.setAccessibleName("Wizard")
+        self._title.setFont(text_font(28, bold=True))
+        self._purpose = sentence_label("What it is for", 18)
+        self.trouble = sentence_label("Why it cannot begin", 17)
+        self.fields: dict[str, QLineEdit | QComboBox] = {}
+        self._form = QGridLayout()
+        self._form.setVerticalSpacing(8)
+        self._form.setHorizontalSpacing(14)
+        self.begin_button = _large("Begin  [Return]", "Begin a new session")
+        self.resume_button = _large("Go on  [G]", "Go on with the chosen session")
+        self.resume_button.setShortcut("G")
+        self.leave_button = _large("Leave  [Esc]", "Leave the wizard")
+        self.leave_button.setShortcut("Esc")
+        self.begin_button.clicked.connect(self._begin)
+        self.resume_button.clicked.connect(self._resume)
+        self.leave_button.clicked.connect(self.left)
+        self.list = QListWidget()
+        self.list.setAccessibleName("Sessions that were not finished")
+        self.list.setFont(text_font(16))
+        self.list.setWordWrap(True)
+        self.list.currentRowChanged.connect(self._show_choice)
+        self.list.itemActivated.connect(self._resume)
+        self._note = sentence_label("About the chosen session", 15)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(18, 12, 18, 12)
+        layout.setSpacing(12)
+        layout.addWidget(self._title)
+        layout.addWidget(self._purpose)
+        middle = QHBoxLayout()
+        middle.setSpacing(12)
+        middle.addWidget(self._new_session(), 1)
+        middle.addWidget(self._unfinished(), 1)
+        layout.addLayout(middle, 1)
+        layout.addWidget(self.trouble)
+        row = QHBoxLayout()
+        row.addWidget(self.leave_button)
+        row.addStretch(1)
+        layout.addLayout(row)
+
+    def ask(
+        self, title: str, purpose: str, fields: Sequence[Field], offers: Sequence[Offer]
+    ) -> None:
+        """Show what a wizard needs and what was not finished; that is proposed first."""
+        self._title.setText(title)
+        self._purpose.setText(purpose)
+        self.show_trouble("")
+        self._fill_form(fields)
+        self._offers = tuple(offers)
+        self.list.clear()
+        for offer in offers:
+            item = QListWidgetItem(f"{'▲ ' if offer.obstacle else ''}{offer.title}", self.list)
+            item.setSizeHint(QSize(100, _ROW_PX))
+        self._offered.setVisible(bool(offers))
+        if offers:
+            self.list.setCurrentRow(0)
+            self.list.setFocus()
+        else:
+            lines = [field for field in self.fields.values() if isinstance(field, QLineEdit)]
+            empty = (field for field in lines if not field.text())
+            next(empty, lines[0] if lines else self.leave_button).setFocus()
+        self._show_choice()
+
+    def show_trouble(self, text: str) -> None:
+        """Show why a session could not begin or go on; an empty text takes it away."""
+        self.trouble.setText(text)
+        self.trouble.setVisible(bool(text))
+        self._paint()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _fill_form(self, fields: Sequence[Field]) -> None:
+        while (item := self._form.takeAt(0)) is not None:
+            widget = item.widget()
+            if widget is not None:
+                widget.hide()
+                widget.deleteLater()
+        self.fields = {}
+        for one in fields:
+            label = QLabel(one.label)
+            label.setFont(text_font(15))
+            label.setProperty("role", "muted")
+            field = self._choice(one) if one.choices else self._line(one)
+            field.setObjectName(one.key)
+            field.setAccessibleName(one.label)
+            field.setAccessibleDescription(one.tip)
+            field.setToolTip(one.tip)
+            field.setFont(text_font(16))
+            field.setMinimumHeight(36)
+            label.setBuddy(field)
+            row = len(self.fields)
+            self._form.addWidget(label, row, 0)
+            self._form.addWidget(field, row, 1)
+            # Only what is seen can have the keyboard.
+            label.show()
+            field.show()
+            self.fields[one.key] = field
+
+    def _line(self, one: Field) -> QLineEdit:
+        field = QLineEdit(one.proposal)
+        field.setPlaceholderText(one.tip)
+        field.returnPressed.connect(self._begin)
+        return field
+
+    @staticmethod
+    def _choice(one: Field) -> QComboBox:
+        field = QComboBox()
+        for value, words in one.choices:
+            field.addItem(words, value)
+        return field
+
+    def _new_session(self) -> QWidget:
+        column = QVBoxLayout()
+        column.setSpacing(8)
+        column.addWidget(_heading("New session"))
+        column.addLayout(self._form)
+        column.addStretch(1)
+        column.addWidget(self.begin_button)
+        return panel(column)
+
+    def _unfinished(self) -> QWidget:
+        column = QVBoxLayout()
+        column.setSpacing(8)
+        column.addWidget(_heading("Not finished"))
+        column.addWidget(self.list, 1)
+        column.addWidget(self._note)
+        column.addWidget(self.resume_button)
+        self._offered = panel(column)
+        return self._offered
+
+    def _show_choice(self, _row: int = 0) -> None:
+        offer = self._offer()
+        self.resume_button.setEnabled(offer is not None and not offer.obstacle)
+        self._note.setText("" if offer is None else offer.obstacle or "Nothing of it was lost.")
+        new = offer is None or bool(offer.obstacle)
+        for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
+            button.setProperty("role", "primary" if primary else "plain")
+            button.style().unpolish(button)
+            button.style().polish(button)
+        self._paint()
+
+    def _offer(self) -> Offer | None:
+        row = self.list.currentRow()
+        return self._offers[row] if 0 <= row < len(self._offers) else None
+
+    def _begin(self) -> None:
+        self.begun.emit(
+            {
+                key: field.text() if isinstance(field, QLineEdit) else str(field.currentData())
+                for key, field in self.fields.items()
+            }
+        )
+
+    def _resume(self) -> None:
+        offer = self._offer()
+        if offer is not None and not offer.obstacle:
+            self.resumed.emit(offer.path)
+
+    def _paint(self) -> None:
+        offer = self._offer()
+        warned = offer is not None and bool(offer.obstacle)
+        self._note.setStyleSheet(f"color: {self._theme.warn if warned else self._theme.muted};")
+        self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
+
+
+def _large(text: str, name: str) -> QPushButton:
+    button = QPushButton(text)
+    button.setAccessibleName(name)
+    button.setFont(text_font(18, bold=True))
+    button.setMinimumHeight(56)
+    return button
+
+
+def _heading(text: str) -> QLabel:
+    label = QLabel(text)
+    label.setFont(text_font(18, bold=True))
+    label.setAlignment(Qt.AlignmentFlag.AlignLeft)
+    return label

@@ -1,0 +1,49 @@
+"""The pages of the wizards, one kind of step each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.wizards.pages._definition_page import DefinitionPage
+    from ocmm_gui.wizards.pages._pivot_result_page import PivotResultPage
+    from ocmm_gui.wizards.pages._relocation_pages import BarPage, WavePage, WorldPage
+    from ocmm_gui.wizards.pages._result_page import ResultPage
+    from ocmm_gui.wizards.pages._sphere_page import SpheresPage
+    from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SweepPage
+    from ocmm_gui.wizards.pages._tip_result_page import TipCheckResultPage, TipResultPage
+    from ocmm_gui.wizards.pages._touch_pages import ConePage, SpherePage
+    from ocmm_gui.wizards.pages._verdict_page import VerdictPage, repeat_worst
+else:
+    __getattr__ = door(
+        __name__,
+        _definition_page="DefinitionPage",
+        _pivot_result_page="PivotResultPage",
+        _relocation_pages="BarPage WavePage WorldPage",
+        _result_page="ResultPage",
+        _sphere_page="SpheresPage",
+        _sweep_page="FirstConePage SweepPage",
+        _tip_result_page="TipCheckResultPage TipResultPage",
+        _touch_pages="ConePage SpherePage",
+        _verdict_page="VerdictPage repeat_worst",
+    )
+
+__all__ = [
+    "BarPage",
+    "ConePage",
+    "DefinitionPage",
+    "FirstConePage",
+    "PivotResultPage",
+    "ResultPage",
+    "SpherePage",
+    "SpheresPage",
+    "SweepPage",
+    "TipCheckResultPage",
+    "TipResultPage",
+    "VerdictPage",
+    "WavePage",
+    "WorldPage",
+    "repeat_worst",
+]

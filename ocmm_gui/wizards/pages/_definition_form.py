@@ -1,0 +1,226 @@
+"""What is filled in to define a probe: its numbers, its LEDs, and its file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QTableWidget, QWidget
+
+from ocmm_core.camera import MAX_SLOTS, Vector3
+from ocmm_core.errors import InputError
+from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument, StrobeEntry
+from ocmm_gui.kit import NumberTable, digit_font, led_name, text_font
+
+_FIELDS = (
+    ("name", "Name", "Of the probe; its records carry it"),
+    ("tip", "Tip, mm", "Centre of the ball in the frame of the probe: x y z"),
+    ("tip_diameter", "Ball, mm", "Diameter by the maker's certificate"),
+    ("tip_diameter_sigma", "Ball ±, mm", "Standard uncertainty of the diameter"),
+    ("tip_sigma", "Tip ±, mm", "Standard uncertainties of its place: x y z"),
+    ("led_sigma", "LEDs ±, mm", "Standard uncertainty of each coordinate of an LED"),
+    ("emission_half_angle_deg", "Light, °", "An LED is seen up to so far from its direction"),
+    (
+        "rules", "Promises",
+        "What the hand keeps: axis of the probe > direction; x y z > x y z; …; empty: none",
+    ),
+    ("strobe", "Strobe", "Period in frames: frame in which each LED is dark; empty: always bright"),
+    ("file", "File", "A new one; a document that was used is never changed"),
+)  # fmt: skip
+_COLUMNS = (
+    ("LED", "its number"),
+    ("X", "mm, frame of the probe"),
+    ("Y", "mm, frame of the probe"),
+    ("Z", "mm, frame of the probe"),
+    ("dX", "direction of its light; its length does not matter"),
+    ("dY", "direction of its light"),
+    ("dZ", "direction of its light"),
+)
+
+
+class LedTable(NumberTable):
+    """The LEDs with the directions of their light; every number can be changed."""
+
+    def __init__(self) -> None:
+        super().__init__("LEDs", _COLUMNS, whole=False)
+        self.setFont(digit_font(14, bold=False))
+        self.setEditTriggers(QTableWidget.EditTrigger.AllEditTriggers)
+        self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectItems)
+        self.verticalHeader().setDefaultSectionSize(40)
+
+    def show_leds(self, leds: Sequence[LedEntry]) -> None:
+        """Show LEDs instead of those that are there."""
+        rows = []
+        for row, led in enumerate(leds):
+            place = (f"{value:.7g}" for value in led.position)
+            # A hundredth is half a degree: nobody knows the light of an LED better.
+            light = (f"{round(value, 2):g}" for value in led.direction)
+            rows.append((led_name(row), *place, *light))
+        self.blockSignals(True)
+        self.show_rows(rows)
+        self.blockSignals(False)
+
+    def leds(self) -> tuple[LedEntry, ...]:
+        """Return the LEDs; raise InputError where a cell is no number."""
+        found = []
+        for row in range(self.rowCount()):
+            values = [
+                number(word, f"{led_name(row)} {title}")
+                for word, (title, _) in zip(self.words(row)[1:], _COLUMNS[1:], strict=True)
+            ]
+            position: Vector3 = (values[0], values[1], values[2])
+            found.append(LedEntry(position=position, direction=(values[3], values[4], values[5])))
+        return tuple(found)
+
+    def add(self) -> None:
+        """Add an LED like the last one."""
+        if self.rowCount() < MAX_SLOTS:
+            last = self.words(self.rowCount() - 1)[1:] if self.rowCount() else ("0",) * 6
+            self.insertRow(self.rowCount())
+            for column, word in enumerate((led_name(self.rowCount() - 1), *last)):
+                self._write(self.rowCount() - 1, column, word)
+            self.setCurrentCell(self.rowCount() - 1, 1)
+
+    def remove(self) -> None:
+        """Remove the LED that is chosen; those after it move up."""
+        if self.currentRow() >= 0:
+            self.removeRow(self.currentRow())
+            for row in range(self.rowCount()):
+                self._write(row, 0, led_name(row))
+
+
+class DefinitionForm(QWidget):
+    """The numbers of a probe but for its LEDs."""
+
+    changed = Signal()
+    """Something was written."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("The probe")
+        self.fields: dict[str, QLineEdit] = {}
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setVerticalSpacing(6)
+        for row, (key, label, tip) in enumerate(_FIELDS):
+            caption = QLabel(label)
+            caption.setFont(text_font(15))
+            caption.setProperty("role", "muted")
+            field = QLineEdit()
+            field.setObjectName(key)
+            field.setAccessibleName(label)
+            field.setAccessibleDescription(tip)
+            field.setToolTip(tip)
+            field.setPlaceholderText(tip.partition("empty: ")[2])
+            field.setFont(text_font(16))
+            field.setMinimumHeight(34)
+            field.textEdited.connect(lambda _text: self.changed.emit())
+            caption.setBuddy(field)
+            grid.addWidget(caption, row, 0)
+            grid.addWidget(field, row, 1)
+            self.fields[key] = field
+
+    def show_document(self, document: ProbeDocument) -> None:
+        """Show the numbers of a document; the file stays as it is."""
+        rules = "; ".join(
+            f"{_words(rule.probe_axis)} > {_words(rule.world_direction)}"
+            for rule in document.orientation_rules
+        )
+        code = document.strobe
+        strobe = "" if code is None else f"{code.period}: {' '.join(map(str, code.dark))}"
+        for key, text in (
+            ("name", document.name),
+            ("tip", _words(document.tip)),
+            ("tip_diameter", f"{document.tip_diameter:g}"),
+            ("tip_diameter_sigma", f"{document.tip_diameter_sigma:g}"),
+            ("tip_sigma", _words(document.tip_sigma)),
+            ("led_sigma", f"{document.led_sigma:g}"),
+            ("emission_half_angle_deg", f"{document.emission_half_angle_deg:g}"),
+            ("rules", rules),
+            ("strobe", strobe),
+        ):
+            self.fields[key].setText(text)
+
+    def document(self, leds: Sequence[LedEntry]) -> ProbeDocument:
+        """Return what is filled in, with LEDs; raise InputError where something is no number."""
+        text = {key: field.text().strip() for key, field in self.fields.items()}
+        if not text["name"]:
+            raise InputError("definition.name", "The probe has no name.", "Give it one.")
+        return ProbeDocument(
+            schema=SCHEMA,
+            unit="mm",
+            name=text["name"],
+            tip=_vector(text["tip"], "Tip"),
+            tip_diameter=number(text["tip_diameter"], "Ball"),
+            tip_diameter_sigma=number(text["tip_diameter_sigma"], "Ball ±"),
+            tip_sigma=_vector(text["tip_sigma"], "Tip ±"),
+            led_sigma=number(text["led_sigma"], "LEDs ±"),
+            emission_half_angle_deg=number(text["emission_half_angle_deg"], "Light"),
+            leds=list(leds),
+            orientation_rules=_rules(text["rules"]),
+            strobe=_strobe(text["strobe"]),
+        )
+
+    def path(self) -> Path:
+        """Return the file; raise InputError where none is named."""
+        text = self.fields["file"].text().strip()
+        if not text:
+            raise InputError("definition.file", "No file is named.", "Name a new one.")
+        return Path(text).expanduser()
+
+
+def number(text: str, what: str) -> float:
+    """Return a number, with a point or a comma; raise InputError where it is none."""
+    try:
+        value = float(text.strip().replace(",", "."))
+    except ValueError:
+        value = float("nan")
+    if not -1e6 < value < 1e6:
+        raise InputError(
+            "definition.number", f"{what} is {text.strip()!r}, which is no number.", "Correct it."
+        )
+    return value
+
+
+def _vector(text: str, what: str) -> Vector3:
+    values = [number(word, what) for word in text.replace(";", " ").split()]
+    if len(values) != 3:
+        raise InputError(
+            "definition.vector", f"{what} has {len(values)} numbers.", "Write x y z, with blanks."
+        )
+    return values[0], values[1], values[2]
+
+
+def _rules(text: str) -> tuple[OrientationRule, ...]:
+    rules = []
+    for part in filter(None, (part.strip() for part in text.split(";"))):
+        axis, _, world = part.partition(">")
+        rules.append(
+            OrientationRule(
+                probe_axis=_vector(axis, "The axis of a promise"),
+                world_direction=_vector(world, "The direction of a promise"),
+            )
+        )
+    return tuple(rules)
+
+
+def _strobe(text: str) -> StrobeEntry | None:
+    if not text:
+        return None
+    period, _, dark = text.partition(":")
+    return StrobeEntry(period=_frame(period), dark=[_frame(word) for word in dark.split()])
+
+
+def _frame(text: str) -> int:
+    value = number(text, "A frame of the strobe code")
+    if value != round(value):
+        raise InputError(
+            "definition.strobe", f"A frame of the strobe code is {text.strip()!r}.",
+            "Write whole numbers, such as 8: 0 1 2 3 4 5.",
+        )  # fmt: skip
+    return round(value)
+
+
+def _words(vector: Vector3) -> str:
+    return " ".join(f"{value:g}" for value in vector)

@@ -1,0 +1,278 @@
+"""A probe is defined: numbers and LEDs are filled in, examined while that goes on, and saved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtGui import QHideEvent, QKeySequence, QShortcut
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from ocmm_core.calibration.probe_design import Examined, examine, read_definition, save_definition
+from ocmm_core.calibration.records import ProbeRecord
+from ocmm_core.errors import OcmmError
+from ocmm_core.tracking import LedEntry, ProbeDocument
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    PathPanel,
+    SideProcess,
+    Theme,
+    led_name,
+    mark_colour,
+    panel,
+    sentence_label,
+    text_font,
+)
+from ocmm_gui.wizards.pages._definition_form import DefinitionForm, LedTable
+from ocmm_gui.wizards.parts import ProbePicture
+
+SETTLE_MS = 500
+"""So long after the last key the definition is examined."""
+
+_PURPOSE = (
+    "Write down where the LEDs and the ball are. Whether the LEDs can be taken for one another is "
+    "examined while you write. Afterwards start the program with the new document and calibrate "
+    "the probe."
+)
+
+
+class DefinitionPage(QWidget):
+    """Form and LEDs on the left, picture and verdict on the right."""
+
+    left = Signal()
+    """Back to where it was opened."""
+    saved = Signal(object)
+    """Emits the `Path` of the new document."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Define a probe")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._mark = Mark.OPEN
+        self._measured: ProbeRecord | None = None
+        self.form = DefinitionForm()
+        self.leds = LedTable()
+        self.picture = ProbePicture()
+        self._word = FitText("Verdict", limit=34)
+        self._word.setFixedHeight(44)
+        self.sentence = sentence_label("What the verdict means", 17)
+        self.import_panel = PathPanel("probe document", "file", verb="Read")
+        self.import_panel.given.connect(self._import)
+        self.buttons = {
+            key: self._button(text, tip, keys, call)
+            for key, text, tip, keys, call in (
+                ("leave", "Leave", "Back; what is not saved is lost", "Esc", self._leave),
+                ("import", "Import", "Begin with another document", "F4", self._ask_import),
+                ("measured", "As measured", "Take the LEDs of the calibration in force", "F7",
+                 self._take_measured),
+                ("add", "Add LED", "One more LED, like the last one", "F5", self._add),
+                ("remove", "Remove LED", "Remove the chosen LED", "F6", self._remove),
+                ("save", "Save", "Write it as a new document", "F2", self._save),
+            )
+        }  # fmt: skip
+        self.buttons["save"].setProperty("role", "primary")
+        self._examination = SideProcess(self)
+        self._examination.finished.connect(self._show_examined)
+        self._examination.failed.connect(self._show_refused)
+        self._settle = QTimer(self)
+        self._settle.setSingleShot(True)
+        self._settle.setInterval(SETTLE_MS)
+        self._settle.timeout.connect(self._examine)
+        self.form.changed.connect(self._on_changed)
+        self.leds.itemChanged.connect(lambda _item: self._on_changed())
+        self._lay_out()
+
+    def open(self, document: ProbeDocument, path: Path, measured: ProbeRecord | None) -> None:
+        """Begin with a document; ``measured`` is the calibration of that probe in force."""
+        self._measured = measured
+        self.buttons["measured"].setEnabled(measured is not None)
+        self.import_panel.hide()
+        self.form.fields["file"].setText(str(path))
+        self._fill(document)
+        self.form.fields["name"].setFocus()
+        self.form.fields["name"].selectAll()
+
+    def word(self) -> str:
+        """Return the large word."""
+        return self._word.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._say(self._word.text(), self._mark, self.sentence.text())
+
+    def close_examination(self) -> None:
+        """End what runs; nothing is said any more."""
+        self._settle.stop()
+        self._examination.cancel()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """End what runs."""
+        self.close_examination()
+        super().hideEvent(event)
+
+    def _fill(self, document: ProbeDocument) -> None:
+        self.form.show_document(document)
+        self.leds.show_leds(document.leds)
+        self._on_changed()
+
+    def _on_changed(self) -> None:
+        self._examination.cancel()
+        self._say("EXAMINING", Mark.ACTIVE, "")
+        self._settle.start()
+
+    def _examine(self) -> None:
+        try:
+            document, path = self.form.document(self.leds.leds()), self.form.path()
+        except OcmmError as error:
+            self._show_refused(error)
+            return
+        self.picture.show_probe(
+            np.array([led.position for led in document.leds]).reshape(-1, 3),
+            np.array([led.direction for led in document.leds]).reshape(-1, 3),
+            np.array(document.tip),
+        )
+        self._examination.start(partial(examine, document, path))
+
+    def _show_examined(self, found: object) -> None:
+        if not isinstance(found, Examined):
+            return
+        self._say("GOOD", Mark.GOOD, examined_words(found))
+
+    def _show_refused(self, error: OcmmError) -> None:
+        self._say("CANNOT BE USED", Mark.BAD, f"{error.what} {error.remedy}")
+
+    def _say(self, word: str, mark: Mark, sentence: str) -> None:
+        self._mark = mark
+        self._word.show_text(word, mark_colour(self._theme, mark), mark)
+        self.sentence.setText(sentence)
+
+    def _save(self) -> None:
+        try:
+            path = self.form.path()
+            save_definition(path, self.form.document(self.leds.leds()))
+        except OcmmError as error:
+            self._show_refused(error)
+            return
+        self._say("SAVED", Mark.GOOD, f"The probe is in {path}.")
+        self.saved.emit(path)
+
+    def _ask_import(self) -> None:
+        self.import_panel.ask(Path(self.form.fields["file"].text()).expanduser().parent)
+
+    def _import(self, path: Path) -> None:
+        try:
+            self._fill(read_definition(path))
+        except OcmmError as error:
+            self._settle.stop()
+            self._show_refused(error)
+
+    def _take_measured(self) -> None:
+        record = self._measured
+        if record is None:
+            return
+        old = {index: led.direction for index, led in enumerate(self._known_leds())}
+        sigmas = np.sqrt(np.diag(np.array(record.covariance)))
+        self.form.fields["tip"].setText(" ".join(f"{value:.4f}" for value in record.tip_mm))
+        self.form.fields["tip_sigma"].setText(" ".join(f"{value:.4f}" for value in sigmas[-3:]))
+        self.form.fields["led_sigma"].setText(f"{float(sigmas[:-3].max()):.4f}")
+        forward = (0.0, -1.0, 0.0)
+        self.leds.show_leds(
+            [
+                LedEntry(position=place, direction=old.get(index, forward))
+                for index, place in enumerate(record.leds_mm)
+            ]
+        )
+        self._on_changed()
+
+    def _known_leds(self) -> tuple[LedEntry, ...]:
+        try:
+            return self.leds.leds()
+        except OcmmError:
+            return ()
+
+    def _add(self) -> None:
+        self.leds.add()
+        self._on_changed()
+
+    def _remove(self) -> None:
+        self.leds.remove()
+        self._on_changed()
+
+    def _leave(self) -> None:
+        if self.import_panel.isVisible():
+            self.import_panel.hide()
+        else:
+            self.left.emit()
+
+    def _button(self, text: str, tip: str, keys: str, call: Callable[[], None]) -> QPushButton:
+        button = QPushButton(f"{text}\n[{keys}]")
+        button.setAccessibleName(text)
+        button.setAccessibleDescription(tip)
+        button.setToolTip(f"{tip} ({keys})")
+        button.setFont(text_font(16, bold=True))
+        button.setMinimumHeight(60)
+        button.setProperty("role", "tool")
+        button.clicked.connect(call)
+        shortcut = QShortcut(QKeySequence(keys), self)
+        shortcut.setAutoRepeat(False)
+        shortcut.activated.connect(button.click)
+        return button
+
+    def _lay_out(self) -> None:
+        title = QLabel("Define a probe")
+        title.setFont(text_font(28, bold=True))
+        purpose = sentence_label("What it is for", 16)
+        purpose.setText(_PURPOSE)
+        form = QVBoxLayout()
+        form.addWidget(self.form)
+        form.addStretch(1)
+        right = QVBoxLayout()
+        right.setSpacing(8)
+        right.addWidget(self.picture, 1)
+        right.addWidget(self._word)
+        right.addWidget(self.sentence)
+        middle = QHBoxLayout()
+        middle.setSpacing(8)
+        middle.addWidget(panel(form), 4)
+        middle.addWidget(self.leds, 5)
+        middle.addWidget(panel(right), 4)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for key, button in self.buttons.items():
+            row.addWidget(button, 2 if key == "save" else 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(12, 8, 12, 10)
+        layout.setSpacing(8)
+        layout.addWidget(title)
+        layout.addWidget(purpose)
+        layout.addWidget(self.import_panel)
+        layout.addLayout(middle, 1)
+        layout.addLayout(row)
+
+
+def examined_words(found: Examined) -> str:
+    """Return in words why the LEDs cannot be confused, and by how much."""
+    if found.body.code is not None:
+        return "The LEDs cannot be confused: each of them is dark in another frame."
+    nearest, hidden = found.labels[0].ambiguity, found.nearest_hidden
+    if nearest is None:
+        text = "The LEDs cannot be confused: the promises exclude every other order."
+    else:
+        order = ", ".join(led_name(label) for label in nearest.labels)
+        text = (
+            f"The LEDs cannot be confused: the nearest wrong order, {order}, misses by "
+            f"{nearest.residual_mm:.1f} mm; it would put the tip {nearest.tip_error_mm:.0f} mm off."
+        )
+    if hidden is not None and hidden.ambiguity is not None:
+        text += (
+            f" While {led_name(hidden.hidden - 1)} is hidden the nearest one misses by "
+            f"{hidden.ambiguity.residual_mm:.1f} mm."
+        )
+    return text

@@ -1,0 +1,188 @@
+"""The result of a pivot calibration: where the tip is, how well it is known, and what changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+
+import numpy as np
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ocmm_core.calibration.records import Finding
+from ocmm_core.calibration.sweeping import PivotChange, PivotOutcome, led_paths
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
+from ocmm_gui.charts import SpotResiduals, TipCourse, Trail, TrailPlot
+from ocmm_gui.kit import Mark, NumberTable, led_name, sentence_label
+from ocmm_gui.wizards.parts import ResultFrame, Said
+
+_TIP = (
+    ("", "coordinate in the frame of the probe's document"),
+    ("This, mm", "this calibration"),
+    ("± µm", "standard uncertainty (k = 1)"),
+    ("2nd, µm", "second sweep less first"),
+    ("± µm", "standard uncertainty of that difference (k = 1)"),
+    ("Spheres, µm", "by the mean of the spheres' centres (thesis 3.2), less this"),
+    ("Change, µm", "this less the calibration in force"),
+)
+_IN_FRAME = "in the frame of the probe's document"
+_LEDS = (
+    ("LED", "its number"),
+    ("X, mm", _IN_FRAME),
+    ("Y, mm", _IN_FRAME),
+    ("Z, mm", _IN_FRAME),
+    ("2nd, µm", "second sweep from first"),
+    ("Change, µm", "from the calibration in force"),
+)
+
+
+class PivotCompare(QWidget):
+    """The new calibration beside the second sweep, the thesis's method and the one in force."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Before and after")
+        self.summary = sentence_label("What changes", 16)
+        self.tip = NumberTable("The tip compared", _TIP)
+        self.leds = NumberTable("The LEDs compared", _LEDS, whole=False)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.summary)
+        layout.addWidget(self.tip)
+        layout.addWidget(self.leds, 1)
+
+    def show_outcome(self, outcome: PivotOutcome) -> None:
+        """Show what changes."""
+        spread = 1e3 * outcome.first.thesis.spread
+        ball = f"The centres of the LEDs' spheres lie {spread:.1f} µm (RMS) from their mean."
+        self.summary.setText(f"{_change_words(outcome.change)} {ball}")
+        self.tip.show_rows(_tip_rows(outcome))
+        self.leds.show_rows(_led_rows(outcome))
+
+
+class PivotResultPage(ResultFrame):
+    """Paths, tips, residuals and comparison of a pivot calibration.
+
+    Parameters
+    ----------
+    rig
+        What the session started from.
+    """
+
+    plots = ("Paths", "Tip", "Spots", "Before/after")
+
+    def __init__(self, rig: Rig) -> None:
+        views = (TrailPlot(rig), TipCourse(), SpotResiduals(rig), PivotCompare())
+        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        self.trails, self.tips, self.spots, self.compare = views
+        self._outcome: PivotOutcome | None = None
+
+    def must_say_why(self) -> str:
+        """Return the question where the tip changed by more than is usual."""
+        outcome = self._outcome
+        if outcome is None or outcome.change is None or not outcome.must_be_confirmed:
+            return ""
+        return f"The tip changed by {outcome.change.tip_distance:.3f} mm. Why?"
+
+    def judge(self, outcome: object) -> Said:
+        """Return whether something speaks against a calibration."""
+        if not isinstance(outcome, PivotOutcome):
+            return Said("", Mark.OPEN, "")
+        if outcome.must_be_confirmed and outcome.change is not None:
+            return Said(
+                "TIP CHANGED",
+                Mark.DOUBT,
+                f"The tip is {outcome.change.tip_distance:.3f} mm from where it was. Accept it "
+                f"only if you know why; you will be asked for the reason.",
+            )
+        if outcome.findings:
+            return Said(
+                "USABLE, LOOK",
+                Mark.DOUBT,
+                "The calibration may be used, but something speaks against it; see below.",
+            )
+        return Said(
+            "GOOD",
+            Mark.GOOD,
+            "Both sweeps show the same tip. After accepting, qualify the tip on the sphere.",
+        )
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        """Show a calibration in all plots; return its figures and warnings."""
+        if not isinstance(outcome, PivotOutcome):
+            return (), ()
+        self._outcome = outcome
+        first, second, validation = outcome.first, outcome.second, outcome.validation
+        self.trails.show_trails(
+            [
+                Trail("first", led_paths(first), first.centre_world),
+                Trail("second", led_paths(second), second.centre_world),
+            ]
+        )
+        self.tips.show_sweeps((first, second))
+        self.spots.show_sweep(first)
+        self.compare.show_outcome(outcome)
+        left_out = len(first.left_out)
+        facts = [
+            ("Tip", f"± {_um(first.tip_sigma)} (k = 1)"),
+            ("2nd sweep", f"{_um(_length(validation.tip_difference))} away"),
+            ("Poses", f"{int(first.used.sum())}, {left_out or 'none'} left out"),
+            ("Turned", "{:.0f}°, {:.0f}°, {:.0f}°".format(*np.degrees(first.coverage.ranges))),
+            ("Residuals", f"{first.rms_px:.4f} px RMS"),
+            ("chi² / dof", f"{first.chi2 / max(first.dof, 1):.3f}"),
+        ]
+        if np.isfinite(validation.articulation_2s):
+            facts.append(("Articulation", f"2s {_um(validation.articulation_2s)}"))
+        return facts, outcome.findings
+
+
+def _tip_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
+    first, validation, change = outcome.first, outcome.validation, outcome.change
+    sigma = np.sqrt(np.diag(first.tip_covariance))
+    thesis = first.thesis_tip_probe - first.tip_probe
+    return [
+        (
+            f"tip {'XYZ'[axis]}",
+            f"{first.tip_probe[axis]:.4f}",
+            f"{1e3 * sigma[axis]:.1f}",
+            f"{1e3 * validation.tip_difference[axis]:+.1f}",
+            f"{1e3 * validation.tip_difference_sigma[axis]:.1f}",
+            f"{1e3 * thesis[axis]:+.1f}",
+            "–" if change is None else f"{1e3 * change.tip_difference[axis]:+.1f}",
+        )
+        for axis in range(3)
+    ]
+
+
+def _led_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
+    leds, change = outcome.first.leds_probe, outcome.change
+    second = np.linalg.norm(outcome.second.leds_probe - leds, axis=1)
+    moved = None if change is None else np.linalg.norm(change.led_differences, axis=1)
+    return [
+        (
+            led_name(led),
+            *(f"{value:.3f}" for value in place),
+            f"{1e3 * second[led]:.1f}",
+            "–" if moved is None else f"{1e3 * moved[led]:.1f}",
+        )
+        for led, place in enumerate(leds)
+    ]
+
+
+def _change_words(change: PivotChange | None) -> str:
+    if change is None:
+        return "This tip was never calibrated before: nothing to compare with."
+    when = datetime.fromisoformat(change.previous.made_utc).astimezone()
+    return (
+        f"Since the calibration of {when:%Y-%m-%d} the tip moved by {change.tip_distance:.4f} mm "
+        f"and the LEDs by {change.led_rms:.4f} mm (RMS)."
+    )
+
+
+def _length(vector: Float) -> float:
+    return float(np.linalg.norm(vector))
+
+
+def _um(value_mm: float) -> str:
+    return f"{1e3 * value_mm:.1f} µm"

@@ -1,0 +1,140 @@
+"""The result of a calibration: what it leaves over, and how it differs from the one in force."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ocmm_core.calibration.guided import CalibrationOutcome, CameraChange, Comparison
+from ocmm_core.calibration.records import Finding
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig
+from ocmm_gui.charts import AllSensors, Histogram, SpaceArrows
+from ocmm_gui.kit import Mark, NumberTable, sentence_label
+from ocmm_gui.wizards.parts import ResultFrame, Said
+
+_CHANGES = (
+    ("Camera", "which camera"),
+    ("Shift mm", "distance of its centres, after the common motion was taken out"),
+    ("Turn mrad", "angle between its attitudes, after the common motion was taken out"),
+    ("f mm", "focal length, after less before"),
+    ("u0 px", "principal point, after less before"),
+    ("v0 px", "principal point, after less before"),
+)
+
+
+class CompareView(QWidget):
+    """The new calibration beside the one in force.
+
+    Parameters
+    ----------
+    rig
+        Says what is in front and what is above.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setAccessibleName("Before and after")
+        self.summary = sentence_label("What changes", 16)
+        self.cameras = NumberTable("Changes of the cameras", _CHANGES)
+        self.space = SpaceArrows("Points of the volume, after less before", rig)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.summary)
+        layout.addWidget(self.cameras)
+        layout.addWidget(self.space, 1)
+
+    def show_comparison(self, comparison: Comparison | None) -> None:
+        """Show what changes; None where there is nothing to compare with."""
+        self.cameras.setVisible(comparison is not None)
+        self.space.setVisible(comparison is not None)
+        if comparison is None:
+            self.summary.setText("These cameras were never calibrated: nothing to compare with.")
+            return
+        before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
+        self.summary.setText(
+            f"All cameras together moved by {comparison.moved_mm:.3f} mm and turned by "
+            f"{1e3 * comparison.turned_rad:.3f} mrad; below is what is left of each camera. "
+            f"Standard uncertainty of a length: {_um(before)} before, {_um(after)} after."
+        )
+        self.cameras.show_rows([_change_words(one) for one in comparison.cameras])
+        self.space.show_vectors(comparison.nodes_world, comparison.differences_world, "no points")
+
+
+class ResultPage(ResultFrame):
+    """Residuals, errors in space and comparison of a calibration of the cameras.
+
+    Parameters
+    ----------
+    rig
+        What the session started from.
+    errors
+        What the errors in space are.
+    """
+
+    plots = ("Sensors", "Histogram", "Space", "Before/after")
+
+    def __init__(self, rig: Rig, errors: str) -> None:
+        views = (AllSensors(rig), Histogram(), SpaceArrows(errors, rig), CompareView(rig))
+        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        self.sensors, self.histogram, self.space, self.compare = views
+
+    def judge(self, outcome: object) -> Said:
+        """Return whether something speaks against a calibration."""
+        if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
+            return Said(
+                "USABLE, LOOK",
+                Mark.DOUBT,
+                "The calibration may be used, but something speaks against it; see below.",
+            )
+        return Said(
+            "GOOD",
+            Mark.GOOD,
+            "Nothing speaks against this calibration. After accepting, verify it.",
+        )
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        """Show a calibration in all plots; return its figures and warnings."""
+        if not isinstance(outcome, CalibrationOutcome):
+            return (), ()
+        record, comparison = outcome.record, outcome.comparison
+        self.sensors.show_residuals(outcome.residuals)
+        self.histogram.show_residuals(outcome.residuals)
+        self.space.show_vectors(
+            outcome.errors_at_world, outcome.errors_world, "no points were held back"
+        )
+        self.compare.show_comparison(comparison)
+        focal = PARAMETERS.index("focal")
+        variance = np.diag(outcome.rig.parameter_covariance)[focal::N_PARAMETERS]
+        left_out = ", ".join(record.outliers[:4]) + (" …" if len(record.outliers) > 4 else "")
+        facts = [
+            ("Residuals", f"{record.rms_px:.4f} px RMS"),
+            ("chi² / dof", f"{record.chi2_per_dof:.3f}"),
+            ("Used", f"{record.points} positions"),
+            ("Left out", f"{len(record.outliers)}  {left_out}" if record.outliers else "none"),
+            ("Focal length", f"± {1e3 * float(np.sqrt(variance.max())):.2f} µm (k = 1)"),
+        ]
+        if len(outcome.errors_world):
+            rms = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
+            facts.append(("Errors RMS", "X {:.1f}, Y {:.1f}, Z {:.1f} µm".format(*rms)))
+        if comparison is not None:
+            before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
+            facts.append(("Length", f"{_um(before)} before, {_um(after)} after (k = 1)"))
+        return facts, outcome.warnings
+
+
+def _change_words(one: CameraChange) -> tuple[str, ...]:
+    return (
+        one.name,
+        f"{one.shift_mm:.4f}",
+        f"{1e3 * one.turn_rad:.4f}",
+        f"{one.focal_mm:+.5f}",
+        f"{one.u0_px:+.3f}",
+        f"{one.v0_px:+.3f}",
+    )
+
+
+def _um(value_mm: float) -> str:
+    return f"{1e3 * value_mm:.1f} µm"

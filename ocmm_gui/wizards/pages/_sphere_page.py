@@ -1,0 +1,112 @@
+"""The spheres of a verification: where to touch, and how much of it is done."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+
+from ocmm_core.calibration.guided import VerificationView
+from ocmm_core.camera import Rig
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, text_font
+from ocmm_gui.wizards.parts import CollectPage, Seen
+
+_LAYERS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))
+"""Degrees below the pole, points, and turn of the layer: 25 points all over a half sphere."""
+
+_TILT = 0.42
+"""How far the pole leans towards the eye, sine."""
+
+
+class SpherePicture(Painted):
+    """A half sphere with the places where it should be touched, from the pole to the equator."""
+
+    def __init__(self) -> None:
+        super().__init__("Where to touch the sphere", SCENE_SIZE, SCENE_LEAST)
+        self._taken = 0
+        self._title = ""
+
+    def show_taken(self, taken: int, title: str) -> None:
+        """Show how many points were taken; their places are advice, not a rule."""
+        if (taken, title) != (self._taken, self._title):
+            self._taken, self._title = taken, title
+            self.setAccessibleDescription(f"{title}: {taken} points")
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the sphere on its stem, and the places."""
+        painter = self._painter()
+        theme = self._theme
+        frame = self._paint_panel(painter)
+        painter.setPen(QColor(theme.text))
+        painter.setFont(text_font(17, bold=True))
+        painter.drawText(frame.adjusted(14, 10, -14, -10), Qt.AlignmentFlag.AlignTop, self._title)
+        radius = 0.34 * min(frame.width(), frame.height())
+        centre = QPointF(frame.center().x(), frame.center().y() - 0.04 * frame.height())
+        painter.setPen(QPen(QColor(theme.muted), 0.16 * radius, c=Qt.PenCapStyle.FlatCap))
+        painter.drawLine(
+            QPointF(centre.x(), centre.y() + radius), QPointF(centre.x(), frame.bottom() - 4.0)
+        )
+        painter.setPen(QPen(QColor(theme.text), 2.0))
+        painter.setBrush(QColor(theme.background))
+        painter.drawEllipse(centre, radius, radius)
+        number = 0
+        for below, count, turn in _LAYERS:
+            for index in range(count):
+                around = 2.0 * pi * index / count + turn * pi / 180.0
+                self._paint_place(painter, centre, radius, below * pi / 180.0, around, number)
+                number += 1
+
+    def _paint_place(
+        self,
+        painter: QPainter,
+        centre: QPointF,
+        radius: float,
+        below: float,
+        around: float,
+        number: int,
+    ) -> None:
+        theme = self._theme
+        x, z = sin(below) * cos(around), cos(below)
+        toward = sin(below) * sin(around)
+        lean = (1.0 - _TILT**2) ** 0.5
+        up, depth = lean * z - _TILT * toward, _TILT * z + lean * toward
+        place = QPointF(centre.x() + radius * x, centre.y() - radius * up)
+        behind = depth < -0.05
+        size = 5.0 if behind else 8.0
+        done = number < self._taken
+        painter.setPen(QPen(QColor(theme.border if behind else theme.text), 1.5))
+        painter.setBrush(QColor(theme.good if done else theme.panel))
+        if number == self._taken:
+            painter.setBrush(QColor(theme.accent))
+            size = 11.0
+        painter.drawEllipse(place, size, size)
+
+
+class SpheresPage(CollectPage):
+    """Points on the spheres, one sphere after the other."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, "Points on spheres")
+        self.sphere = SpherePicture()
+        self.beside.replaceWidget(self.picture, self.sphere)
+        self.picture.hide()
+        self.picture.setParent(self)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show the sphere that is touched now."""
+        super().show_seen(seen)
+        view = seen.view
+        if not isinstance(view, VerificationView):
+            return
+        if not view.spheres:
+            self.sphere.show_taken(0, "No sphere was chosen: go on.")
+            return
+        open_ones = [i for i, taken in enumerate(view.spheres) if taken < view.sphere_points]
+        number = open_ones[0] if open_ones else len(view.spheres) - 1
+        taken = view.spheres[number]
+        title = f"Sphere {number + 1} of {len(view.spheres)}: {taken} of {view.sphere_points}"
+        if view.places[number]:
+            title += f", {view.places[number]}"
+        self.sphere.show_taken(taken, title)

@@ -1,0 +1,236 @@
+"""The verdict on a tip: its diameter and form, whether it stays in place, and what changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPaintEvent, QPen
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ocmm_core.calibration.records import Check, Finding, TipCheckRecord, TipRecord
+from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, Points3
+from ocmm_gui.charts import ErrorChart, Plot
+from ocmm_gui.kit import Mark, NumberTable, digit_font, text_font
+from ocmm_gui.wizards.pages._touch_pages import TipScatter
+from ocmm_gui.wizards.parts import ResultFrame, Said
+
+_SCALE_PX = 58.0
+_CHECKED = (
+    ("Check", "what is compared with a limit"),
+    ("Error, µm", "what was found"),
+    ("U, µm", "expanded uncertainty (k = 2)"),
+    ("Limit, µm", "of the error"),
+)
+_COMPARED = (
+    ("", "what is compared"),
+    ("Now", "this qualification"),
+    ("Before", "the qualification before"),
+    ("Change", "now less before"),
+)
+
+
+class ChecksView(QWidget):
+    """Errors between their limits as a chart, and in numbers below it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Errors and limits")
+        self.chart = ErrorChart(whole_names=True)
+        self.table = NumberTable("Errors in numbers", _CHECKED)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.chart, 1)
+        layout.addWidget(self.table)
+
+    def show_checks(self, checks: Sequence[Check], largest: int) -> None:
+        """Show all checks; the one that is nearest to its limit is named."""
+        self.chart.show_checks(checks, largest)
+        self.table.show_rows(
+            [
+                (
+                    one.name,
+                    f"{1e3 * one.error_mm:+.1f}",
+                    f"{1e3 * one.expanded_mm:.1f}" if one.expanded_mm else "–",
+                    f"± {1e3 * one.limit_mm:.1f}",
+                )
+                for one in checks
+            ]
+        )
+
+
+class FormPlot(Plot):
+    """Radius residuals of all points, from the pole to the equator."""
+
+    def __init__(self) -> None:
+        super().__init__("Form, µm")
+        self._below: Float = np.empty(0)
+        self._residuals_um: Float = np.empty(0)
+
+    def show_form(self, residuals_mm: Float, directions_world: Points3) -> None:
+        """Show residuals (n,) of points in directions (n, 3) over their angle from the middle."""
+        self._residuals_um = 1e3 * residuals_mm
+        middle = directions_world.mean(axis=0)
+        cosines = directions_world @ (middle / max(float(np.linalg.norm(middle)), 1e-9))
+        self._below = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
+        form = float(np.ptp(self._residuals_um)) if len(residuals_mm) else 0.0
+        self._say(f"{len(residuals_mm)} points, form {form:.1f} µm")
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint every residual over its angle from the pole."""
+        painter = self._painter()
+        box = self._paint_head(painter).adjusted(_SCALE_PX, 6.0, -6.0, -44.0)
+        if not len(self._residuals_um):
+            return
+        theme = self._theme
+        reach = 1.2 * max(float(np.abs(self._residuals_um).max()), 1.0)
+        widest = max(90.0, float(self._below.max()))
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(box)
+        painter.drawLine(
+            QPointF(box.left(), box.center().y()), QPointF(box.right(), box.center().y())
+        )
+        painter.setFont(digit_font(13, bold=False))
+        painter.setPen(QColor(theme.muted))
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        for value in (reach, 0.0, -reach):
+            y = box.center().y() - 0.5 * box.height() * value / reach
+            place = QRectF(0.0, y - 10.0, _SCALE_PX - 6.0, 20.0)
+            painter.drawText(place, right, f"{value:+.0f}" if value else "0")
+        for angle in range(0, int(widest) + 1, 30):
+            x = box.left() + box.width() * angle / widest
+            place = QRectF(x - 30.0, box.bottom() + 3.0, 60.0, 18.0)
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, f"{angle}°")
+        painter.setFont(text_font(13))
+        foot = QRectF(box.left(), box.bottom() + 22.0, box.width(), 20.0)
+        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, "angle from the pole")
+        painter.setPen(QPen(QColor(theme.panel), 1.0))
+        painter.setBrush(QColor(theme.accent))
+        for angle, value in zip(self._below.tolist(), self._residuals_um.tolist(), strict=True):
+            x = box.left() + box.width() * angle / widest
+            y = box.center().y() - 0.5 * box.height() * value / reach
+            painter.drawEllipse(QPointF(x, y), 5.5, 5.5)
+
+
+class TipResultPage(ResultFrame):
+    """The verdict of a qualification.
+
+    Parameters
+    ----------
+    rig
+        What the session started from.
+    """
+
+    plots = ("Limits", "Form", "Cone", "Before/after")
+
+    def __init__(self, rig: Rig) -> None:
+        views = (
+            ChecksView(), FormPlot(), TipScatter(rig),
+            NumberTable("Now and before", _COMPARED, whole=False),
+        )  # fmt: skip
+        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        self.chart, self.form, self.cone, self.compared = views
+
+    def judge(self, outcome: object) -> Said:
+        """Return the verdict."""
+        if not isinstance(outcome, TipOutcome):
+            return Said("", Mark.OPEN, "")
+        if outcome.record.passed:
+            return Said(
+                "PASSED", Mark.GOOD, "Store the verdict: points may then be taken with this tip."
+            )
+        return Said(
+            "FAILED",
+            Mark.BAD,
+            "Clean ball, sphere and cone, tighten the stylus, and qualify again; if it stays, "
+            "calibrate the probe or change the stylus.",
+        )
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        """Show a qualification in all plots; return its figures and warnings."""
+        if not isinstance(outcome, TipOutcome):
+            return (), ()
+        record = outcome.record
+        self.chart.show_checks(record.checks, outcome.largest)
+        self.form.show_form(outcome.residuals_mm, outcome.directions_world)
+        self.cone.show_off(outcome.cone_off_world, float("nan"))
+        self.compared.show_rows(_compared(record, outcome.previous))
+        facts = [
+            ("Diameter", f"{record.diameter_mm:.4f} mm"),
+            ("", f"± {1e3 * record.diameter_sigma_mm:.1f} µm (k = 1)"),
+            ("Form", f"{1e3 * record.form_mm:.1f} µm, {record.points} points"),
+            ("In the cone", f"2s {1e3 * record.articulation_2s_mm:.1f} µm"),
+            ("Largest", f"{1e3 * record.articulation_max_mm:.1f} µm"),
+            ("Valid until", _day(record.valid_until_utc)),
+            ("Artefacts", _artefacts(record)),
+        ]
+        return facts, outcome.warnings
+
+
+class TipCheckResultPage(ResultFrame):
+    """The verdict of a quick check."""
+
+    keys = ("back", "calculate", "keep", "accept")
+
+    def __init__(self) -> None:
+        chart = ChecksView()
+        super().__init__((("Limits", chart),))
+        self.chart = chart
+
+    def judge(self, outcome: object) -> Said:
+        """Return the verdict."""
+        if not isinstance(outcome, TipCheckOutcome):
+            return Said("", Mark.OPEN, "")
+        if outcome.record.passed:
+            return Said(
+                "PASSED", Mark.GOOD, "The tip is as it was qualified. Store the verdict and go on."
+            )
+        return Said(
+            "FAILED",
+            Mark.BAD,
+            "The tip is not as it was qualified. Store the verdict: no points are taken then until "
+            "the tip is qualified or the probe calibrated.",
+        )
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        """Show a check; return its figures and what speaks against the tip."""
+        if not isinstance(outcome, TipCheckOutcome):
+            return (), ()
+        record = outcome.record
+        self.chart.show_checks(record.checks, outcome.largest)
+        facts = (("Tip", record.tip), ("Artefacts", _artefacts(record)))
+        return facts, (*outcome.findings, *outcome.warnings)
+
+
+def _compared(now: TipRecord, before: TipRecord | None) -> list[tuple[str, ...]]:
+    rows = []
+    for name, attribute, factor, form in (
+        ("Diameter, mm", "diameter_mm", 1.0, ".4f"),
+        ("Form, µm", "form_mm", 1e3, ".1f"),
+        ("2s in the cone, µm", "articulation_2s_mm", 1e3, ".1f"),
+        ("Largest in the cone, µm", "articulation_max_mm", 1e3, ".1f"),
+        ("Point, µm", "point_sigma_mm", 1e3, ".2f"),
+        ("Warmth, °C", "temperature_c", 1.0, ".1f"),
+    ):
+        new = getattr(now, attribute)
+        old = None if before is None else getattr(before, attribute)
+        words = ["–" if value is None else format(factor * value, form) for value in (new, old)]
+        both = new is not None and old is not None
+        change = format(factor * (new - old), f"+{form}") if both else "–"
+        rows.append((name, *words, change))
+    rows.append(("Made", _day(now.made_utc), "–" if before is None else _day(before.made_utc), ""))
+    return rows
+
+
+def _artefacts(record: TipRecord | TipCheckRecord) -> str:
+    return ", ".join(f"{one.name} {one.serial}".strip() for one in record.artefacts) or "none"
+
+
+def _day(utc: str) -> str:
+    return f"{datetime.fromisoformat(utc).astimezone():%Y-%m-%d}"

@@ -1,0 +1,238 @@
+"""The pages of tip qualification and quick check: touching the sphere, resting in the cone."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+
+from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, TouchView
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, Points3, unit
+from ocmm_gui.charts import Bars, Mapped, Plot, Row
+from ocmm_gui.kit import Mark, digit_font, text_font
+from ocmm_gui.views import upright
+from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
+
+_SPHERE_SPACING, _CONE_SPACING = float(np.radians(16.0)), float(np.radians(14.0))
+_KEYS = ("back", "drop", "automatic", "take", "next")
+
+
+class SpherePage(HandsPage):
+    """The sphere is touched all around; the map says where.
+
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    """
+
+    keys = _KEYS
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, "Touch", "Places on the sphere, seen from its pole")
+        self.ball = Score("Diameter of the ball")
+        self.bars = Bars("How well the sphere is covered", 3)
+        self.scores.addWidget(self.ball, 3)
+        self.scores.addWidget(self.bars, 3)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show what to touch next, what was touched and what follows from it."""
+        view = seen.view
+        if not isinstance(view, TouchView):
+            return
+        self.show_cameras(view.base.live)
+        sphere = view.sphere
+        self.banner.tell(told_of(view, "TOUCH", _next_place(sphere), automatic=seen.automatic))
+        self.map.show_map(_sphere_map(sphere))
+        sigma, limit = sphere.diameter_sigma_mm, sphere.diameter_sigma_limit_mm
+        known = bool(np.isfinite(sigma)) and sigma > 0.0
+        self.ball.show_score(
+            f"{sphere.diameter_mm:.4f} mm" if np.isfinite(sphere.diameter_mm) else "–",
+            f"{view.nominal_mm:.4f} expected",
+            min(limit / sigma, 1.0) if known else 0.0,
+        )
+        places = len(sphere.places)
+        touched = places - len(sphere.missing)
+        end = sphere.diameter_sigma_end_mm
+        rows = [
+            Row("Places", f"{touched} / {places}", touched / max(places, 1)),
+            Row(
+                "Diameter known to",
+                f"{1e3 * sigma:.1f} / {1e3 * limit:.1f} µm" if known else "–",
+                min(limit / sigma, 1.0) if known else 0.0,
+            ),
+        ]
+        if np.isfinite(end) and sphere.missing and end > 0.0:
+            rows.append(Row("… with all places", f"{1e3 * end:.1f} µm", min(limit / end, 1.0)))
+        self.bars.show_rows(rows)
+
+
+class ConePage(HandsPage):
+    """The ball rests in the cone in several attitudes; the tip must stay where it is.
+
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    """
+
+    keys = _KEYS
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, "Hold", "Ways of holding the probe")
+        self._up = upright(rig)
+        self.spread = Score("The tip stays within (2 s)")
+        self.tips = TipScatter(rig)
+        self.scores.addWidget(self.spread, 2)
+        self.scores.addWidget(self.tips, 4)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show how to hold the probe next, and how far the tip moved."""
+        view = seen.view
+        if not isinstance(view, TouchView):
+            return
+        self.show_cameras(view.base.live)
+        cone = view.cone
+        where = _next_attitude(cone)
+        self.banner.tell(told_of(view, where.upper(), where, automatic=seen.automatic))
+        self.map.show_map(_cone_map(cone, self._up))
+        spread, limit = cone.spread_2s_mm, cone.spread_limit_mm
+        known = bool(np.isfinite(spread)) and bool(np.isfinite(limit))
+        self.spread.show_score(
+            f"{1e3 * spread:.1f} µm" if known else "–",
+            f"at most {1e3 * limit:.1f} µm" if known else "after two attitudes",
+            min(limit / spread, 1.0) if known and spread > 0.0 else 0.0,
+        )
+        self.tips.show_tips(cone)
+
+
+class TipScatter(Plot):
+    """Tips of all attitudes about their mean, from the front and from above.
+
+    Parameters
+    ----------
+    rig
+        Says what is upright.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__("Tips about their mean")
+        self._up = int(np.argmax(np.abs(upright(rig))))
+        self._raised = float(upright(rig)[self._up])
+        self._off_um: Points3 = np.empty((0, 3))
+        self._limit_um = float("nan")
+
+    def show_tips(self, cone: ConeProgress) -> None:
+        """Show how far the tips of all attitudes are from their mean."""
+        self.show_off(cone.off_world, cone.largest_limit_mm)
+
+    def show_off(self, off_world: Points3, limit_mm: float) -> None:
+        """Show differences (n, 3), mm, in a circle of what is allowed; NaN draws none."""
+        self._off_um, self._limit_um = 1e3 * off_world, 1e3 * limit_mm
+        self._off_um = self._off_um[np.isfinite(self._off_um).all(axis=1)]
+        largest = float(np.linalg.norm(self._off_um, axis=1).max(initial=0.0))
+        self._say(f"largest {largest:.1f} µm" if len(self._off_um) > 1 else "none yet")
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint both views with the circle of the limit."""
+        painter = self._painter()
+        box = self._paint_head(painter)
+        across = [axis for axis in range(3) if axis != self._up]
+        half = QRectF(box.left(), box.top(), 0.5 * box.width() - 4.0, box.height())
+        other = half.translated(0.5 * box.width() + 4.0, 0.0)
+        largest = float(np.linalg.norm(self._off_um, axis=1).max(initial=0.0))
+        limit = self._limit_um if np.isfinite(self._limit_um) else 0.0
+        reach = 1.15 * max(limit, largest, 1.0)
+        for part, axes, sign in (
+            (half, (across[0], self._up), self._raised),
+            (other, (across[0], across[1]), 1.0),
+        ):
+            self._paint_side(painter, part, axes, sign, reach)
+
+    def _paint_side(
+        self, painter: QPainter, part: QRectF, axes: tuple[int, int], sign: float, reach: float
+    ) -> None:
+        theme = self._theme
+        radius = 0.5 * min(part.width(), part.height() - 20.0) - 2.0
+        centre = QPointF(part.center().x(), part.top() + radius + 2.0)
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        side = QRectF(centre.x() - radius, centre.y() - radius, 2.0 * radius, 2.0 * radius)
+        painter.drawRect(side)
+        painter.drawLine(QPointF(side.left(), centre.y()), QPointF(side.right(), centre.y()))
+        painter.drawLine(QPointF(centre.x(), side.top()), QPointF(centre.x(), side.bottom()))
+        if np.isfinite(self._limit_um):
+            allowed = radius * self._limit_um / reach
+            painter.setPen(QPen(QColor(theme.warn), 1.5, Qt.PenStyle.DashLine))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawEllipse(centre, allowed, allowed)
+        painter.setPen(QPen(QColor(theme.panel), 1.0))
+        painter.setBrush(QColor(theme.accent))
+        for off in self._off_um:
+            x, y = radius * off[axes[0]] / reach, -sign * radius * off[axes[1]] / reach
+            painter.drawEllipse(centre + QPointF(x, y), 5.0, 5.0)
+        painter.setPen(QColor(theme.muted))
+        painter.setFont(digit_font(12, bold=False))
+        names = f"{'XYZ'[axes[0]]} → {'XYZ'[axes[1]]} {'↑' if sign > 0 else '↓'}  ±{reach:.0f} µm"
+        foot = QRectF(part.left(), side.bottom() + 1.0, part.width(), 18.0)
+        painter.setFont(text_font(12))
+        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, names)
+
+
+def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
+    """Return what the banner says while one observation is awaited: ``word`` until it is near."""
+    countdown, hint = view.countdown, view.base.live.hint
+    if not where:
+        return Told("COMPLETE", "Nothing is missing.", Mark.GOOD, 1.0)
+    if countdown.phase is Phase.RESTING:
+        still = f"HOLD STILL  {countdown.seconds_left:.1f}"
+        return Told(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
+    if countdown.phase is Phase.READY:
+        note = "Taken by itself." if automatic else "Press Space to take it."
+        return Told("READY", note, Mark.GOOD, 1.0)
+    if countdown.phase is Phase.TAKEN:
+        return Told("TAKEN", f"Next: {where}", Mark.GOOD, 0.0)
+    note = hint if word == where.upper() else f"{_sentence(where)} {hint}"
+    return Told(word, note, Mark.ACTIVE, 0.0)
+
+
+def _sentence(where: str) -> str:
+    return f"{where[:1].upper()}{where[1:]}."
+
+
+def _next_place(sphere: SphereProgress) -> str:
+    if sphere.next_place is not None:
+        return sphere.places[sphere.next_place].name
+    return "one more point, where the map shows it" if sphere.also_world is not None else ""
+
+
+def _next_attitude(cone: ConeProgress) -> str:
+    return "" if cone.next_attitude is None else cone.attitudes[cone.next_attitude].name
+
+
+def _sphere_map(sphere: SphereProgress) -> Mapped:
+    directions = np.array([place.direction_world for place in sphere.places]).reshape(-1, 3)
+    taken = np.array([place.point is not None for place in sphere.places], dtype=np.bool_)
+    aim: Float = np.full(3, np.nan)
+    if sphere.next_place is not None:
+        aim = directions[sphere.next_place]
+    elif sphere.also_world is not None:
+        aim = sphere.also_world
+    return Mapped(
+        middle=unit(directions.mean(axis=0)), done=directions[taken], open=directions[~taken],
+        extra=sphere.directions_world, aim=aim, spacing=_SPHERE_SPACING,
+    )  # fmt: skip
+
+
+def _cone_map(cone: ConeProgress, up: Float) -> Mapped:
+    directions = np.array([one.handle_world for one in cone.attitudes]).reshape(-1, 3)
+    taken = np.array([one.point is not None for one in cone.attitudes], dtype=np.bool_)
+    aim: Float = np.full(3, np.nan)
+    if cone.next_attitude is not None:
+        aim = directions[cone.next_attitude]
+    mean = directions.mean(axis=0)
+    return Mapped(
+        middle=unit(mean) if float(np.linalg.norm(mean)) > 0.1 else up, done=directions[taken],
+        open=directions[~taken], extra=cone.handles_world, aim=aim, spacing=_CONE_SPACING,
+    )  # fmt: skip

@@ -1,0 +1,183 @@
+"""The verdict of a verification: every error against its limit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from typing import Protocol
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
+
+from ocmm_core.calibration.guided import VerificationOutcome, VerificationView
+from ocmm_core.calibration.records import Check
+from ocmm_gui.charts import ErrorChart, group_of
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    Theme,
+    panel,
+    sentence_label,
+    session_of,
+)
+from ocmm_gui.wizards.parts import Facts, Seen, StepPage
+
+_SIDE_PX = 380
+_BACK_TO_LINES = 3
+
+
+def _count(checks: int, failed: int) -> str:
+    return f"{failed} of {checks} failed" if failed else str(checks)
+
+
+def _error(check: Check) -> str:
+    return f"{check.name} {1e3 * check.error_mm:+.1f} µm, limit {1e3 * check.limit_mm:.1f} µm"
+
+
+class RepeatsLines(Protocol):
+    """The procedure that lets a failed line be taken again."""
+
+    def repeat_line(self, line: int, now: datetime) -> None:
+        """Take a line anew."""
+        ...
+
+    def back(self, now: datetime) -> None:
+        """Return to the step before."""
+        ...
+
+
+class VerdictPage(StepPage):
+    """Passed or not, by how much, and against what rule."""
+
+    keys = ("back", "repeat", "calculate", "keep", "accept")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._outcome: VerificationOutcome | None = None
+        self._seen: Seen | None = None
+        self._word = FitText("Verdict", limit=40)
+        self._word.setFixedHeight(54)
+        self.sentence = sentence_label("What the verdict means", 17)
+        self.facts = Facts("Figures of the verdict")
+        self.warnings = sentence_label("What makes the verdict weaker", 14)
+        self.chart = ErrorChart()
+        # What speaks against a session may be longer than a small window is high.
+        told = QVBoxLayout()
+        told.setContentsMargins(0, 0, 6, 0)
+        told.addWidget(self.sentence)
+        told.addWidget(self.facts)
+        told.addWidget(self.warnings)
+        told.addStretch(1)
+        holder = QWidget()
+        holder.setLayout(told)
+        area = QScrollArea()
+        area.setAccessibleName("Figures and reasons")
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setWidget(holder)
+        right = QVBoxLayout()
+        right.addWidget(self._word)
+        right.addWidget(area, 1)
+        side = panel(right)
+        side.setFixedWidth(_SIDE_PX)
+        left = QVBoxLayout()
+        left.addWidget(self.chart)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(panel(left), 1)
+        layout.addWidget(side)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show the verdict."""
+        view = seen.view
+        if not isinstance(view, VerificationView):
+            return
+        self._seen = seen
+        if view.outcome is not None and view.outcome is not self._outcome:
+            self._outcome = view.outcome
+            record = view.outcome.record
+            self.chart.show_checks(record.checks, view.outcome.largest)
+            worst = record.checks[view.outcome.largest]
+            artefacts = ", ".join(f"{one.name} ({one.serial})" for one in record.artefacts)
+            self.facts.show_facts(
+                (
+                    ("Checks", _count(len(record.checks), len(view.outcome.failed))),
+                    ("Worst", worst.name),
+                    ("Error", f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"),
+                    ("Limit", f"± {1e3 * worst.limit_mm:.1f} µm"),
+                    *session_of(record),
+                    ("Artefacts", artefacts),
+                    ("Rule", record.rule),
+                )
+            )
+            told = [f"▲ {one.what} {one.remedy}" for one in view.outcome.warnings]
+            told += [f"First: {_error(one)}" for one in record.superseded]
+            self.warnings.setText("\n".join(told))
+        self._show_word()
+
+    def word(self) -> str:
+        """Return the large word."""
+        return self._word.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._show_word()
+
+    def _show_word(self) -> None:
+        seen, theme = self._seen, self._theme
+        if seen is None or not isinstance(seen.view, VerificationView):
+            return
+        error, outcome = seen.view.base.error, seen.view.outcome
+        if error is not None:
+            self._word.show_text("NO VERDICT", theme.bad, Mark.BAD)
+            text = f"{error.what} {error.remedy}"
+        elif outcome is None:
+            self._word.show_text("NOT CALCULATED", theme.muted, Mark.OPEN)
+            text = "Press R to calculate."
+        elif outcome.record.passed:
+            self._word.show_text("PASSED", theme.good, Mark.GOOD)
+            text = "Store the verdict: the calibration may then be used."
+        elif outcome.record.objections:
+            self._word.show_text("FAILED", theme.bad, Mark.BAD)
+            objections = outcome.record.objections
+            remedies = dict.fromkeys(one.remedy for one in objections)
+            text = "\n".join((*(one.what for one in objections), *remedies))
+        elif outcome.record.superseded:
+            self._word.show_text("FAILED", theme.bad, Mark.BAD)
+            text = "A line was repeated, and the verification failed: store it, and calibrate anew."
+        else:
+            self._word.show_text("FAILED", theme.bad, Mark.BAD)
+            text = (
+                "If one line alone failed, take it again, once; if it fails again, store the "
+                "verdict and calibrate anew. Jobs since the last good verification are then in "
+                "doubt: Recall jobs (F12), on page Calibration, shows which of their verdicts hold."
+            )
+        if text != self.sentence.text():
+            self.sentence.setText(text)
+
+
+def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[datetime], None]:
+    """Return the command that takes the line of the worst check again, from the verdict on.
+
+    The procedure refuses where that is not allowed; the sentence then says why.
+    """
+    names = [line.name for line in view.lines]
+    checks = () if view.outcome is None else view.outcome.record.checks
+    lengths = [one for one in checks if group_of(one.name) in names]
+    line = 0
+    if lengths:
+        worst = max(lengths, key=lambda one: abs(one.error_mm) / one.limit_mm)
+        line = names.index(group_of(worst.name))
+
+    def command(now: datetime) -> None:
+        procedure.repeat_line(line, now)
+        for _ in range(_BACK_TO_LINES):
+            procedure.back(now)
+
+    return command

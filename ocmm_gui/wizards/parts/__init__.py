@@ -1,0 +1,79 @@
+"""What the pages of the wizards are made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.wizards.parts._calculation import ProcessCalculation
+    from ocmm_gui.wizards.parts._facts import Facts
+    from ocmm_gui.wizards.parts._far_banner import Told
+    from ocmm_gui.wizards.parts._forms import FIELDS, TEMPERATURE, WHO, Field
+    from ocmm_gui.wizards.parts._gate import gate_words, is_unstored
+    from ocmm_gui.wizards.parts._hands_pages import HandsPage, ProbePreparePage
+    from ocmm_gui.wizards.parts._live_panel import Score
+    from ocmm_gui.wizards.parts._pages import (
+        CollectPage,
+        KnownPointsPage,
+        LinesPage,
+        PreparePage,
+        SeatsPage,
+        StepPage,
+    )
+    from ocmm_gui.wizards.parts._picture import BarPlace, bars, volume_coverage
+    from ocmm_gui.wizards.parts._probe_picture import ProbePicture
+    from ocmm_gui.wizards.parts._result_frame import ResultFrame, Said
+    from ocmm_gui.wizards.parts._shown import Calculation, Seen, ShownProcedure, Tap, Warmth
+    from ocmm_gui.wizards.parts._texts import TEXTS
+else:
+    __getattr__ = door(
+        __name__,
+        _calculation="ProcessCalculation",
+        _facts="Facts",
+        _far_banner="Told",
+        _forms="FIELDS Field TEMPERATURE WHO",
+        _gate="gate_words is_unstored",
+        _hands_pages="HandsPage ProbePreparePage",
+        _live_panel="Score",
+        _pages="CollectPage KnownPointsPage LinesPage PreparePage SeatsPage StepPage",
+        _picture="BarPlace bars volume_coverage",
+        _probe_picture="ProbePicture",
+        _result_frame="ResultFrame Said",
+        _shown="Calculation Seen ShownProcedure Tap Warmth",
+        _texts="TEXTS",
+    )
+
+__all__ = [
+    "FIELDS",
+    "TEMPERATURE",
+    "TEXTS",
+    "WHO",
+    "BarPlace",
+    "Calculation",
+    "CollectPage",
+    "Facts",
+    "Field",
+    "HandsPage",
+    "KnownPointsPage",
+    "LinesPage",
+    "PreparePage",
+    "ProbePicture",
+    "ProbePreparePage",
+    "ProcessCalculation",
+    "ResultFrame",
+    "Said",
+    "Score",
+    "SeatsPage",
+    "Seen",
+    "ShownProcedure",
+    "StepPage",
+    "Tap",
+    "Told",
+    "Warmth",
+    "bars",
+    "gate_words",
+    "is_unstored",
+    "volume_coverage",
+]

@@ -1,0 +1,99 @@
+"""Calculations of a wizard in a process of their own, so that the window never stands still.
+
+The process resumes the session from its file, calculates, and sends the result back. A dense
+solution holds the interpreter for more than a second; in a thread it would hold the window too.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+
+from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.failure import contained
+from ocmm_gui.wizards.parts._shown import ShownProcedure
+
+_LOOK_S = 0.05
+_END_S = 1.0
+
+
+class ProcessCalculation:
+    """The calculation of one procedure, again and again.
+
+    Parameters
+    ----------
+    procedure
+        Takes the result.
+    resume
+        Returns the same procedure in another process; a function of a module with arguments that
+        can be sent there.
+    """
+
+    def __init__(self, procedure: ShownProcedure, resume: Callable[[], ShownProcedure]) -> None:
+        self._procedure = procedure
+        self._resume = resume
+        self._given_up = threading.Event()
+
+    def run(self) -> None:
+        """Calculate; raise OcmmError where that fails or was given up."""
+        self._given_up.clear()
+        self._procedure.compute(self._elsewhere)
+
+    def cancel(self) -> None:
+        """Make `run` end early; any thread may call."""
+        self._given_up.set()
+
+    def _elsewhere(self) -> object:
+        context = multiprocessing.get_context("spawn")
+        receiver, sender = context.Pipe(duplex=False)
+        process = context.Process(
+            target=_calculate, args=(self._resume, sender), name="ocmm-calculation", daemon=True
+        )
+        process.start()
+        sender.close()
+        try:
+            while not receiver.poll(_LOOK_S):
+                if self._given_up.is_set():
+                    raise CalibrationError(
+                        "calculation.given_up",
+                        "The calculation was given up.",
+                        "Calculate again when you are ready.",
+                    )
+            answer: object = receiver.recv()
+        except EOFError as error:
+            raise CalibrationError(
+                "calculation.died",
+                "The calculation ended unexpectedly; the computer may be short of memory.",
+                "Close other programs and calculate again.",
+            ) from error
+        finally:
+            process.terminate()
+            process.join(_END_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+            process.close()
+            receiver.close()
+        if isinstance(answer, OcmmError):
+            raise answer
+        return answer
+
+
+def _calculate(resume: Callable[[], ShownProcedure], sender: Connection) -> None:
+    """Resume, calculate and answer; what runs in the process."""
+    answer: object
+    try:
+        procedure = resume()
+        procedure.compute()
+        outcome = procedure.view.outcome
+        if outcome is None:
+            raise CalibrationError(
+                "calculation.nothing", "The calculation gave no result.", "Calculate again."
+            )
+        answer = outcome
+    except Exception as error:
+        answer = contained(error, "The calculation")
+    sender.send(answer)
+    sender.close()

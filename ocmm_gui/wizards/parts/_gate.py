@@ -1,0 +1,32 @@
+"""The line below a page: why Next is closed, or what there is to do."""
+
+from __future__ import annotations
+
+from ocmm_core.calibration.guided import Decision, ProcedureView
+from ocmm_gui.kit import Mark
+from ocmm_gui.wizards.parts._shown import Seen
+from ocmm_gui.wizards.parts._texts import TEXTS
+
+
+def gate_words(seen: Seen, *, going_on: bool) -> tuple[str, Mark]:
+    """Return the sentence with its mark; ``going_on``: the next step is entered by itself."""
+    base = seen.view.base
+    gate = base.step.gate
+    if base.decision is not Decision.OPEN and not is_unstored(base):
+        accepted = base.decision is Decision.ACCEPTED
+        ended = TEXTS[base.kind].accepted if accepted else "Nothing was changed."
+        return f"{ended} Press Esc to leave.", Mark.GOOD
+    if base.current == len(base.steps) - 1:
+        if base.error is not None and seen.view.outcome is None:
+            return "There is no result to accept; why, and what to do, stands above.", Mark.DOUBT
+        if seen.view.outcome is None:
+            return "There is nothing to accept before the result is calculated.", Mark.DOUBT
+        return gate.remedy, Mark.ACTIVE
+    if gate.open:
+        return "Complete: going on." if going_on else "Next is open: press Return.", Mark.GOOD
+    return f"Next is closed: {gate.reason} {gate.remedy}", Mark.DOUBT
+
+
+def is_unstored(base: ProcedureView) -> bool:
+    """Return whether a result was accepted, but the program ended before it was in the store."""
+    return base.decision is Decision.ACCEPTED and not base.stored

@@ -1,0 +1,236 @@
+"""What is seen now: the score, whether it can be taken, and small pictures of the cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPaintEvent, QPen
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from ocmm_core.calibration.guided import CameraLive, Live
+from ocmm_core.camera import CameraModel, Rig
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    Painted,
+    Theme,
+    digit_font,
+    fitted,
+    text_font,
+)
+
+_BAR_PX, _HIGH_PX = 14.0, 112.0
+
+
+class Score(Painted):
+    """A large number with what it counts, and a bar that fills.
+
+    Parameters
+    ----------
+    name
+        What is counted.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, (200, 110), (120, 76))
+        self._name = name
+        self._number = ""
+        self._note = ""
+        self._share = 0.0
+
+    def show_score(self, number: str, note: str, share: float) -> None:
+        """Show a number, a few words below it, and how much of the whole it is, 0 to 1."""
+        if (number, note, share) != (self._number, self._note, self._share):
+            self._number, self._note, self._share = number, note, share
+            self.setAccessibleDescription(f"{number} {note}".strip())
+            self.update()
+
+    def number(self) -> str:
+        """Return the large number."""
+        return self._number
+
+    def note(self) -> str:
+        """Return the words below it."""
+        return self._note
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint name, number, words and bar."""
+        painter = self._painter()
+        theme, box = self._theme, QRectF(self.rect())
+        done = self._share >= 1.0
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        head = QRectF(box.left(), 0.0, box.width(), 20.0)
+        painter.setFont(fitted(text_font(15), self._name, head.width(), head.height(), 15))
+        painter.setPen(QColor(theme.muted))
+        painter.drawText(head, left, self._name)
+        bar = QRectF(0.5, box.bottom() - _BAR_PX - 1.0, box.width() - 1.0, _BAR_PX)
+        # A few words stand below the number where there is room, else beside it.
+        beside = box.height() < _HIGH_PX and bool(self._note)
+        foot = 20.0 if self._note and not beside else 0.0
+        wide = 0.42 * box.width() if beside else box.width()
+        number = QRectF(0.0, 20.0, wide, bar.top() - 23.0 - foot)
+        painter.setFont(fitted(digit_font(10), self._number, number.width(), number.height(), 72))
+        painter.setPen(QColor(theme.good if done else theme.text))
+        painter.drawText(number, left, self._number)
+        note = QRectF(0.0, bar.top() - 22.0, box.width(), 20.0)
+        if beside:
+            note = QRectF(wide + 8.0, number.top(), box.width() - wide - 8.0, number.height())
+        painter.setFont(text_font(14))
+        painter.setPen(QColor(theme.text))
+        painter.drawText(note, left | Qt.TextFlag.TextWordWrap, self._note)
+        painter.setPen(QPen(QColor(theme.border), theme.border_px))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRoundedRect(bar, 3, 3)
+        filled = QRectF(bar)
+        filled.setWidth(bar.width() * min(max(self._share, 0.0), 1.0))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.good if done else theme.accent))
+        painter.drawRoundedRect(filled, 3, 3)
+
+
+class MiniCamera(Painted):
+    """Where one camera sees its spots, on its whole sensor.
+
+    Parameters
+    ----------
+    camera
+        Whose sensor it is.
+    """
+
+    def __init__(self, camera: CameraModel) -> None:
+        super().__init__(f"Camera {camera.name}", (130, 130), (60, 46))
+        self._name = camera.name
+        self._size = (float(camera.width), float(camera.height))
+        self._live: CameraLive | None = None
+
+    def show_live(self, live: CameraLive | None) -> None:
+        """Show the latest spots."""
+        self._live = live
+        self.setAccessibleDescription(f"{0 if live is None else len(live.uv)} spots")
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the sensor, its spots and how many there are."""
+        painter = self._painter()
+        theme = self._theme
+        count = 0 if self._live is None else len(self._live.uv)
+        head = QRectF(0.0, 0.0, self.width(), 20.0)
+        text = f"{self._name}: {count}"
+        painter.setFont(fitted(text_font(14, bold=True), text, head.width(), 20.0, 14))
+        painter.setPen(QColor(theme.text if count else theme.warn))
+        painter.drawText(head, Qt.AlignmentFlag.AlignCenter, text)
+        room = QRectF(1.0, 21.0, self.width() - 2.0, self.height() - 22.0)
+        wide, high = self._size
+        scale = min(room.width() / wide, room.height() / high)
+        sensor = QRectF(0.0, room.top(), scale * wide, scale * high)
+        sensor.moveLeft(room.center().x() - 0.5 * sensor.width())
+        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRect(sensor)
+        if self._live is None:
+            return
+        for (u, v), led in zip(self._live.uv.tolist(), self._live.labels.tolist(), strict=True):
+            place = QPointF(sensor.left() + scale * u, sensor.top() + scale * v)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.accent if led >= 0 else theme.text))
+            painter.drawEllipse(place, 3.5, 3.5)
+
+
+class CameraRow(QWidget):
+    """All cameras side by side.
+
+    Parameters
+    ----------
+    rig
+        Whose cameras they are.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setAccessibleName("What the cameras see")
+        self.cameras = tuple(MiniCamera(camera) for camera in rig.cameras)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(8)
+        for camera in self.cameras:
+            row.addWidget(camera, 1)
+
+    def show_cameras(self, seen: Sequence[CameraLive]) -> None:
+        """Show what each camera sees; empty before the first frame."""
+        views: Sequence[CameraLive | None] = seen or (None,) * len(self.cameras)
+        for camera, of_camera in zip(self.cameras, views, strict=True):
+            camera.show_live(of_camera)
+
+
+class LivePanel(QFrame):
+    """Whether what is seen can be taken, in a word and a sentence, with the cameras below.
+
+    Parameters
+    ----------
+    rig
+        Whose cameras they are.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self._theme = THEMES[DEFAULT_THEME]
+        self._live = Live()
+        self._automatic = False
+        self._word = FitText("Seen now", limit=30)
+        self._word.setFixedHeight(40)
+        self._hint = QLabel()
+        self._hint.setAccessibleName("What to do now")
+        self._hint.setTextFormat(Qt.TextFormat.PlainText)
+        self._hint.setWordWrap(True)
+        self._hint.setFont(text_font(17))
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self._hint.setMinimumHeight(46)
+        self._row = CameraRow(rig)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(12, 6, 12, 8)
+        layout.setSpacing(4)
+        layout.addWidget(self._word)
+        layout.addWidget(self._hint)
+        layout.addWidget(self._row, 1)
+
+    def show_live(self, live: Live, *, automatic: bool) -> None:
+        """Show what is seen now."""
+        self._live, self._automatic = live, automatic
+        self._show_word()
+        self._row.show_cameras(live.cameras)
+
+    @property
+    def cameras(self) -> tuple[MiniCamera, ...]:
+        """Return the pictures of the cameras."""
+        return self._row.cameras
+
+    def word(self) -> str:
+        """Return the large word."""
+        return self._word.text()
+
+    def hint(self) -> str:
+        """Return the sentence."""
+        return self._hint.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._show_word()
+
+    def _show_word(self) -> None:
+        live, theme = self._live, self._theme
+        if live.ready:
+            self._word.show_text("READY", theme.good, Mark.GOOD)
+            text = "Taken by itself." if self._automatic else "Press Space to take it."
+        else:
+            self._word.show_text("WAIT", theme.warn, Mark.DOUBT)
+            text = live.hint
+            if live.frames < live.wanted and np.isfinite(live.motion_px):
+                text = f"{text} {live.frames} of {live.wanted} frames."
+        if text != self._hint.text():
+            self._hint.setText(text)

@@ -1,0 +1,270 @@
+"""The pages of steps in which observations are prepared and collected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from typing import Protocol
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+
+from ocmm_core.calibration.guided import (
+    KnownPoint,
+    KnownPointsView,
+    ProcedureView,
+    RelocationView,
+    VerificationView,
+)
+from ocmm_core.camera import Rig
+from ocmm_gui.kit import panel, sentence_label, text_font
+from ocmm_gui.wizards.parts._facts import Facts
+from ocmm_gui.wizards.parts._live_panel import LivePanel, Score
+from ocmm_gui.wizards.parts._picture import ScenePicture, bar_places, bars, reference_points, seats
+from ocmm_gui.wizards.parts._shown import Seen
+
+_SIDE_PX = 360
+Command = Callable[[datetime], None]
+
+
+class StepPage(QWidget):
+    """One step of a procedure."""
+
+    commanded = Signal(object)
+    """Emits a `Command` for the procedure that only this page has."""
+    sounded = Signal(object)
+    """Emits a `Sound` that is to be heard."""
+
+    keys: tuple[str, ...] = ("back", "next")
+    """Of the actions that belong to it, in `keys.WIZARD_ACTIONS`."""
+    hands_are_full = False
+    """What is ready is taken without a key from the beginning."""
+    goes_on_by_itself = False
+    """The next step is entered a moment after it was opened."""
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show the snapshot."""
+        raise NotImplementedError
+
+    def show_plot(self, number: int) -> None:
+        """Show one of several plots; a page without any does nothing."""
+
+    def must_say_why(self) -> str:
+        """Return what is to be explained before the result is accepted; empty where nothing is."""
+        return ""
+
+
+class PreparePage(StepPage):
+    """What is fixed for the whole session, beside a picture of what will be done.
+
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__()
+        self.picture = ScenePicture("The volume before the cameras", rig)
+        self.facts = Facts("The session")
+        column = QVBoxLayout()
+        self.notes = sentence_label("What could not be planned as advised", 14)
+        column.addWidget(self.facts)
+        column.addWidget(self.notes)
+        column.addStretch(1)
+        layout = _beside(self, self.picture)
+        side = panel(column)
+        side.setFixedWidth(_SIDE_PX)
+        layout.addWidget(side)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show who does what with what."""
+        view = seen.view
+        self.facts.show_facts(session_facts(view.base))
+        if isinstance(view, KnownPointsView):
+            contents = reference_points(view.points, None)
+            self.picture.show_contents(contents, f"{len(view.points)} reference points")
+        elif isinstance(view, VerificationView):
+            places = bar_places(view.lines)
+            self.picture.show_contents(bars(places, None), f"{len(places)} measuring lines")
+            self.notes.setText("\n".join(f"▲ {note}" for note in view.notes))
+
+
+class CollectPage(StepPage):
+    """A picture of where to go on the left; score and what is seen on the right.
+
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    counted
+        What the score counts.
+    """
+
+    keys: tuple[str, ...] = ("back", "drop", "automatic", "take", "next")
+
+    def __init__(self, rig: Rig, counted: str) -> None:
+        super().__init__()
+        self.picture = ScenePicture("Where to go", rig)
+        self.score = Score(counted)
+        self.live = LivePanel(rig)
+        self.beside = _beside(self, self.picture)
+        self.side = QVBoxLayout()
+        self.side.setSpacing(8)
+        self.scores = QVBoxLayout()
+        self.scores.addWidget(self.score)
+        self.side.addWidget(panel(self.scores), 2)
+        self.side.addWidget(self.live, 4)
+        holder = QWidget()
+        self.side.setContentsMargins(0, 0, 0, 0)
+        holder.setLayout(self.side)
+        holder.setFixedWidth(_SIDE_PX)
+        self.beside.addWidget(holder)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show score and cameras."""
+        step = seen.view.base.step
+        share = step.done / step.wanted if step.wanted else 0.0
+        left = step.wanted - step.done
+        note = f"{left} more" if left > 0 else "complete"
+        self.score.show_score(f"{step.done} / {step.wanted}", note, share)
+        self.live.show_live(seen.view.base.live, automatic=seen.automatic)
+
+
+class AimsAtPoints(Protocol):
+    """The procedure whose next point can be chosen."""
+
+    def aim(self, point: str | None) -> None:
+        """Say which point is taken next."""
+        ...
+
+
+class KnownPointsPage(CollectPage):
+    """The list of reference points, the next one in the picture.
+
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    procedure
+        Takes the choice of the next point.
+    """
+
+    keys = ("back", "drop", "skip", "automatic", "take", "next")
+
+    def __init__(self, rig: Rig, procedure: AimsAtPoints) -> None:
+        super().__init__(rig, "Points taken")
+        self._procedure = procedure
+        self._points: tuple[KnownPoint, ...] = ()
+        self._aim: int | None = -1
+        self.list = QListWidget()
+        self.list.setAccessibleName("Reference points")
+        self.list.setAccessibleDescription("Choose the point that is taken next")
+        self.list.setFont(text_font(15))
+        self.list.setFixedWidth(150)
+        self.list.setUniformItemSizes(True)
+        self.list.currentRowChanged.connect(self._choose)
+        self.beside.insertWidget(0, self.list)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show list, picture, score and cameras."""
+        super().show_seen(seen)
+        view = seen.view
+        if not isinstance(view, KnownPointsView):
+            return
+        if _states(view.points) == _states(self._points) and view.next_point == self._aim:
+            return
+        self._points, self._aim = view.points, view.next_point
+        self._fill()
+        where = "none" if self._aim is None else view.points[self._aim].name
+        self.picture.show_contents(reference_points(view.points, self._aim), f"Next: {where}")
+
+    def _fill(self) -> None:
+        self.list.blockSignals(True)
+        if self.list.count() != len(self._points):
+            self.list.clear()
+            for _ in self._points:
+                QListWidgetItem(self.list)
+        for row, point in enumerate(self._points):
+            mark = "  " if point.views is None else "✓ " if point.views else "– "
+            self.list.item(row).setText(f"{mark}{point.name}")
+        if self._aim is not None:
+            self.list.setCurrentRow(self._aim)
+            self.list.scrollToItem(self.list.item(self._aim))
+        self.list.blockSignals(False)
+
+    def _choose(self, row: int) -> None:
+        if 0 <= row < len(self._points) and row != self._aim:
+            name = self._points[row].name
+            self.commanded.emit(lambda _now: self._procedure.aim(name))
+
+
+class LinesPage(CollectPage):
+    """The bar along its lines, the current one with the nest that is next."""
+
+    keys = ("back", "drop", "repeat", "automatic", "take", "next")
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, "Nests taken")
+        self._shown: object = None
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show lines, score and cameras."""
+        super().show_seen(seen)
+        view = seen.view
+        if isinstance(view, VerificationView):
+            state = (view.current_line, tuple(line.taken for line in view.lines))
+            if state != self._shown:
+                self._shown = state
+                current = view.current_line
+                where = "all lines are taken" if current is None else view.lines[current].name
+                self.picture.show_contents(bars(bar_places(view.lines), current), where)
+
+
+class SeatsPage(CollectPage):
+    """The two seats that are visited first and last, the next one in the picture."""
+
+    def __init__(self, rig: Rig, *, again: bool) -> None:
+        super().__init__(rig, "Seats visited")
+        self._again = again
+        self._shown: object = None
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show seats, score and cameras."""
+        super().show_seen(seen)
+        view = seen.view
+        if not isinstance(view, VerificationView | RelocationView):
+            return
+        state = (view.next_seat, len(view.seats_world))
+        if state != self._shown:
+            self._shown = state
+            number = view.next_seat
+            where = "both seats were visited" if number is None else f"seat {number + 1}"
+            known = view.seats_world
+            self.picture.show_contents(seats(known, number if self._again else None), where)
+
+
+def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
+    """Return what is fixed for a session."""
+    begun = datetime.fromisoformat(base.begun_utc).astimezone()
+    # Where the name of the file may be broken.
+    file = base.session.name.replace("-", "-\u200b").replace("T", "T\u200b")
+    return [
+        ("Rig", base.rig),
+        ("Done by", base.who),
+        ("Begun", f"{begun:%Y-%m-%d %H:%M}"),
+        *((step.title, f"{step.wanted} wanted") for step in base.steps if step.wanted),
+        ("Session file", file),
+    ]
+
+
+def _states(points: Sequence[KnownPoint]) -> tuple[tuple[str, int | None], ...]:
+    return tuple((point.name, point.views) for point in points)
+
+
+def _beside(page: QWidget, first: QWidget) -> QHBoxLayout:
+    layout = QHBoxLayout(page)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(8)
+    layout.addWidget(first, 1)
+    return layout

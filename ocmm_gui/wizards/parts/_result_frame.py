@@ -1,0 +1,212 @@
+"""What result pages have in common: plots on the left, a word and figures on the right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.calibration.records import Finding
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    Theme,
+    mark_colour,
+    panel,
+    sentence_label,
+    text_font,
+)
+from ocmm_gui.wizards.parts._facts import Facts
+from ocmm_gui.wizards.parts._pages import StepPage
+from ocmm_gui.wizards.parts._shown import Seen
+
+_SIDE_PX = 360
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a result says in large letters, and what that means."""
+
+    word: str
+    mark: Mark
+    sentence: str
+
+
+class PlotTabs(QWidget):
+    """Several plots, one of which is shown; chosen with buttons or the keys 1 to 4.
+
+    Parameters
+    ----------
+    plots
+        Titles with what they show.
+    """
+
+    def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
+        super().__init__()
+        self.setAccessibleName("Plots")
+        self.titles = tuple(title for title, _ in plots)
+        self._stack = QStackedWidget()
+        self._buttons = QButtonGroup(self)
+        tabs = QHBoxLayout()
+        tabs.setSpacing(6)
+        for number, (title, view) in enumerate(plots, start=1):
+            button = QPushButton(f"{title}  [{number}]")
+            button.setAccessibleName(title)
+            button.setFont(text_font(14, bold=True))
+            button.setProperty("role", "tool")
+            button.setMinimumHeight(40)
+            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            self._buttons.addButton(button, number - 1)
+            tabs.addWidget(button, 1)
+            self._stack.addWidget(view)
+            if len(plots) == 1:
+                button.hide()
+        self._buttons.idClicked.connect(self.show_plot)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addLayout(tabs)
+        layout.addWidget(self._stack, 1)
+        self.show_plot(0)
+
+    def show_plot(self, number: int) -> None:
+        """Show one of the plots; a number without a plot does nothing."""
+        button = self._buttons.button(number)
+        if button is not None:
+            self._stack.setCurrentIndex(number)
+            button.setChecked(True)
+
+    def plot(self) -> str:
+        """Return the title of the plot that is shown."""
+        return self.titles[self._stack.currentIndex()]
+
+
+class ResultFrame(StepPage):
+    """Plots on the left, chosen with the keys 1 to 4; the verdict in words on the right.
+
+    Parameters
+    ----------
+    plots
+        Titles with what they show.
+    """
+
+    keys: tuple[str, ...] = (
+        "back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4",
+    )  # fmt: skip
+
+    def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._shown: object | None = None
+        self._seen: Seen | None = None
+        self.tabs = PlotTabs(plots)
+        self._word = FitText("Result", limit=40)
+        self._word.setFixedHeight(50)
+        self.sentence = sentence_label("What the calculation says", 18)
+        self.facts = Facts("Figures of the result")
+        self.warnings = sentence_label("What speaks against it", 16)
+        left = QVBoxLayout()
+        left.addWidget(self.tabs, 1)
+        self._plots = panel(left)
+        right = QVBoxLayout()
+        right.setSpacing(12)
+        for widget in (self._word, self.sentence, self.facts, self.warnings):
+            right.addWidget(widget)
+        right.addStretch(1)
+        side = panel(right)
+        side.setFixedWidth(_SIDE_PX)
+        self._waiting = QLabel("")
+        self._waiting.setAccessibleName("No plots yet")
+        self._waiting.setProperty("role", "muted")
+        self._waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._waiting.setFont(text_font(20))
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self._plots, 1)
+        layout.addWidget(self._waiting, 1)
+        layout.addWidget(side)
+        self._show(None)
+
+    def judge(self, outcome: object) -> Said:
+        """Return what a result says."""
+        raise NotImplementedError
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        """Show a result in the plots; return its figures and what speaks against it."""
+        raise NotImplementedError
+
+    def show_plot(self, number: int) -> None:
+        """Show one of the plots."""
+        self.tabs.show_plot(number)
+
+    def plot(self) -> str:
+        """Return which plot is shown."""
+        return self.tabs.plot()
+
+    def word(self) -> str:
+        """Return the large word."""
+        return self._word.text()
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show the result, or how far it is."""
+        self._seen = seen
+        if seen.view.outcome is not self._shown:
+            self._show(seen.view.outcome)
+        self._show_word()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._show_word()
+
+    def _show_word(self) -> None:
+        seen = self._seen
+        if seen is None:
+            return
+        said = self._said(seen)
+        self._word.show_text(said.word, mark_colour(self._theme, said.mark), said.mark)
+        if said.sentence != self.sentence.text():
+            self.sentence.setText(said.sentence)
+        waiting = "Calculating …" if seen.calculating_s is not None else "No result to show"
+        self._waiting.setText(waiting)
+
+    def _said(self, seen: Seen) -> Said:
+        error = seen.view.base.error
+        if seen.calculating_s is not None:
+            return Said(
+                f"CALCULATING  {seen.calculating_s:.0f} s",
+                Mark.ACTIVE,
+                "The window and the session stay as they are; C gives the calculation up.",
+            )
+        if error is not None:
+            return Said("NO RESULT", Mark.BAD, f"{error.what} {error.remedy}")
+        if self._shown is None:
+            return Said("NOT CALCULATED", Mark.OPEN, "Press R to calculate.")
+        return self.judge(self._shown)
+
+    def _show(self, outcome: object | None) -> None:
+        self._shown = outcome
+        self._plots.setVisible(outcome is not None)
+        self._waiting.setVisible(outcome is None)
+        facts: Sequence[tuple[str, str]] = ()
+        findings: Sequence[Finding] = ()
+        if outcome is not None:
+            facts, findings = self.fill(outcome)
+        self.facts.show_facts(facts)
+        self.warnings.setText("\n".join(f"▲ {one.what} {one.remedy}" for one in findings))
