@@ -10,9 +10,9 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.fieldbus.report import Histogram, within_us
-from ocmm_gui.kit import Painted, digit_font, fitted, text_font
+from ocmm_gui.charts._plot import SMALL_HEAD, SMALL_HEAD_PX, Plot
+from ocmm_gui.kit import digit_font
 
-_HEAD_PX = 18.0
 _FOOT_PX = 16.0
 _SCALE_PX = 50.0
 """Left of a trend: the ends of its scale."""
@@ -23,8 +23,8 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
-class Chart(Painted):
-    """A title at the left, a word at the right, and a plot below.
+class Chart(Plot):
+    """One of several small plots side by side.
 
     Parameters
     ----------
@@ -33,31 +33,7 @@ class Chart(Painted):
     """
 
     def __init__(self, title: str) -> None:
-        super().__init__(title, (210, 110), (120, 44))
-        self._title = title
-        self._word = ""
-
-    def word(self) -> str:
-        """Return what stands at the right of the title."""
-        return self._word
-
-    def _show_word(self, word: str) -> None:
-        self._word = word
-        self.setAccessibleDescription(word)
-
-    def _paint_head(self, painter: QPainter, *, lines: int = 1) -> None:
-        """Paint the title, and the word at its right or, on two lines, below it."""
-        head = QRectF(0.0, 0.0, self.width(), _HEAD_PX)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.muted))
-        painter.drawText(head, _LEFT, self._title)
-        room = head.width()
-        if lines == 1:
-            room -= painter.fontMetrics().horizontalAdvance(self._title) + 10.0
-        word = QRectF(head.right() - room, (lines - 1) * _HEAD_PX, room, _HEAD_PX)
-        painter.setFont(fitted(text_font(13, bold=True), self._word, room, _HEAD_PX, 13))
-        painter.setPen(QColor(self._theme.text))
-        painter.drawText(word, _RIGHT if lines == 1 else _LEFT, self._word)
+        super().__init__(title, SMALL_HEAD, (210, 110), (120, 44))
 
 
 class HistogramChart(Chart):
@@ -76,8 +52,7 @@ class HistogramChart(Chart):
         edge = within_us(histogram, 0.999)
         inside = f"99.9 % ≤ {edge:g}," if edge is not None else ""
         worst = f"worst {histogram.worst_us:.0f}" if sum(histogram.counts) else "no values"
-        self._show_word(f"{inside} {worst}".strip())
-        self.update()
+        self._say(f"{inside} {worst}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint a bar for each class with its count above and its upper edge below."""
@@ -90,7 +65,7 @@ class HistogramChart(Chart):
         pitch = self.width() / count
         floor = self.height() - _FOOT_PX
         # Room for the count on the highest bar.
-        high = max(floor - 3.0 * _HEAD_PX, 1.0)
+        high = max(floor - 3.0 * SMALL_HEAD_PX, 1.0)
         painter.setFont(digit_font(11, bold=False))
         decades = 1.0 + log10(max(*histogram.counts, 1))
         for index, value in enumerate(histogram.counts):
@@ -164,15 +139,14 @@ class RecentChart(Chart):
             if curve.values and curve.values[-1] is not None
         ]
         _, name, value = max(latest, default=(0.0, "", "–"))
-        self._show_word(f"{name} {value}".strip())
-        self.update()
+        self._say(f"{name} {value}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the scale and the curves."""
         painter = self._painter()
         self._paint_head(painter)
         known = [v for curve in self._curves for v in curve.values if v is not None]
-        top = _HEAD_PX + 2.0
+        top = SMALL_HEAD_PX + 2.0
         box = QRectF(_SCALE_PX, top, self.width() - _SCALE_PX - 1.0, self.height() - top - 2.0)
         if not known or box.height() < 12.0:
             return
