@@ -14,6 +14,7 @@ import numpy as np
 
 from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.probe_records import TipRecord
+from ocmm_core.calibration.serials import rests_on
 from ocmm_core.calibration.touches import Touch
 from ocmm_core.camera.rig import Rig
 from ocmm_core.geometry import Float, Points3
@@ -96,7 +97,7 @@ def sigma_of_difference(
     else:
         variance += _variance(errors.by_cameras, rig.parameter_covariance)
         variance += _variance(by_cameras, rig.parameter_covariance)
-    if sphere.artefact.use.serial not in {one.serial for one in qualification.artefacts}:
+    if not rests_on(qualification.artefacts, sphere.artefact.use.serial):
         rest = qualification.diameter_sigma_mm**2 - before.sigma(rig, body) ** 2
         variance += max(rest, 0.0)
     return float(np.sqrt(variance))

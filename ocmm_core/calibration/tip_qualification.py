@@ -9,6 +9,7 @@ from ocmm_core.calibration.artefacts import Sphere
 from ocmm_core.calibration.articulation import Articulation
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.records import CameraRecord, Check, VerificationRecord
+from ocmm_core.calibration.serials import rests_on
 from ocmm_core.calibration.tip_fit import BallFit
 
 
@@ -100,7 +101,7 @@ def sphere_warnings(
     """
     use = sphere.artefact.use
     found = []
-    if calibration is not None and use.serial in {one.serial for one in calibration.artefacts}:
+    if calibration is not None and rests_on(calibration.artefacts, use.serial):
         found.append(
             Finding(
                 "tip.sphere_of_cameras",
@@ -110,7 +111,7 @@ def sphere_warnings(
                 refuses=False,
             )
         )
-    if any(use.serial in {used.serial for used in one.artefacts} for one in verifications):
+    if any(rests_on(one.artefacts, use.serial) for one in verifications):
         found.append(
             Finding(
                 "tip.sphere_of_verification",

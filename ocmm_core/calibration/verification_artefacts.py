@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from ocmm_core.calibration.guards import Finding
 from ocmm_core.calibration.records import ArtefactUse, CameraRecord
+from ocmm_core.calibration.serials import same_serial
 
 
 def judge_independence(
@@ -32,12 +33,6 @@ def judge_independence(
 
 
 def _is_same(one: ArtefactUse, other: ArtefactUse) -> bool:
-    serial = _bare(one.serial)
-    if serial and serial == _bare(other.serial):
+    if same_serial(one.serial, other.serial):
         return True
     return bool(one.certificate_sha256) and one.certificate_sha256 == other.certificate_sha256
-
-
-def _bare(serial: str) -> str:
-    """Return a serial number as two people would write it alike."""
-    return "".join(letter for letter in serial.casefold() if letter.isalnum())
