@@ -35,9 +35,10 @@ from ocmm_core.cli.calibrate_scenes import VirtualSite, scenes_of_verification
 from ocmm_core.cli.options import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.cli.tip_scenes import scene_of_tip
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibrating import CalibratingRig, Scene, Wave
+from ocmm_core.simulation.calibrating import CalibratingRig, Scene, TouchSeats, Wave
 from ocmm_core.simulation.pivot_scenes import SweepProbe
 from ocmm_core.simulation.tip_scenes import TipFault
+from ocmm_core.simulation.verifying import SEATS
 from ocmm_core.tracking.body import load_probe
 from ocmm_gui.app import make_application
 from ocmm_gui.theme import THEMES, apply_theme
@@ -48,6 +49,9 @@ from ocmm_gui.wizards.wizard import Wizard
 SIZE = (1280, 720)
 SEED = 5
 PATIENCE_S = 60.0
+CONE = (0.0, 0.0, -150.0)
+"""Where the first sweep is made, mm, world."""
+
 _BLOCK = 40
 
 
@@ -70,6 +74,14 @@ class Stage:
     def virtual(self, *scenes: Scene) -> CalibratingRig:
         """Return the virtual rig with scenes."""
         return CalibratingRig(self.rig, self.body, scenes, SEED)
+
+    def show(self, runner: Runner, *scenes: Scene) -> None:
+        """Show scenes to a procedure that takes by itself what is ready."""
+        virtual = self.virtual(*scenes)
+        for first in range(0, virtual.n_frames - _BLOCK, _BLOCK):
+            if self.watcher is not None:
+                self.watcher(virtual.frames(first, _BLOCK))
+            self.wait(lambda: not runner.driver.procedure.base.live.ready)
 
     def wait(self, condition: Callable[[], bool]) -> None:
         """Let the wizard go on until something is so."""
@@ -135,12 +147,16 @@ def _relocation(stage: Stage) -> None:
     runner = stage.wizard.runner
     assert runner is not None  # noqa: S101 - the proposals of the start page suffice
     runner.driver.advance()
+    stage.wait(partial(_is_shown, runner, "seats"))
+    runner.driver.set_automatic(True)
     stage.wait(lambda: runner.driver.now.automatic)
-    virtual = stage.virtual(Wave(ways=12, seed=2))
-    for first in range(0, virtual.n_frames - _BLOCK, _BLOCK):
-        if stage.watcher is not None:
-            stage.watcher(virtual.frames(first, _BLOCK))
-        stage.wait(lambda: not runner.driver.procedure.base.live.ready)
+    low, high = stage.rig.volume_world
+    (x0, y0, z0), (x1, y1, z1) = (low + SEATS * (high - low)).tolist()
+    stage.show(runner, TouchSeats(tips=((x0, y0, z0), (x1, y1, z1)), seed=1))
+    runner.driver.advance()
+    # Both hands are full when the probe is waved: what is ready is taken by itself.
+    stage.wait(lambda: _is_shown(runner, "wave") and runner.driver.now.automatic)
+    stage.show(runner, Wave(ways=12, seed=2))
     stage.take_picture("wave", "dark")
     stage.wizard.leave()
 
@@ -182,14 +198,14 @@ def _sweeps(stage: Stage) -> None:
     runner = _begin(stage, Kind.PIVOT)
     reach = (30.0, 30.0, 14.0)
     virtual = stage.virtual(
-        SweepProbe(cone=(0.0, 0.0, -150.0), seconds=16.0, seed=1, reach_deg=reach),
+        SweepProbe(cone=CONE, seconds=16.0, seed=1, reach_deg=reach),
         SweepProbe(cone=(70.0, 10.0, -130.0), seconds=16.0, seed=2, reach_deg=reach),
     )
     pictured = False
     # A look of eight frames in twenty milliseconds is what the procedure takes at most.
     for first in range(0, virtual.n_frames, 160):
         base = runner.driver.procedure.base
-        if base.step.name == "result":
+        if base.step.name == "again":
             break
         if stage.watcher is not None:
             stage.watcher(virtual.frames(first, 8))
@@ -201,11 +217,17 @@ def _sweeps(stage: Stage) -> None:
         if base.step.gate.open:
             runner.driver.advance()
             stage.wait(partial(_is_left, runner, base.step.name))
+    stage.wait(partial(_is_shown, runner, "again"))
+    stage.show(runner, SweepProbe(cone=CONE, seconds=1.0, seed=3, reach_deg=(0.0, 0.0, 0.0)))
     stage.wait(lambda: runner.driver.now.view.outcome is not None)
     stage.take_picture("paths", "light")
     runner.driver.accept("first")
     stage.wait(lambda: runner.driver.procedure.base.stored)
     stage.wizard.leave()
+
+
+def _is_shown(runner: Runner, step: str) -> bool:
+    return runner.driver.now.view.base.step.name == step and runner.page() is runner.pages[step]
 
 
 def _is_left(runner: Runner, step: str) -> bool:
