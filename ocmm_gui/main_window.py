@@ -32,13 +32,13 @@ from ocmm_gui.operator.far_view import FarView
 from ocmm_gui.operator.simulated_band import SimulatedBand
 from ocmm_gui.operator.tip_line import TipLine
 from ocmm_gui.operator.trust_bar import Place, TrustBar
-from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.output import Output
 from ocmm_gui.point_choice import PointChoice
 from ocmm_gui.sheets import Sheets
 from ocmm_gui.sound import Sound, SoundPlayer
 from ocmm_gui.theme import THEMES, apply_theme
 from ocmm_gui.words import reference_words
+from ocmm_gui.work_line import WorkLine
 
 _PART = "The window"
 _IN_WIZARDS = ("theme", "log")

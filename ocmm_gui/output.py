@@ -13,9 +13,9 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.notify import NoticeCentre
 from ocmm_gui.operator.answer_panel import AnswerPanel
 from ocmm_gui.operator.path_panel import PathPanel
-from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.report_writer import ReportWriter, Written
+from ocmm_gui.work_line import WorkLine
 
 _FORMATS = ("polyworks",)
 

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QProgressBar
-
 from ocmm_core.errors import InputError
 from ocmm_core.export.files import write_together
 from ocmm_core.inspection.recall import Places, decide, recall
@@ -28,7 +25,7 @@ from ocmm_core.inspection.recall_words import (
 )
 from ocmm_gui.actions import ActionInfo
 from ocmm_gui.maintain.parts import Table, sentence_label
-from ocmm_gui.maintain.side_process import SideProcess, Teller
+from ocmm_gui.maintain.side_process import SideProcess, Teller, Work
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import Mark, mark_colour
 from ocmm_gui.operator.path_panel import PathPanel
@@ -36,6 +33,7 @@ from ocmm_gui.reports.drawing import drawing
 from ocmm_gui.reports.recall import pdf_bytes
 from ocmm_gui.sheet import Sheet
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme
+from ocmm_gui.work_line import WorkLine
 
 _KEYS = (
     ActionInfo("folder", "Recall a folder", "Recalculate the jobs in doubt of a folder", ("F7",)),
@@ -110,9 +108,7 @@ class RecallTable(Table):
     def show_record(self, record: RecallRecord) -> None:
         """Show what a recall found."""
         self._record = record
-        rows = [
-            (job, one) for job in worst_first(record.jobs) for one in job.characteristics
-        ]
+        rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
         self._lines = [f"{job_line(job)} {rests_on(job)}" for job, _ in rows]
         self.setRowCount(len(rows))
         for at, (job, one) in enumerate(rows):
@@ -170,27 +166,18 @@ class RecallSheet(Sheet):
         self.table = RecallTable()
         self.about_job = sentence_label("What the chosen verdict rests on", 14)
         self.about_job.setProperty("role", "muted")
-        self._progress = QProgressBar()
-        self._progress.setAccessibleName("Recalculating the jobs")
-        self._progress.setRange(0, 100)
-        self._progress.hide()
-        self._step = QLabel()
-        self._step.setTextFormat(Qt.TextFormat.PlainText)
-        self._step.hide()
+        self.working = WorkLine("Recalculating the jobs")
         self._work = SideProcess(self)
-        for widget in (self.file, self.pages, self._step, self._progress, self._headline,
-                       self.totals):  # fmt: skip
+        for widget in (self.file, self.pages, self.working, self._headline, self.totals):
             self.body.addWidget(widget)
         self.body.addWidget(self.table, 1)
         self.body.addWidget(self.about_job)
-        self._work.advanced.connect(self._advance)
+        self._work.advanced.connect(self.working.advance)
         self._work.finished.connect(self._show)
         self._work.failed.connect(self._fail)
         self.file.given.connect(self.read)
         self.pages.given.connect(self.write)
-        self.table.itemSelectionChanged.connect(
-            lambda: self.about_job.setText(self.table.line())
-        )
+        self.table.itemSelectionChanged.connect(lambda: self.about_job.setText(self.table.line()))
         self.use_keys(
             {
                 "folder": lambda: self.file.ask(self._folder()),
@@ -211,15 +198,14 @@ class RecallSheet(Sheet):
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder; the window stays free."""
         self._asked = Places((folder,), self._calibrations(), self._probes())
-        self._work.start(_Recalling(self._asked))
-        self._advance("Starting", 0.0)
-        self.say(f"Looks through the jobs of {folder}. Job files are not written to. F9 stops.")
+        self._begin("Starting", _Recalling(self._asked))
+        self.say(f"Looks through the jobs of {folder}. Job files are not written to.")
         self.table.setFocus()
 
     def stop(self) -> None:
         """Give up recalculating; what was shown stays."""
         if self._work.is_running() and self._work.give_up():
-            self._end()
+            self.working.end()
             self.say("Stopped; nothing was changed.")
 
     def release(self) -> None:
@@ -227,8 +213,8 @@ class RecallSheet(Sheet):
         record, places = self._shown()
         if record is None or places is None:
             return
-        self._work.start(_Deciding(record, places, self._who()))
-        self._advance("Storing the recall", 0.5)
+        self._asked = places
+        self._begin("Storing the recall", _Deciding(record, places, self._who()))
 
     def ask_for_pages(self) -> None:
         """Ask where the pages go."""
@@ -240,8 +226,7 @@ class RecallSheet(Sheet):
         """Write the recall as pages."""
         record, _ = self._shown()
         if record is not None:
-            self._work.start(_Writing(record, path))
-            self._advance("Drawing the pages", 0.1)
+            self._begin("Drawing the pages", _Writing(record, path))
 
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
@@ -283,23 +268,17 @@ class RecallSheet(Sheet):
             return None, None
         return self._record, self._places
 
-    def _advance(self, what: str, share: float) -> None:
-        self._step.setText(what)
-        self._step.show()
-        self._progress.setValue(round(100.0 * share))
-        self._progress.show()
-
-    def _end(self) -> None:
-        self._step.hide()
-        self._progress.hide()
+    def _begin(self, what: str, work: Work) -> None:
+        self._work.start(work)
+        self.working.begin(what, "F9 stops.")
 
     def _fail(self, error: object) -> None:
-        self._end()
+        self.working.end()
         self.say("It could not be done; what was shown stays.")
         self.failed.emit(error)
 
     def _show(self, answer: object) -> None:
-        self._end()
+        self.working.end()
         if isinstance(answer, Path):
             self.pages.hide()
             self.told.emit(f"The recall is in {answer}.")

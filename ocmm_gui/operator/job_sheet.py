@@ -18,9 +18,9 @@ from ocmm_gui.actions import ActionInfo
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.maintain.parts import panel, sentence_label
 from ocmm_gui.operator.path_panel import PathPanel
-from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.sheet import ChoiceBox, Sheet, caption, form_field
 from ocmm_gui.theme import text_font
+from ocmm_gui.work_line import WorkLine
 from ocmm_gui.worker import Worker
 
 _KEYS = (

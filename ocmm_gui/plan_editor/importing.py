@@ -15,8 +15,8 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.plan_csv import features_from_csv
 from ocmm_core.inspection.plan_edit import add_feature, with_alignment
 from ocmm_core.inspection.plan_step import features_from_step
-from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.plan_editor.plan_items import ALIGNMENT, ItemKey
+from ocmm_gui.work_line import WorkLine
 from ocmm_gui.worker import Worker
 
 _MODELS = (".step", ".stp")

@@ -20,13 +20,13 @@ from ocmm_core.export.report_data import ReportData
 from ocmm_gui.actions import ActionInfo
 from ocmm_gui.maintain.side_process import SideProcess
 from ocmm_gui.operator.answer_panel import AnswerPanel
-from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.reports.preview import PagePreview
 from ocmm_gui.reports.side import PDF, FormatText, PagePicture, Previewing
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.report_writer import ReportWriter
 from ocmm_gui.sheet import Sheet, caption, form_field
 from ocmm_gui.theme import digit_font, text_font
+from ocmm_gui.work_line import WorkLine
 
 _KEYS = (
     ActionInfo("mark", "Mark", "Mark this format to be written, or do not", ("F6", "Space")),

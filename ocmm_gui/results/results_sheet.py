@@ -18,7 +18,6 @@ from ocmm_gui.maintain.side_process import SideProcess
 from ocmm_gui.operator.fit_text import FitText
 from ocmm_gui.operator.marks import verdict_mark
 from ocmm_gui.operator.path_panel import PathPanel
-from ocmm_gui.operator.work_line import WorkLine
 from ocmm_gui.results.driving_points import DrivingPoints
 from ocmm_gui.results.job_source import JobSource
 from ocmm_gui.results.opening import OpenedJob, opened_job
@@ -27,6 +26,7 @@ from ocmm_gui.results.result_table import ResultTable
 from ocmm_gui.sheet import Sheet
 from ocmm_gui.theme import DEFAULT_THEME, THEMES, Theme, verdict_colour
 from ocmm_gui.words import counted_line
+from ocmm_gui.work_line import WorkLine
 
 _KEYS = (
     ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by trials", ("F6",)),
