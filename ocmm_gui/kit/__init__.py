@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, Sheet, caption, form_field
-    from ocmm_gui.kit._side_process import SideProcess, Tell, Teller
+    from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT,
@@ -99,7 +99,7 @@ else:
         _path_panel="OwnKeysField PathPanel",
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox Sheet caption form_field",
-        _side_process="SideProcess Tell Teller",
+        _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font far_type "
@@ -159,6 +159,7 @@ __all__ = [
     "Teller",
     "Theme",
     "Themed",
+    "Work",
     "WorkLine",
     "Worker",
     "active_feature",
