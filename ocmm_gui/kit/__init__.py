@@ -1,4 +1,14 @@
-"""What every screen is made of: looks, words, sheets, parts, keys, sounds, notices."""
+"""What every screen is made of: looks, words, sheets, parts, keys, sounds, notices.
+
+In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
+notices.
+
+Read `_theme` (three themes from one table), `_words` (numbers and sentences), `_marks` (a shape
+for each outcome), `_actions` (every key as one table), `_sheet` (pages that Esc closes), `_parts`
+and `_painted`. Long work: `_side_process`, `_worker`, `_work_line`. Questions without dialogs:
+`_answer_panel`, `_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+It is the first room of the window and must not know any screen or the station.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""Records of cameras, probes and tips, sealed and chained, and whether they may be used."""
+"""Records of cameras, probes and tips, sealed and chained, and whether they may be used.
+
+In: outcomes of procedures, certificates of artefacts, events such as a blow or a mounted tip.
+Out: what is in force, its status and why, its history, and whether a point may be taken.
+
+Read `_sealed` (a record is written once), `_chain_seal` and `_event_folder` (the chain of events),
+`_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips), then
+`_in_use` and `_probe_in_use` (may it be used now). `_evidence` and `_seen_histories` find files
+that were exchanged; `_findings`, `_artefacts`, `_trends` and the overviews serve the pages.
+It must not know how a calibration is computed; it keeps numbers and their provenance.
+"""
 
 from __future__ import annotations
 
