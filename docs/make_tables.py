@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from ocmm_core.documents import write_atomic
+from ocmm_core.export import FORMATS
 from ocmm_core.fieldbus.report import Alarm, AlarmSpec, Answer
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -48,8 +49,31 @@ def _answer_words(alarm: AlarmSpec) -> str:
     return _ANSWERS[alarm.answer]
 
 
+def formats() -> str:
+    """Return the table of the formats of a report."""
+    return table(
+        ("format", "in the window", "files", "for", "takes from the profile"),
+        (
+            (
+                f"`{one.name}`",
+                _plain(one.title),
+                ", ".join(f"`{suffix}`" for suffix in one.suffixes),
+                _plain(one.purpose),
+                one.profile or "nothing",
+            )
+            for one in FORMATS.values()
+        ),
+    )
+
+
+def _plain(text: str) -> str:
+    """Return text of a cell: a bar would begin the next one."""
+    return text.replace("|", "\\|")
+
+
 TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "alarms": ("docs/wire.md", alarms),
+    "formats": ("docs/exports.md", formats),
 }
 """By the name in its marks: the page, from the root, and what stands between the marks."""
 
