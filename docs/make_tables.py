@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from ocmm_core.composition import SOURCES
 from ocmm_core.documents import write_atomic
 from ocmm_core.export import FORMATS
 from ocmm_core.fieldbus.report import Alarm, AlarmSpec, Answer
@@ -66,6 +67,14 @@ def formats() -> str:
     )
 
 
+def sources() -> str:
+    """Return the table of the sources of frames."""
+    return table(
+        ("source", "is"),
+        ((f"`{form}`", words) for spec in SOURCES for form, words in spec.forms),
+    )
+
+
 def _plain(text: str) -> str:
     """Return text of a cell: a bar would begin the next one."""
     return text.replace("|", "\\|")
@@ -74,6 +83,7 @@ def _plain(text: str) -> str:
 TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "alarms": ("docs/wire.md", alarms),
     "formats": ("docs/exports.md", formats),
+    "sources": ("README.md", sources),
 }
 """By the name in its marks: the page, from the root, and what stands between the marks."""
 
