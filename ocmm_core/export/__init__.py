@@ -19,17 +19,35 @@ if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
     from ocmm_core.export._completeness import missing_of, missing_words, require_complete
     from ocmm_core.export._files import write_together
-    from ocmm_core.export._registry import EXPORTERS, preview, preview_text, write_report
+    from ocmm_core.export._registry import (
+        ALL,
+        DEFAULT_FORMAT,
+        EXPORTERS,
+        FORMATS,
+        PDF,
+        chosen_formats,
+        preview,
+        preview_text,
+        write_report,
+    )
 else:
     __getattr__ = door(
         __name__,
         _completeness="missing_of missing_words require_complete",
         _files="write_together",
-        _registry="EXPORTERS preview preview_text registry write_report",
+        _registry=(
+            "ALL DEFAULT_FORMAT EXPORTERS FORMATS PDF chosen_formats preview preview_text registry "
+            "write_report"
+        ),
     )
 
 __all__ = [
+    "ALL",
+    "DEFAULT_FORMAT",
     "EXPORTERS",
+    "FORMATS",
+    "PDF",
+    "chosen_formats",
     "missing_of",
     "missing_words",
     "preview",

@@ -19,18 +19,17 @@ if TYPE_CHECKING:
     from ocmm_gui.reports._drawing import drawing
     from ocmm_gui.reports._preview import PagePreview
     from ocmm_gui.reports._recall import pdf_bytes
-    from ocmm_gui.reports._side import PDF, FormatText, PagePicture, Previewing, Writing
+    from ocmm_gui.reports._side import FormatText, PagePicture, Previewing, Writing
 else:
     __getattr__ = door(
         __name__,
         _drawing="drawing",
         _preview="PagePreview",
         _recall="pdf_bytes",
-        _side="FormatText PDF PagePicture Previewing Writing",
+        _side="FormatText PagePicture Previewing Writing",
     )
 
 __all__ = [
-    "PDF",
     "FormatText",
     "PagePicture",
     "PagePreview",

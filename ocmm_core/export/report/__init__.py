@@ -17,7 +17,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.export.report._aqdef import AQDEF
     from ocmm_core.export.report._elements import Element
-    from ocmm_core.export.report._exporter import Exporter
+    from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import read_report
@@ -47,7 +47,7 @@ else:
         __name__,
         _aqdef="AQDEF",
         _elements="Element",
-        _exporter="Exporter",
+        _exporter="Exporter ReportFormat",
         _head="head_table",
         _json_file="JSON",
         _json_schema="read_report",
@@ -73,6 +73,7 @@ __all__ = [
     "Number",
     "Profile",
     "ReportData",
+    "ReportFormat",
     "ReportedFeature",
     "ReportedResult",
     "Table",

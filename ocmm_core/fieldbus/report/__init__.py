@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.fieldbus.report._alarms import TEXTS, Alarm
+    from ocmm_core.fieldbus.report._alarms import (
+        Alarm,
+        AlarmSpec,
+        Answer,
+        alarm_of_code,
+        alarm_of_error,
+    )
     from ocmm_core.fieldbus.report._report import (
         EDGES_US,
         MAX_EVENTS,
@@ -41,7 +47,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _alarms="Alarm TEXTS",
+        _alarms="Alarm AlarmSpec Answer alarm_of_code alarm_of_error",
         _report=(
             "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS decode_report "
             "encode_report"
@@ -56,8 +62,9 @@ else:
 __all__ = [
     "EDGES_US",
     "MAX_EVENTS",
-    "TEXTS",
     "Alarm",
+    "AlarmSpec",
+    "Answer",
     "BusEvent",
     "BusPhase",
     "BusReport",
@@ -65,6 +72,8 @@ __all__ = [
     "Histogram",
     "Link",
     "WirePicture",
+    "alarm_of_code",
+    "alarm_of_error",
     "decode_report",
     "encode_report",
     "is_present",
