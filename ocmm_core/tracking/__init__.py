@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, REVERSED, Ambiguity
+    from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, Ambiguity
     from ocmm_core.tracking._body import (
         SCHEMA,
         LedBody,
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity REVERSED",
+        _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity",
         _body=(
             "LedBody ProbeBody ProbeDocument SCHEMA body_of check_labels load_probe "
             "nearest_ambiguity satisfies_rules"
@@ -88,7 +88,6 @@ else:
 __all__ = [
     "AMBIGUITY_LIMIT_MM",
     "ARRAYS",
-    "REVERSED",
     "SCHEMA",
     "Ambiguity",
     "FrameStatus",

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         compare_jobs,
     )
     from ocmm_core.inspection.archive._part_before import place_of_part_before
+    from ocmm_core.inspection.archive._points_in_doubt import first_taken
     from ocmm_core.inspection.archive._recall import Places, decide, recall
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
     from ocmm_core.inspection.archive._recall_record import (
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
-    from ocmm_core.inspection.archive._tip_history import first_taken, settle_tip
+    from ocmm_core.inspection.archive._tip_history import settle_tip
 else:
     __getattr__ = door(
         __name__,
@@ -66,6 +67,7 @@ else:
         _camera_history="is_known settle_cameras",
         _compare="Comparison Trend all_simulated compare_folder compare_jobs",
         _part_before="place_of_part_before",
+        _points_in_doubt="first_taken",
         _recall="Places decide recall",
         _recall_artefact="artefact_wrong",
         _recall_record=(
@@ -76,7 +78,7 @@ else:
         ),
         _reopen="ReopenedJob Tell reopen reopen_job",
         _tip_doubts="last_good_utc",
-        _tip_history="first_taken settle_tip",
+        _tip_history="settle_tip",
     )
 
 __all__ = [
