@@ -1,4 +1,14 @@
-"""Records of cameras, probes and tips, sealed and chained, and whether they may be used."""
+"""Records of cameras, probes and tips, sealed and chained, and whether they may be used.
+
+In: outcomes of procedures, certificates of artefacts, events such as a blow or a mounted tip.
+Out: what is in force, its status and why, its history, and whether a point may be taken.
+
+Read `_sealed` (a record is written once), `_chain_seal` and `_event_folder` (the chain of events),
+`_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips), then
+`_in_use` and `_probe_in_use` (may it be used now). `_evidence` and `_seen_histories` find files
+that were exchanged; `_findings`, `_artefacts`, `_trends` and the overviews serve the pages.
+It must not know how a calibration is computed; it keeps numbers and their provenance.
+"""
 
 from __future__ import annotations
 
@@ -87,6 +97,7 @@ if TYPE_CHECKING:
         save,
         seal,
     )
+    from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
     from ocmm_core.calibration.records._usable import Obstacle, Word, judge
 else:
@@ -118,6 +129,7 @@ else:
             "SCHEMA VERIFICATION_SCHEMA VerificationRecord entry_of rig_from_record"
         ),
         _sealed="canonical load load_named record_hash save seal",
+        _serials="rests_on same_serial",
         _trends="Course Sample",
         _usable="Obstacle Word judge",
     )
@@ -193,7 +205,9 @@ __all__ = [
     "record_hash",
     "require_record",
     "require_records",
+    "rests_on",
     "rig_from_record",
+    "same_serial",
     "save",
     "seal",
     "store_folder",
