@@ -96,11 +96,12 @@ if TYPE_CHECKING:
         Decided,
         Entered,
         SessionEvent,
+        SessionFormat,
         SessionLine,
         Spots,
-        first_line,
         from_spots,
         is_ended,
+        require_probe,
         session_path,
         sessions,
         to_spots,
@@ -136,8 +137,8 @@ else:
         _session="CameraProcedure O ProbeProcedure",
         _session_drift="Rest camera_step rest_of step_finding",
         _session_events=(
-            "Begun CommonEvent Decided Entered SessionEvent SessionLine Spots first_line "
-            "from_spots is_ended session_path sessions to_spots utc_text"
+            "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
+            "from_spots is_ended require_probe session_path sessions to_spots utc_text"
         ),
         _shot_table="Shot load_shots write_shots",
         _table_text="Row Table read_table",
@@ -190,6 +191,7 @@ __all__ = [
     "Row",
     "SeatVisited",
     "SessionEvent",
+    "SessionFormat",
     "SessionLine",
     "Shot",
     "Spots",
@@ -207,7 +209,6 @@ __all__ = [
     "coverage",
     "first_gate",
     "first_instruction",
-    "first_line",
     "from_spots",
     "handle_axis",
     "hash_of",
@@ -226,6 +227,7 @@ __all__ = [
     "read_table",
     "repeat_finding",
     "require_no_doubt_since",
+    "require_probe",
     "rest_of",
     "session_path",
     "sessions",
