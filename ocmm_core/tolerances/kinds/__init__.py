@@ -10,33 +10,38 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._checks import characteristic_fault
     from ocmm_core.tolerances.kinds._evaluate import (
         evaluate,
+        geometry_value,
         involved_features,
         needs_part_frame,
         taken_again,
     )
-    from ocmm_core.tolerances.kinds._form import form
-    from ocmm_core.tolerances.kinds._measure import geometry_value
-    from ocmm_core.tolerances.kinds._orientation import zone_of_axis
+    from ocmm_core.tolerances.kinds._registry import KINDS, spec_for, spec_of, symbol_of
     from ocmm_core.tolerances.kinds._size import own_association
+    from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, QifWords, Symbol
 else:
     __getattr__ = door(
         __name__,
         _checks="characteristic_fault",
-        _evaluate="evaluate involved_features needs_part_frame taken_again",
-        _form="form",
-        _measure="geometry_value",
-        _orientation="zone_of_axis",
+        _evaluate="evaluate geometry_value involved_features needs_part_frame taken_again",
+        _registry="KINDS spec_for spec_of symbol_of",
         _size="own_association",
+        _spec="KindSpec MonteCarlo QifWords Symbol",
     )
 
 __all__ = [
+    "KINDS",
+    "KindSpec",
+    "MonteCarlo",
+    "QifWords",
+    "Symbol",
     "characteristic_fault",
     "evaluate",
-    "form",
     "geometry_value",
     "involved_features",
     "needs_part_frame",
     "own_association",
+    "spec_for",
+    "spec_of",
+    "symbol_of",
     "taken_again",
-    "zone_of_axis",
 ]
