@@ -42,7 +42,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.documents import digest
 from ocmm_core.errors import MeasuringError, OcmmError
-from ocmm_core.export import write_report, write_together
+from ocmm_core.export import DEFAULT_FORMAT, write_report, write_together
 from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
 from ocmm_core.failure import contained
 from ocmm_core.fieldbus.report import BusReport
@@ -737,7 +737,7 @@ class MeasuringStation:
     def export(
         self,
         directory: Path,
-        formats: Sequence[str] = ("polyworks",),
+        formats: Sequence[str] = (DEFAULT_FORMAT,),
         profile: Profile | None = None,
         *,
         incomplete: bool = False,

@@ -316,4 +316,14 @@ def _text(text: str) -> str:
     return clean_text(text).encode(_ENCODING, "replace").decode(_ENCODING)
 
 
-AQDEF = Exporter("dfq", "Q-DAS (AQDEF)", _contents, _differences, _preview, batch=True)
+AQDEF = Exporter(
+    name="dfq",
+    title="Q-DAS (AQDEF)",
+    purpose="Q-DAS and other programs for statistics; one or several parts",
+    suffixes=(".dfq",),
+    profile="unit and digits",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=True,
+)

@@ -201,9 +201,10 @@ def _with_an_end(a: float, b: float, share: Float) -> Float:
     to lie where the sides end leave the length of the slot open.
     """
     middle = (2.0 * (a - b) + 0.5 * np.pi * b) / (4.0 * (a - b) + 2.0 * np.pi * b)
-    beside: Float = share + (middle - share[np.argmin(np.abs(share - middle))])
+    beside = share + (middle - share[np.argmin(np.abs(share - middle))])
     # What was drawn at random stays, at a third: nobody hits the middle.
-    return (beside + (share[0] - 0.5 / len(share)) / 3.0) % 1.0
+    turned: Float = (beside + (share[0] - 0.5 / len(share)) / 3.0) % 1.0
+    return turned
 
 
 def _on_round_ends(a: float, b: float, share: Float) -> tuple[Float, Float]:
