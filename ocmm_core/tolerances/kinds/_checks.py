@@ -39,7 +39,7 @@ def characteristic_fault(
     """
     spec = KINDS.get(item.kind)
     if spec is None:
-        return "kind", f"is {item.kind!r}, but must be one of: {', '.join(KINDS)}"
+        return "kind", f"is {item.kind!r}; known kinds: {', '.join(KINDS)}"
     asked = Asked(item, shapes, nominals, probed, aligned)
     fault = _names_fault(asked, spec) or _limits_fault(item, spec)
     if fault is None and item.association:

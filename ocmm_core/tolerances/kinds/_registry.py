@@ -75,7 +75,7 @@ def spec_of(kind: str) -> KindSpec:
     if found is None:
         raise InputError(
             "characteristic.kind",
-            f"{kind!r} is no kind of characteristic.",
+            f"Unknown kind of characteristic {kind!r}.",
             f"Use one of: {', '.join(KINDS)}.",
         )
     return found

@@ -95,14 +95,14 @@ def test_an_unknown_kind_is_refused_wherever_it_is_asked_for() -> None:
         lambda: evaluate(UNKNOWN, {}, None),
         lambda: geometry_value(UNKNOWN, {}, {}, None),
     ):
-        with pytest.raises(InputError, match="'waviness' is no kind of characteristic") as caught:
+        with pytest.raises(InputError, match="Unknown kind of characteristic 'waviness'") as caught:
             ask()
         assert caught.value.code == "characteristic.kind"
         assert "circular runout" in caught.value.remedy
     fault = characteristic_fault(UNKNOWN, {"top": Shape.PLANE}, {}, ["top"], aligned=False)
     assert fault is not None
     assert fault[0] == "kind"
-    assert fault[1].startswith("is 'waviness', but must be one of: diameter, radius")
+    assert fault[1].startswith("is 'waviness'; known kinds: diameter, radius")
 
 
 def test_two_entries_of_one_name_and_one_that_stands_for_nothing_are_refused() -> None:
