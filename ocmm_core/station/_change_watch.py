@@ -112,7 +112,7 @@ class ChangeWatch:
         """Hold back and release points by what happened to the calibration; say if any changed.
 
         The store takes in what other processes appended where the calibration is judged
-        (`calibration.in_use.judge`), some times a second.
+        (`calibration.records.judge`), some times a second.
 
         Raises
         ------

@@ -4,9 +4,10 @@ In: outcomes of procedures, certificates of artefacts, events such as a blow or 
 Out: what is in force, its status and why, its history, and whether a point may be taken.
 
 Read `_sealed` (a record is written once), `_chain_seal` and `_event_folder` (the chain of events),
-`_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips), then
-`_in_use` and `_probe_in_use` (may it be used now). `_evidence` and `_seen_histories` find files
-that were exchanged; `_findings`, `_artefacts`, `_trends` and the overviews serve the pages.
+`_record_store` and `_events` (what both stores do, and how a record stands), then what differs:
+`_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips). `_usable`
+says whether it may be used now, of `_in_use` and `_probe_in_use`. `_evidence` and `_seen_histories`
+find files that were exchanged; `_findings`, `_artefacts`, `_trends`, `_overview` serve the pages.
 It must not know how a calibration is computed; it keeps numbers and their provenance.
 """
 
