@@ -1,4 +1,13 @@
-"""The composition root: from names and numbers to sources, calibrations and a station."""
+"""The composition root: from names and numbers to sources, calibrations and a station.
+
+In: names and numbers as a command or the window got them: a plan, a source, temperatures.
+Out: a source made ready, the calibration that belongs to it, and a station ready to start.
+
+Read `_compose` first, it puts all together; `_source_names` and `_feeds` (where frames come from),
+`_calibration_choice` (which records belong to a source), `_climate`, `_stream_options`,
+`_defaults`. `_calibrate_scenes`, `_tip_scenes` and `_truth` are what the virtual rig needs.
+The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
+"""
 
 from __future__ import annotations
 

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import platformdirs
 
-from ocmm_core.calibration.records._history import CalibrationStore, Standing
+from ocmm_core.calibration.records._history import CalibrationStore
+from ocmm_core.calibration.records._record_store import Standing
 from ocmm_core.calibration.records._records import CameraRecord, rig_from_record
 from ocmm_core.calibration.records._sealed import canonical, record_hash
 from ocmm_core.camera import Rig, load_rig

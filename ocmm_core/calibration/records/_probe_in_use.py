@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from ocmm_core.calibration.records._events import TipEventKind, TipRecords
 from ocmm_core.calibration.records._in_use import (
     Obstacle,
     Word,
@@ -22,7 +23,7 @@ from ocmm_core.calibration.records._in_use import (
     words_of,
 )
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
-from ocmm_core.calibration.records._probe_store import ProbeStore, TipEventKind, TipRecords
+from ocmm_core.calibration.records._probe_store import ProbeStore
 from ocmm_core.calibration.records._sealed import canonical, record_hash
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import CalibrationError, OcmmError

@@ -1,4 +1,13 @@
-"""Qualification and quick check of a tip: a sphere touched all around, the ball in a cone."""
+"""Qualification and quick check of a tip: a sphere touched all around, the ball in a cone.
+
+In: frames while somebody touches a calibrated sphere and rests the ball in a cone.
+Out: diameter of the ball with its uncertainty and form, or whether the tip is still the same.
+
+Read `_sphere_layout` (where to touch), `_fit` (the ball from its points) and `_errors` (what is
+uncertain, kept apart), `_qualification` and `_check` (what must be shown). `_procedure_tip` and
+`_procedure_tip_check` are the guided procedures.
+It must not know bundle, relocation or pivot; it takes the cameras as they are.
+"""
 
 from __future__ import annotations
 

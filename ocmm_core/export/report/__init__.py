@@ -1,4 +1,12 @@
-"""The data of a report, and its text, JSON, workbook, Q-DAS and PolyWorks files."""
+"""The data of a report, and its text, JSON, workbook, Q-DAS and PolyWorks files.
+
+In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of files made from it.
+
+Read `_report_data` (all that a report can say) and `_exporter` (what every format can do).
+`_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
+`_json_file` with `_json_schema`, `_xlsx`, `_aqdef`. `_profile` says how text files are written.
+Every format has a reader of its own. It must not know the registry or QIF.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""What the bus says about itself: alarms, a snapshot, and both in words."""
+"""What the bus says about itself: alarms, a snapshot, and both in words.
+
+In: counters and events as the bus process gives them. Out: JSON, sentences, and a text to mail.
+
+Read `_alarms` (one name, one sentence and one remedy each), `_report` (the snapshot and its JSON),
+`_words` (what it means, in shares) and `_text` (the whole as plain text).
+It must not know the wire or the device: a screen on another computer can read a report.
+"""
 
 from __future__ import annotations
 
