@@ -2,9 +2,10 @@
 
 In: a guided procedure of the core and its snapshots. Out: commands to it, and pages of each step.
 
-Read `_wizard` (begin or resume, then run), `_sessions` with `_camera_sessions` and
-`_probe_sessions` (what is asked, how a session begins), `_site` (rig, probe, records, frames),
-`_driver` (commands out, snapshots in, nothing waits), `_runner` (rail, page, why Next is closed).
+Read `_registry` (one entry a wizard says everything), `_wizard` (begin or resume, then run),
+`_sessions` with `_camera_sessions` and `_probe_sessions` (what is asked, how a session begins),
+`_site` (rig, probe, records, frames), `_driver` (commands out, snapshots in, nothing waits),
+`_runner` (rail, page, why Next is closed).
 `parts` is what pages are made of, `pages` the pages themselves.
 Steps, gates and numbers are in `ocmm_core.calibration`. It must not know the inspector's screens.
 """
