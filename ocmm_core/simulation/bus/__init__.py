@@ -19,6 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.simulation.bus import _named_rig as named_rig
     from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
+    from ocmm_core.simulation.bus._chain import Chain, Unit
     from ocmm_core.simulation.bus._deeds import Deeds
     from ocmm_core.simulation.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_core.simulation.bus._faults import (
@@ -52,6 +53,7 @@ else:
     __getattr__ = door(
         __name__,
         _camera_process="READY SegmentConfig",
+        _chain="Chain Unit",
         _deeds="Deeds",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
         _faults="CORRUPT_WITH_SUM CameraDeed Deed DeedAnswer Faults",
@@ -74,6 +76,7 @@ __all__ = [
     "NEAR",
     "READY",
     "CameraDeed",
+    "Chain",
     "Deed",
     "DeedAnswer",
     "Deeds",
@@ -89,6 +92,7 @@ __all__ = [
     "RigStatus",
     "SegmentConfig",
     "Trick",
+    "Unit",
     "VirtualBus",
     "Watched",
     "Way",
