@@ -102,7 +102,6 @@ if TYPE_CHECKING:
         from_spots,
         is_ended,
         require_probe,
-        session_path,
         sessions,
         to_spots,
         utc_text,
@@ -144,7 +143,7 @@ else:
         _session_drift="Rest camera_step rest_of step_finding",
         _session_events=(
             "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
-            "from_spots is_ended require_probe session_path sessions to_spots utc_text"
+            "from_spots is_ended require_probe sessions to_spots utc_text"
         ),
         _shot_table="Shot load_shots write_shots",
         _table_text="Row Table read_table",
@@ -235,7 +234,6 @@ __all__ = [
     "require_no_doubt_since",
     "require_probe",
     "rest_of",
-    "session_path",
     "sessions",
     "shared_covariance",
     "sigma_of_mean",
