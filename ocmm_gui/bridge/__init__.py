@@ -1,4 +1,9 @@
-"""Between the measuring station and Qt: state by signals, live values by a timer."""
+"""Between the measuring station and Qt: state by signals, live values by a timer.
+
+In flow signals and snapshots of the station; out they flow on the thread of the window. What the
+window asks for goes through the queue of one of its services: ``job``, ``choice``, ``results``,
+``jobs`` and ``maintenance``. What only is read is read from ``bridge.station`` itself.
+"""
 
 from __future__ import annotations
 

@@ -187,7 +187,7 @@ def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path:
     try:
         built.station.start()
         assert built.station.wait_finished(HANG_S)
-        view = built.station.job()
+        view = built.station.job.view()
     finally:
         built.station.close()
     assert view.complete
@@ -201,7 +201,7 @@ def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path:
     # The next part is led by where this one stood, until its own place is known.
     following = build_station(replace(request, serial="SN-2"))
     try:
-        target = following.station.job().target
+        target = following.station.job.view().target
     finally:
         following.station.close()
     assert target is not None
@@ -229,7 +229,7 @@ def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
         assert built.job_path == job.path
         built.station.start()
         assert built.station.wait_finished(HANG_S)
-        view = built.station.job()
+        view = built.station.job.view()
     finally:
         built.station.close()
     assert view.complete
