@@ -141,9 +141,9 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         raise
     try:
         if begun is not None:
-            station.job.change(lambda session: session.go_on(request.operator))
+            station.job.change(lambda session: session.pausing.go_on(request.operator))
         if request.probing != station.job.view().probing:
-            station.job.change(lambda session: session.set_order(request.probing))
+            station.job.change(lambda session: session.steps.set_order(request.probing))
     except BaseException:
         station.close()
         raise

@@ -126,12 +126,12 @@ class Instruments:
         unproven = calibration.unproven
         if unproven and view.obstacle is not None:
             unproven = f"{unproven} {view.obstacle.what}"
-        job.session.note_calibration(
+        job.session.conditions.note_calibration(
             f"{calibration.word.value} {calibration.identity}", view.note, unproven
         )
-        job.session.note_climate()
-        job.session.note_limits()
-        job.session.note_origin(simulated=self.simulated)
+        job.session.conditions.note_climate()
+        job.session.conditions.note_limits()
+        job.session.conditions.note_origin(simulated=self.simulated)
 
     def watch_cameras(self, track: TrackBlock) -> None:
         """Let the monitor see the frames; what it holds back is told as a change of the job."""

@@ -88,7 +88,7 @@ class StationJob:
 
     def missing(self) -> list[tuple[str, int]]:
         """Return the features that are not done and how many points each still needs."""
-        return self._current.now.session.missing()
+        return self._current.now.session.steps.missing()
 
     def explanations(self) -> tuple[Explanation, ...]:
         """Return why results are not CONFORM, and what to do; see `InspectionSession`."""
@@ -124,7 +124,7 @@ class StationJob:
         )
 
     def change(self, verb: Callable[[InspectionSession], object]) -> None:
-        """Let the session do something, such as ``InspectionSession.skip``, and tell of it.
+        """Let the session do something, such as ``session.steps.skip()``, and tell of it.
 
         What nobody foresaw leaves the job in doubt: the station is FAILED then.
 

@@ -110,7 +110,7 @@ class JobChange:
         file is closed, and removed where it was ``made`` for this and holds no point.
         """
         before, words = self._current.now, ""
-        was_paused = before.session.paused
+        was_paused = before.session.pausing.paused
         try:
             after = open_job(job, by(), self._gear)
             pipeline = None
@@ -129,7 +129,7 @@ class JobChange:
             self._current.now = before
             give_back(job, made=made)
             if words and not was_paused:
-                before.session.resume()
+                before.session.pausing.resume()
             if isinstance(error, OcmmError) or not isinstance(error, Exception):
                 raise
             raise contained(error, "The change of the job", _NOTHING_CHANGED) from error
@@ -195,10 +195,10 @@ def _pause_unfinished(session: InspectionSession, job: JobFile) -> str:
     StorageError
         It could not be made durable.
     """
-    missing = session.missing()
+    missing = session.steps.missing()
     if not missing or job.next_number() == 1:
         return ""
-    session.pause()
+    session.pausing.pause()
     features = "feature is" if len(missing) == 1 else "features are"
     return (
         f"Job {job.path.stem} is paused, {len(missing)} {features} still to be measured; all its "

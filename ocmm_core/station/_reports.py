@@ -74,7 +74,7 @@ class Reports:
             view,
             job.file.head,
             job.use.plan,
-            T_part_from_world=job.session.T_part_from_world,
+            T_part_from_world=job.session.frame.T_part_from_world,
             calibration=Instrument(
                 calibration.label, f"{calibration.word.value} {calibration.identity}"
             ),

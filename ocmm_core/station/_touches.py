@@ -87,7 +87,7 @@ class TouchTaker:
         feature = self._intent(touch.first_frame) if self._intent is not None else None
         try:
             # A service names its interface only once it runs: before the first point it has.
-            job.session.note_origin(simulated=self._instruments.simulated)
+            job.session.conditions.note_origin(simulated=self._instruments.simulated)
             outcome = job.session.take_touch(touch, feature)
         except OcmmError as error:
             # A point that could not be made durable is no point; measuring goes on.

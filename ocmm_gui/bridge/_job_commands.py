@@ -35,48 +35,48 @@ class JobCommands:
 
     def undo(self) -> None:
         """Take the last point back."""
-        self._queue.change(lambda session: session.undo())
+        self._queue.change(lambda session: session.steps.undo())
 
     def redo(self) -> None:
         """Do again what was undone last."""
-        self._queue.change(lambda session: session.redo())
+        self._queue.change(lambda session: session.steps.redo())
 
     def finish(self) -> None:
         """Accept the active feature and go to the next."""
-        self._queue.change(lambda session: session.finish())
+        self._queue.change(lambda session: session.steps.finish())
 
     def flip(self) -> None:
         """Flip the compensation side of the last point."""
-        self._queue.change(lambda session: session.flip())
+        self._queue.change(lambda session: session.points.flip())
 
     def skip(self) -> None:
         """Leave out the feature that is looked at, or the active one."""
         name = self._shown.job.looked_at
-        self._queue.change(lambda session: session.skip(name))
+        self._queue.change(lambda session: session.steps.skip(name))
 
     def repeat(self) -> None:
         """Measure the active feature anew, or the last one where none is active."""
         shown = self._shown.job.shown
         if shown is not None:
-            self._queue.change(lambda session: session.repeat(shown.name))
+            self._queue.change(lambda session: session.steps.repeat(shown.name))
 
     def reopen(self) -> None:
         """Let the feature that is shown take points again, one that is done or skipped."""
         shown = self._shown.job.shown
         if shown is not None:
-            self._queue.change(lambda session: session.reopen(shown.name))
+            self._queue.change(lambda session: session.steps.reopen(shown.name))
 
     def toggle_order(self) -> None:
         """Probe in any order, or in that of the plan again."""
         order: Probing = "plan" if self._shown.job.probing == "any" else "any"
-        self._queue.change(lambda session: session.set_order(order))
+        self._queue.change(lambda session: session.steps.set_order(order))
 
     def toggle_pause(self) -> None:
         """Take no points any more, or go on."""
         if self._shown.job.paused:
-            self._queue.change(lambda session: session.resume())
+            self._queue.change(lambda session: session.pausing.resume())
         else:
-            self._queue.change(lambda session: session.pause())
+            self._queue.change(lambda session: session.pausing.pause())
 
     def next_side(self) -> None:
         """Find the side of the material of the active feature in the next way that suits it."""
@@ -90,7 +90,7 @@ class JobCommands:
             for method in allowed:
                 # What says nothing about this shape is passed over.
                 with contextlib.suppress(MeasuringError):
-                    session.set_compensation(method, name)
+                    session.steps.set_compensation(method, name)
                     return
 
         self._queue.change(turn)
@@ -113,7 +113,7 @@ class ChoiceCommands:
     def select(self, feature: str) -> None:
         """Look at a feature of the plan; one that is open gets the next touch."""
         self._shown.selected = feature
-        self._queue.change(lambda session: session.select(feature))
+        self._queue.change(lambda session: session.steps.select(feature))
 
     def select_neighbour(self, step: int) -> None:
         """Look at the feature ``step`` places after the one that is shown.
@@ -134,11 +134,11 @@ class ChoiceCommands:
 
     def delete_point(self, number: int, reason: str) -> None:
         """Take a point out of its feature."""
-        self._queue.change(lambda session: session.delete_point(number, reason))
+        self._queue.change(lambda session: session.points.delete_point(number, reason))
 
     def restore_point(self, number: int) -> None:
         """Put a deleted point back."""
-        self._queue.change(lambda session: session.restore_point(number))
+        self._queue.change(lambda session: session.points.restore_point(number))
 
 
 class ResultCommands:

@@ -54,5 +54,5 @@ def make_long_job(folder: Path) -> Path:
         for name, found in own.items():
             for touch in found * _TIMES:
                 session.take_touch(touch, name)
-        assert not session.missing()
+        assert not session.steps.missing()
         return job.path

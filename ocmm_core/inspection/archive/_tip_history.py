@@ -51,7 +51,7 @@ def settle_tip(
     if doubts.open:
         changed.append(hold(session, doubts.open, Ward.TIP))
     else:
-        changed.append(bool(session.release(_CHECKED, Ward.TIP)))
+        changed.append(bool(session.held.release(_CHECKED, Ward.TIP)))
     return any(changed)
 
 
@@ -109,7 +109,7 @@ def settle_by_history(
         against=tuple(
             sentence
             for ward in (Ward.FAILED_TIP, Ward.TIP)
-            for sentence in sentences(session.held_for(ward), ward)
+            for sentence in sentences(session.held.held_for(ward), ward)
         )
     )
 
@@ -149,7 +149,7 @@ def hold(session: InspectionSession, points: Mapping[int, str], ward: Ward) -> b
     changed = False
     for reason in dict.fromkeys(points.values()):
         numbers = [number for number, why in points.items() if why == reason]
-        changed |= bool(session.hold_back_points(numbers, reason, ward))
+        changed |= bool(session.held.hold_back_points(numbers, reason, ward))
     return changed
 
 

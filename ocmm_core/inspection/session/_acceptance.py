@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +12,7 @@ from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.measuring import (
     MeasuredPoint,
+    PointOptions,
     Refusal,
     RefusalCode,
     Side,
@@ -88,13 +88,43 @@ class Meant:
     nominal_normal: Float | None = None
 
 
-Choose = Callable[[StablePoint, tuple[Float, ...]], Meant | Refusal]
-"""Says what a touch is meant for, by the ball at rest and the ways it came and was pulled off."""
+@dataclass(frozen=True, slots=True)
+class Rested:
+    """A touch whose ball is known to have rested.
+
+    Attributes
+    ----------
+    stable
+        The ball at rest.
+    ways
+        Each (3,), unit, world: how it came and how it was pulled off, where that is known.
+    """
+
+    stable: StablePoint
+    ways: tuple[Float, ...]
+
+
+def ball_at_rest(touch: Touch, rig: Rig, options: PointOptions) -> Rested | Refusal:
+    """Return where the ball of a touch rested, or why that is not known."""
+    if touch.interrupted:
+        return Refusal(
+            RefusalCode.GAP,
+            "The frames of the cameras were interrupted during the touch.",
+            "Touch again when the machine is ready.",
+            0.0,
+        )
+    stable = average(touch.window, touch.expected, rig, options)
+    if isinstance(stable, Refusal):
+        return stable
+    trails = (touch.trail_world, touch.pull_world[::-1])
+    ways = [approach_direction(trail, stable.tip_world, options.approach_mm) for trail in trails]
+    return Rested(stable, tuple(way for way in ways if way is not None))
 
 
 def judge_touch(
     touch: Touch,
-    choose: Choose,
+    stable: StablePoint,
+    meant: Meant,
     rig: Rig,
     body: ProbeBody,
     options: SessionOptions,
@@ -104,25 +134,11 @@ def judge_touch(
 
     Parameters
     ----------
-    choose
-        Asked once the ball is known to have rested.
+    stable
+        Its ball at rest.
+    meant
+        What it is meant for.
     """
-    if touch.interrupted:
-        return Refusal(
-            RefusalCode.GAP,
-            "The frames of the cameras were interrupted during the touch.",
-            "Touch again when the machine is ready.",
-            0.0,
-        )
-    stable = average(touch.window, touch.expected, rig, options.point)
-    if isinstance(stable, Refusal):
-        return stable
-    approach_mm = options.point.approach_mm
-    trails = (touch.trail_world, touch.pull_world[::-1])
-    ways = [approach_direction(trail, stable.tip_world, approach_mm) for trail in trails]
-    meant = choose(stable, tuple(way for way in ways if way is not None))
-    if isinstance(meant, Refusal):
-        return meant
     if not meant.feature:
         return Refusal(
             RefusalCode.NO_FEATURE,
@@ -136,7 +152,7 @@ def judge_touch(
         stable.tip_world,
         stable.rotation_world_from_probe,
         body,
-        approach_mm,
+        options.point.approach_mm,
         meant.nominal_normal,
         stable.time_s,
     )

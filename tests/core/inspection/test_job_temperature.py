@@ -54,7 +54,7 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
     stored = [point.tip_world for point in job.points()]
     with JobFile.create(bench.folder / "warm.ocmm", job.head) as other:
         warm = session_of(bench, other, climate)
-        warm.note_climate()
+        warm.conditions.note_climate()
         for touch in bench.touches:
             assert isinstance(warm.take_touch(touch), MeasuredPoint)
         for before, after in zip(
@@ -83,8 +83,8 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
 def test_a_job_is_computed_again_from_its_file(bench: Bench, job: JobFile) -> None:
     climate = part_at(26.0)
     first = session_of(bench, job, climate)
-    first.note_climate()
-    first.note_climate()
+    first.conditions.note_climate()
+    first.conditions.note_climate()
     for touch in bench.touches:
         first.take_touch(touch)
     notes = [event.text for event in job.events() if event.kind == CLIMATE_EVENT]
@@ -100,7 +100,7 @@ def test_a_job_does_not_go_on_with_other_temperatures(
     climate: Climate, bench: Bench, job: JobFile
 ) -> None:
     first = session_of(bench, job, part_at(26.0))
-    first.note_climate()
+    first.conditions.note_climate()
     first.take_touch(bench.touches[0])
     with pytest.raises(MeasuringError, match="other temperatures") as caught:
         session_of(bench, job, climate)

@@ -60,8 +60,8 @@ job.close()
 def measured(bench: Bench, job: JobFile) -> InspectionSession:
     """Measure the whole plan into a job."""
     session = bench.session(job)
-    session.note_calibration("DESIGN " + "0" * 64, "DESIGN standard: " + "1" * 64, "")
-    session.note_climate()
+    session.conditions.note_calibration("DESIGN " + "0" * 64, "DESIGN standard: " + "1" * 64, "")
+    session.conditions.note_climate()
     for touch in bench.touches:
         assert isinstance(session.take_touch(touch), MeasuredPoint)
     return session
@@ -172,7 +172,7 @@ def test_a_point_that_was_taken_back_is_told_with_its_reason(bench: Bench, job: 
     session = bench.session(job)
     for touch in bench.touches[:3]:
         session.take_touch(touch)
-    session.undo()
+    session.steps.undo()
     again = reopen_job(job.path)
     assert (again.annulled, len(again.points)) == ((3,), 2)
     data = report_of_job(again)
@@ -224,7 +224,7 @@ def test_temperatures_and_the_design_of_the_probe_come_from_the_file(bench: Benc
     options = SessionOptions(climate=climate, contact=contact_force(design, body))
     with bench.job() as job:
         session = InspectionSession(bench.plan, bench.rig, body, job, options)
-        session.note_climate()
+        session.conditions.note_climate()
         for touch in bench.touches:
             session.take_touch(touch)
         view = session.view

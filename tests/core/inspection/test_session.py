@@ -31,7 +31,7 @@ def take_all(session: InspectionSession, bench: Bench) -> None:
 def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     assert session.view.active == "BED"
-    assert session.missing() == [("BED", 4), ("BLOCK_TOP", 4), ("SPHERE", 6)]
+    assert session.steps.missing() == [("BED", 4), ("BLOCK_TOP", 4), ("SPHERE", 6)]
     for touch in bench.touches[:4]:
         session.take_touch(touch)
     assert session.view.active == "BLOCK_TOP"
@@ -90,7 +90,7 @@ def test_whoever_looks_never_holds_up_a_touch(
     assert looking.wait(10.0)
     # The view is being computed, and points are taken and taken back all the same.
     assert isinstance(session.take_touch(bench.touches[4]), MeasuredPoint)
-    session.undo()
+    session.steps.undo()
     assert isinstance(session.take_touch(bench.touches[4]), MeasuredPoint)
     assert not seen
     go_on.set()
@@ -115,7 +115,7 @@ def test_the_frame_of_a_virtual_rig_proves_nothing_about_a_real_part(
     assert "The frame bed of the plan is SIMULATED" in real.unproven
     assert real.part_verdict.word is PartWord.NOT_PROVEN
     # On a virtual rig it is as good as the part.
-    session.note_origin(simulated=True)
+    session.conditions.note_origin(simulated=True)
     virtual = session.view
     assert virtual.unproven == ""
     assert virtual.part_verdict.word is PartWord.CONFORMS
@@ -139,8 +139,8 @@ def test_undo_takes_the_last_point_back_and_keeps_its_observation(
     for touch in bench.touches[:5]:
         session.take_touch(touch)
     assert session.view.active == "BLOCK_TOP"
-    session.undo()
-    session.undo()
+    session.steps.undo()
+    session.steps.undo()
     view = session.view
     assert view.active == "BED"
     assert [len(feature.points) for feature in view.features] == [3, 0, 0]
@@ -154,7 +154,7 @@ def test_undo_takes_the_last_point_back_and_keeps_its_observation(
 
 def test_undo_without_a_point_says_so(bench: Bench, job: JobFile) -> None:
     with pytest.raises(MeasuringError, match="No point"):
-        bench.session(job).undo()
+        bench.session(job).steps.undo()
 
 
 def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
@@ -163,7 +163,7 @@ def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
     session = bench.session(job)
     take_all(session, bench)
     before = session.view.features[2].points[-1]
-    session.flip()
+    session.points.flip()
     after = session.view.features[2].points[-1]
     np.testing.assert_array_equal(after.direction, -before.direction)
     assert (after.approach, after.number) == ("flipped", before.number + 1)
@@ -171,7 +171,7 @@ def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
     assert ball.verdict is Verdict.NOT_MEASURED
     assert ball.measured is None
     assert f"{after.number}" in ball.note
-    session.flip()
+    session.points.flip()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM
 
 
@@ -180,9 +180,9 @@ def test_finish_needs_the_minimum_of_the_shape(bench: Bench, job: JobFile) -> No
     for touch in bench.touches[:2]:
         session.take_touch(touch)
     with pytest.raises(MeasuringError, match="BED has 2 of the 3 points"):
-        session.finish()
+        session.steps.finish()
     session.take_touch(bench.touches[2])
-    session.finish()
+    session.steps.finish()
     assert session.view.active == "BLOCK_TOP"
     assert session.view.features[0].state is FeatureState.DONE
 
@@ -192,12 +192,12 @@ def test_looking_back_changes_no_verdict_and_no_count(bench: Bench, job: JobFile
     take_all(session, bench)
     before, events = session.view, len(job.events())
     for name in ("BED", "SPHERE", "BLOCK_TOP"):
-        session.select(name)
+        session.steps.select(name)
         view = session.view
         assert (view.looked_at, view.shown) == (name, view.feature(name))
         assert replace(view, looked_at="") == before
         assert not view.shows_part
-    session.select("")
+    session.steps.select("")
     assert session.view == before
     assert session.view.shows_part
     assert len(job.events()) == events
@@ -207,27 +207,27 @@ def test_reopening_a_feature_is_a_step_that_can_be_taken_back(bench: Bench, job:
     session = bench.session(job)
     take_all(session, bench)
     before = session.view
-    session.select("BED")
-    session.reopen()
+    session.steps.select("BED")
+    session.steps.reopen()
     view = session.view
     assert (view.active, view.complete, view.undo) == ("BED", False, "reopening of BED")
     assert view.part_verdict.word is PartWord.NOT_COMPLETE
     with pytest.raises(MeasuringError, match="BED is open"):
-        session.reopen("BED")
-    session.undo()
+        session.steps.reopen("BED")
+    session.steps.undo()
     again = session.view
     assert again.complete
     assert again.characteristics == before.characteristics
-    session.redo()
+    session.steps.redo()
     assert bench.session(job).view.active == "BED"
 
 
 def test_an_unknown_feature_is_refused(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     with pytest.raises(MeasuringError, match="'HOLE'"):
-        session.select("HOLE")
+        session.steps.select("HOLE")
     with pytest.raises(MeasuringError, match="'HOLE'"):
-        session.reopen("HOLE")
+        session.steps.reopen("HOLE")
 
 
 def test_a_point_that_belongs_elsewhere_takes_the_result_away(bench: Bench, job: JobFile) -> None:
@@ -303,7 +303,7 @@ def test_a_point_approached_aslant_is_not_compensated(bench: Bench, job: JobFile
         point = session.view.features[-1]
         assert (point.fit is not None) is trusted
         assert ("degrees off" in point.note) is not trusted
-        session.undo()
+        session.steps.undo()
 
 
 def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFile) -> None:
@@ -318,5 +318,5 @@ def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFil
     early = session.view.characteristics[0]
     assert (early.verdict, early.measured) == (Verdict.PROVISIONAL, None)
     assert "all its points" in early.note
-    session.finish()
+    session.steps.finish()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM

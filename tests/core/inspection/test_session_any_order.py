@@ -56,7 +56,7 @@ def aligned(bench: Bench) -> Plan:
 @pytest.fixture
 def session(bench: Bench, job: JobFile, aligned: Plan) -> InspectionSession:
     session = InspectionSession(aligned, bench.rig, bench.body, job, SessionOptions())
-    session.set_order("any")
+    session.steps.set_order("any")
     # Before the part frame is known the order of the plan holds.
     for touch in (*bench.touches[:4], *bench.touches[8:14], bench.touches[4]):
         assert isinstance(session.take_touch(touch), MeasuredPoint)
@@ -85,7 +85,7 @@ def test_a_feature_that_is_done_takes_no_more_by_itself(
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_FEATURE
     assert "BED has all its points" in refused.what
-    session.reopen("BED")
+    session.steps.reopen("BED")
     assert isinstance(session.take_touch(bench.touches[1]), MeasuredPoint)
 
 
@@ -96,7 +96,7 @@ def test_a_touch_of_a_point_and_its_surface_goes_to_the_one_that_is_open_or_sele
     taken = session.take_touch(bench.touches[4])
     assert isinstance(taken, MeasuredPoint)
     assert taken.feature == "BLOCK_TOP"
-    session.reopen("CORNER")
+    session.steps.reopen("CORNER")
     again = session.take_touch(bench.touches[4])
     assert isinstance(again, MeasuredPoint)
     assert again.feature == "CORNER"
@@ -116,14 +116,14 @@ def test_the_way_the_ball_is_pulled_off_tells_faces_apart_as_well(
     refused = session.take_touch(blind)
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.AMBIGUOUS
-    session.set_compensation("pulled", "BLOCK_TOP")
+    session.steps.set_compensation("pulled", "BLOCK_TOP")
     taken = session.take_touch(replace(blind, pull_world=tip + away))
     assert isinstance(taken, MeasuredPoint)
     assert (taken.feature, taken.approach) == ("BLOCK_TOP", "pulled")
 
 
 def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSession) -> None:
-    session.select("BLOCK_TOP")
+    session.steps.select("BLOCK_TOP")
     view = session.view
     targets = view.feature("BLOCK_TOP").targets
     assert len(targets) == 3
@@ -143,7 +143,7 @@ def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSes
 def test_the_nominal_normal_compensates_once_the_part_is_aligned(
     bench: Bench, session: InspectionSession, aligned: Plan, tmp_path: Path
 ) -> None:
-    session.set_compensation("nominal", "BLOCK_TOP")
+    session.steps.set_compensation("nominal", "BLOCK_TOP")
     blind = replace(bench.touches[5], trail_world=np.empty((0, 3)))
     taken = session.take_touch(blind)
     assert isinstance(taken, MeasuredPoint)
@@ -153,7 +153,7 @@ def test_the_nominal_normal_compensates_once_the_part_is_aligned(
     assert taken.direction @ up > 1.0 - 1e-6
     with bench.job_at(tmp_path / "other.ocmm") as other:
         early = InspectionSession(aligned, bench.rig, bench.body, other, SessionOptions())
-        early.set_compensation("nominal", "BED")
+        early.steps.set_compensation("nominal", "BED")
         refused = early.take_touch(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_APPROACH
@@ -161,10 +161,10 @@ def test_the_nominal_normal_compensates_once_the_part_is_aligned(
 
 def test_a_way_of_compensation_that_says_nothing_is_refused(session: InspectionSession) -> None:
     with pytest.raises(MeasuringError, match="shank"):
-        session.set_compensation("shank", "SPHERE")
+        session.steps.set_compensation("shank", "SPHERE")
     with pytest.raises(MeasuringError, match="guess"):
-        session.set_compensation("guess")
-    session.set_compensation("shank")
+        session.steps.set_compensation("guess")
+    session.steps.set_compensation("shank")
     ways = {feature.name: feature.compensation for feature in session.view.features}
     assert ways["BLOCK_TOP"] == "shank"
     assert ways["SPHERE"] == "approach"
@@ -218,8 +218,8 @@ def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
         session = bench.session(job)
         for touch in bench.touches[:6]:
             session.take_touch(touch)
-        session.skip("SPHERE")
-        session.pause()
+        session.steps.skip("SPHERE")
+        session.pausing.pause()
     request = StationRequest(
         plan=tmp_path / "is-not-looked-at.toml", out=tmp_path, frame_rate_hz=500, seed=1,
         resume=job.path, operator="anna",

@@ -13,7 +13,6 @@ from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InternalError, OcmmError, StorageError
 from ocmm_core.inspection.evaluation import JobHeader, StatusWord, withdrawn
-from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Refusal
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
@@ -65,8 +64,8 @@ STEPS = (
     "ocmm_core.station._open_job.ChangeWatch",
     "ocmm_core.station._open_job.ProbeWatch",
     "ocmm_core.station._probe_watch.ProbeWatch.start",
-    "ocmm_core.station._open_job.InspectionSession.note_calibration",
-    "ocmm_core.station._open_job.InspectionSession.note_limits",
+    "ocmm_core.inspection.session._conditions.Conditions.note_calibration",
+    "ocmm_core.inspection.session._conditions.Conditions.note_limits",
     "ocmm_core.station._job_change.drop_if_empty",
     "ocmm_core.station._frame_loop.FrameLoop.between",
     "ocmm_core.station._jobs.header_text",
@@ -175,7 +174,7 @@ def test_a_start_that_fails_is_failed_and_not_waiting(
 ) -> None:
     station = built.station
     monkeypatch.setattr(
-        "ocmm_core.inspection.session._session.InspectionSession.note_climate", _raising
+        "ocmm_core.inspection.session._conditions.Conditions.note_climate", _raising
     )
     with pytest.raises(InternalError, match="The start failed: RuntimeError: injected"):
         station.start()
@@ -188,7 +187,7 @@ def test_a_step_that_nobody_foresaw_to_fail_stops_the_measuring(
     station = built.station
     monkeypatch.setattr("ocmm_core.inspection.session._step_log.StepLog.undo", _raising)
     with pytest.raises(InternalError, match="The change of the job failed"):
-        station.job.change(InspectionSession.undo)
+        station.job.change(lambda session: session.steps.undo())
     assert station.looks.live().status is StatusWord.FAILED
 
 

@@ -118,7 +118,7 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     assert (job.header.serial, job.paused) == ("1", True)
     assert station.job.plan.name != "TWO"
     assert station.job.plan_file == begun_with
-    station.job.change(lambda session: session.resume())
+    station.job.change(lambda session: session.pausing.resume())
     _until(lambda: len(station.job.stored()[1]) > kept)
     assert reopen_job(second).plan == plan
     assert reopen_job(second).doubts == ()
@@ -136,7 +136,7 @@ def test_a_plan_that_cannot_be_begun_with_changes_nothing(
         station.jobs.next_part(_header("A-1"))
         running = station.job.path
         path.write_bytes(resource("plans", "demo.toml").read_bytes())
-        station.job.change(lambda session: session.skip())
+        station.job.change(lambda session: session.steps.skip())
     with pytest.raises(InputError, match="A-1" if fault == "measured" else "other.toml"):
         station.jobs.change_plan(path, _header("A-1"))
     assert station.job.path == running

@@ -20,7 +20,6 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.inspection.evaluation import JobHeader, JobView
-from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import ButtonChange, ButtonWatch, StreamOptions, StreamServer
 from ocmm_core.station.stream import _client as stream_client
@@ -236,10 +235,10 @@ def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation
             numbers = [line["seq"] for line in second.steps(POINTS - 5)]
             assert numbers == list(range(6, POINTS + 1))
             # What is taken back is told, as what is turned round.
-            station.job.change(InspectionSession.undo)
+            station.job.change(lambda session: session.steps.undo())
             gone = {"seq": POINTS + 1, "job": JOB, "number": POINTS}
             assert second.steps(1) == [{"v": 1, "type": "annulled"} | gone]
-            station.job.change(InspectionSession.flip)
+            station.job.change(lambda session: session.points.flip())
             gone, new = second.steps(2)
             assert (gone["type"], gone["number"]) == ("annulled", POINTS - 1)
             assert (new["type"], new["approach"]) == ("point", "flipped")
@@ -292,7 +291,7 @@ def test_the_verdict_follows_every_change_and_is_that_of_the_job(
             assert (item["verdict"], item["deciding"]) == (wanted, summary.deciding)
             assert item["state"] == "done"
         # A point that goes takes the verdict with it.
-        station.job.change(InspectionSession.undo)
+        station.job.change(lambda session: session.steps.undo())
         (gone,) = client.steps(1)
         after = told_until(client, gone["seq"])
         assert after["part"] == station.job.view().part_verdict.word.value == "NOT COMPLETE"
