@@ -88,7 +88,7 @@ class TouchTaker:
         try:
             # A service names its interface only once it runs: before the first point it has.
             job.session.conditions.note_origin(simulated=self._instruments.simulated)
-            outcome = job.session.take_touch(touch, feature)
+            outcome = job.session.touches.take(touch, feature)
         except OcmmError as error:
             # A point that could not be made durable is no point; measuring goes on.
             self._faults.tell(error)
@@ -103,6 +103,6 @@ class TouchTaker:
 
 def refuse(session: InspectionSession, refusal: Refusal, events: StationEvents) -> None:
     """Note in the job that a touch gave no point, and tell it."""
-    session.refuse(refusal)
+    session.touches.refuse(refusal)
     events.emit(events.point_refused, refusal)
     events.emit(events.changed)

@@ -94,7 +94,7 @@ class StationBridge(QObject):
             station.job.view, self._changed_elsewhere.emit, self._on_not_evaluated
         )
         # Before any listener that may fail: what comes after that one is not told.
-        station.events.changed.connect(self._on_changed, priority=1)
+        station.events.changed.connect(self._evaluator.wake, priority=1)
         station.events.point_taken.connect(self._on_taken, priority=1)
         station.events.point_refused.connect(self._on_refused, priority=1)
         station.faults.failed.connect(self._on_failed, priority=1)
@@ -129,7 +129,7 @@ class StationBridge(QObject):
             return True
         self._queue.closed = True
         self._timer.stop()
-        self.station.events.changed.disconnect(self._on_changed)
+        self.station.events.changed.disconnect(self._evaluator.wake)
         self.station.events.point_taken.disconnect(self._on_taken)
         self.station.events.point_refused.disconnect(self._on_refused)
         self.station.faults.failed.disconnect(self._on_failed)
@@ -161,9 +161,6 @@ class StationBridge(QObject):
             self._plan = plan
             self.plan_changed.emit()
         self.job_changed.emit(job)
-
-    def _on_changed(self) -> None:
-        self._evaluator.wake()
 
     def _on_not_evaluated(self, error: Exception) -> None:
         # On the thread of the evaluator; the station tells why.

@@ -1,4 +1,4 @@
-"""Whether a touch may become a point."""
+"""Whether and how a touch becomes a point."""
 
 from __future__ import annotations
 
@@ -9,17 +9,15 @@ import numpy as np
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.measuring import (
     MeasuredPoint,
-    PointOptions,
     Refusal,
     RefusalCode,
     Side,
     StablePoint,
     Touch,
-    approach_direction,
-    average,
     point_uncertainty,
     side_of,
 )
@@ -88,37 +86,56 @@ class Meant:
     nominal_normal: Float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Rested:
-    """A touch whose ball is known to have rested.
+class Acceptance:
+    """Make a durable point of a touch that is good enough; the last of three steps.
 
-    Attributes
+    Parameters
     ----------
-    stable
-        The ball at rest.
-    ways
-        Each (3,), unit, world: how it came and how it was pulled off, where that is known.
+    ledger
+        Gets the points.
+    rig, body, reference
+        What is measured with.
+    options
+        Limits.
     """
 
-    stable: StablePoint
-    ways: tuple[Float, ...]
+    def __init__(
+        self,
+        ledger: JobLedger,
+        rig: Rig,
+        body: ProbeBody,
+        options: SessionOptions,
+        reference: ReferenceUse,
+    ) -> None:
+        self._ledger, self._rig, self._body = ledger, rig, body
+        self._options, self._reference = options, reference
 
+    def take(self, touch: Touch, stable: StablePoint, meant: Meant) -> MeasuredPoint | Refusal:
+        """Return the point that a touch has become, or why it has become none.
 
-def ball_at_rest(touch: Touch, rig: Rig, options: PointOptions) -> Rested | Refusal:
-    """Return where the ball of a touch rested, or why that is not known."""
-    if touch.interrupted:
-        return Refusal(
-            RefusalCode.GAP,
-            "The frames of the cameras were interrupted during the touch.",
-            "Touch again when the machine is ready.",
-            0.0,
+        Parameters
+        ----------
+        stable
+            Its ball at rest.
+        meant
+            What it is meant for.
+        """
+        ledger, progress = self._ledger, self._ledger.progress
+        judged = judge_touch(
+            touch, stable, meant, self._rig, self._body, self._options, self._reference
         )
-    stable = average(touch.window, touch.expected, rig, options)
-    if isinstance(stable, Refusal):
-        return stable
-    trails = (touch.trail_world, touch.pull_world[::-1])
-    ways = [approach_direction(trail, stable.tip_world, options.approach_mm) for trail in trails]
-    return Rested(stable, tuple(way for way in ways if way is not None))
+        if isinstance(judged, Refusal):
+            return judged
+        name = judged.feature
+        point = judged.point(ledger.points.next_number(), self._body.tip_radius)
+        before = progress.opened(name)
+        follows = progress.active == name or progress.probing == "any"
+        after = before if follows else progress
+        if ledger.points.count(name) + 1 >= ledger.plan.feature(name).points:
+            after = after.finished(name)
+        ledger.log.take(point, judged.sensitivity, before, after)
+        ledger.changed()
+        return point
 
 
 def judge_touch(

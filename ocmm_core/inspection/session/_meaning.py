@@ -14,10 +14,18 @@ from ocmm_core.inspection.evaluation import (
     nearness,
 )
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session._acceptance import Meant
+from ocmm_core.inspection.session._acceptance import Acceptance, Meant
 from ocmm_core.inspection.session._any_order import SEARCH_MM, Contact, touched_feature
+from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._side_choice import method_of
-from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, reported_points
+from ocmm_core.measuring import (
+    MeasuredPoint,
+    Refusal,
+    RefusalCode,
+    StablePoint,
+    Touch,
+    reported_points,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +50,55 @@ class NominalPlace:
         """Return the motion from the world to their frame; None while datums are not measured."""
         points = reported_points(self.points, self.options.climate.part)
         return aligned_nominals(self.plan, checked_features(self.plan, points, self.options))
+
+
+class Assignment:
+    """Say what a touch is meant for, and hand it on; the second of three steps.
+
+    Parameters
+    ----------
+    ledger
+        Says what is touched next.
+    radius
+        Of the ball, mm.
+    options
+        Of the session.
+    acceptance
+        The step that follows.
+    """
+
+    def __init__(
+        self, ledger: JobLedger, radius: float, options: SessionOptions, acceptance: Acceptance
+    ) -> None:
+        self._ledger, self._radius, self._options = ledger, radius, options
+        self._acceptance = acceptance
+
+    def take(
+        self, touch: Touch, stable: StablePoint, ways: tuple[Float, ...], wanted: str | None
+    ) -> MeasuredPoint | Refusal:
+        """Return the point that a touch has become, or why it has become none.
+
+        Parameters
+        ----------
+        stable
+            Its ball at rest.
+        ways
+            Each (3,), unit, world: how the ball came and how it was pulled off, where known.
+        wanted
+            Feature that a script means; None where a person touches.
+        """
+        ledger, progress = self._ledger, self._ledger.progress
+        meant = meant_for(
+            ledger.plan,
+            progress,
+            Contact(stable.tip_world, ways, self._radius, stable.time_s),
+            NominalPlace(ledger.plan, ledger.points.counting, self._options),
+            wanted=wanted,
+            selected=ledger.selected if ledger.selected == progress.active else "",
+        )
+        if isinstance(meant, Refusal):
+            return meant
+        return self._acceptance.take(touch, stable, meant)
 
 
 def meant_for(

@@ -20,25 +20,19 @@ from ocmm_core.inspection.evaluation import (
     SessionOptions,
 )
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session._acceptance import ball_at_rest, judge_touch
-from ocmm_core.inspection.session._any_order import Contact
+from ocmm_core.inspection.session._acceptance import Acceptance
 from ocmm_core.inspection.session._conditions import Conditions
 from ocmm_core.inspection.session._header import header_of
 from ocmm_core.inspection.session._held_points import HeldPoints
+from ocmm_core.inspection.session._intake import TouchIntake
 from ocmm_core.inspection.session._job_view import JobState, view_of
 from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
-from ocmm_core.inspection.session._meaning import NominalPlace, meant_for
+from ocmm_core.inspection.session._meaning import Assignment
 from ocmm_core.inspection.session._measured_frame import MeasuredFrame
 from ocmm_core.inspection.session._point_steps import PointSteps
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.inspection.session._side_choice import awaits_pull
 from ocmm_core.inspection.session._steps import JobSteps, Pausing
-from ocmm_core.measuring import (
-    MeasuredPoint,
-    Refusal,
-    RefusalCode,
-    Touch,
-)
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceHome, TipSensitivity
 
@@ -95,6 +89,10 @@ class InspectionSession:
                 "Begin a new job.",
             )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
+        acceptance = Acceptance(ledger, rig, body, options, self._reference)
+        assignment = Assignment(ledger, body.tip_radius, options, acceptance)
+        self.touches = TouchIntake(ledger, rig, options.point, assignment)
+        """Where touches become points."""
         self.frame = MeasuredFrame(ledger, options)
         """The part frame that the points show."""
         self.conditions = Conditions(ledger, options, begun=begun)
@@ -176,27 +174,6 @@ class InspectionSession:
         with self._ledger.lock:
             self._reference.keep(home)
 
-    def take_touch(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
-        """Turn a touch into a durable point of the active feature, or say why not.
-
-        Parameters
-        ----------
-        touch
-            The frames.
-        feature
-            Feature that the touch is meant for; None for the active one.
-
-        Raises
-        ------
-        StorageError
-            The point could not be made durable; it is not part of the job then.
-        """
-        with self._ledger.lock:
-            outcome = self._point(touch, feature)
-            if isinstance(outcome, Refusal):
-                self._note(outcome)
-            return outcome
-
     def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
         """Take over what was computed from the raw observations of points already, by number."""
         with self._ledger.lock:
@@ -218,54 +195,6 @@ class InspectionSession:
         """
         with self._ledger.lock:
             self._ledger.job.append_event("alignment", words)
-
-    def refuse(self, refusal: Refusal) -> None:
-        """Note that a trigger got no answer from the cameras."""
-        with self._ledger.lock:
-            self._note(refusal)
-
-    def _note(self, refusal: Refusal) -> None:
-        self._ledger.job.append_event("refused", f"{refusal.code.value}: {refusal.what}")
-        self._ledger.refusal, self._ledger.view, self._ledger.looked_at = refusal, None, ""
-
-    def _point(self, touch: Touch, wanted: str | None) -> MeasuredPoint | Refusal:
-        ledger = self._ledger
-        if ledger.paused:
-            return Refusal(
-                RefusalCode.PAUSED,
-                "The job is paused.",
-                "Go on with the job, then touch again.",
-                float(touch.window.time_ns[0]) * 1e-9 if len(touch.window) else 0.0,
-            )
-        rested = ball_at_rest(touch, self._rig, self._options.point)
-        if isinstance(rested, Refusal):
-            return rested
-        stable, radius, progress = rested.stable, self._body.tip_radius, ledger.progress
-        meant = meant_for(
-            ledger.plan,
-            progress,
-            Contact(stable.tip_world, rested.ways, radius, stable.time_s),
-            NominalPlace(ledger.plan, ledger.points.counting, self._options),
-            wanted=wanted,
-            selected=ledger.selected if ledger.selected == progress.active else "",
-        )
-        if isinstance(meant, Refusal):
-            return meant
-        judged = judge_touch(
-            touch, stable, meant, self._rig, self._body, self._options, self._reference
-        )
-        if isinstance(judged, Refusal):
-            return judged
-        name = judged.feature
-        point = judged.point(ledger.points.next_number(), radius)
-        before = progress.opened(name)
-        follows = progress.active == name or progress.probing == "any"
-        after = before if follows else progress
-        if ledger.points.count(name) + 1 >= ledger.plan.feature(name).points:
-            after = after.finished(name)
-        ledger.log.take(point, judged.sensitivity, before, after)
-        ledger.changed()
-        return point
 
     def _frame_doubt(self) -> str:
         """Return why the frame of the plan proves nothing about a real part; empty where it may."""

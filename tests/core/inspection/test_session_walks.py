@@ -70,7 +70,7 @@ def _touch(
     active = session.view.active
     if active:
         first, end = by_feature[active]
-        session.take_touch(bench.touches[int(rng.integers(first, end))])
+        session.touches.take(bench.touches[int(rng.integers(first, end))])
 
 
 def _looked_back(before: JobView, view: JobView) -> None:

@@ -26,7 +26,7 @@ def measured(bench: Bench) -> Path:
         )
         session.conditions.note_climate()
         for touch in bench.touches:
-            assert isinstance(session.take_touch(touch), MeasuredPoint)
+            assert isinstance(session.touches.take(touch), MeasuredPoint)
     return bench.folder / "job.ocmm"
 
 
