@@ -1,10 +1,15 @@
 """The measuring station: everything that runs while a job is measured.
 
-In flow an acquisition with its ring, a plan, the calibration, the probe and an open job file; out
-flow signals, snapshots, and the points in the file. `MeasuringStation` joins its services and
-starts and stops them: ``job`` (the inspector's commands), ``jobs`` (the next part, another plan),
-``looks`` (live values, bus), ``instruments`` (calibration and probe), ``maintenance``,
-``reports``, ``events`` (signals) and ``faults``.
+In: a source, rig, probe, plan and records in force, and commands of the inspector.
+Out: live snapshots, views of the job, the job file, and the live stream for other programs.
+
+Read `_station` first: it joins the services, starts and stops them. These are ``job`` (`_job`:
+what an inspector does), ``jobs`` (`_job_change`: the next part, another plan), ``looks`` (live
+values, bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events``
+(signals) and ``faults`` (a defect stays until a new start). `_frame_loop` is the thread from ring
+to touches, `_touches` the step after it, `_live` what the machine sees now. The watches:
+`_calibration_watch`, `_change_watch`, `_probe_watch`, `_reference_watch`, `_bus_watch`. `stream` is
+the room for other programs. Numbers come from the rooms below. It must not know a screen.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.export import write_report
+from ocmm_core.export import DEFAULT_FORMAT, write_report
 from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.station._instruments import Instruments
@@ -57,7 +57,7 @@ class Reports:
     def export(
         self,
         directory: Path,
-        formats: Sequence[str] = ("polyworks",),
+        formats: Sequence[str] = (DEFAULT_FORMAT,),
         profile: Profile | None = None,
         *,
         incomplete: bool = False,

@@ -1,8 +1,12 @@
 """Between the measuring station and Qt: state by signals, live values by a timer.
 
-In flow signals and snapshots of the station; out they flow on the thread of the window. What the
-window asks for goes through the queue of one of its services: ``job``, ``choice``, ``results``,
-``jobs`` and ``maintenance``. What only is read is read from ``bridge.station`` itself.
+In: a station with its threads. Out: signals on the window's thread, and commands to the station.
+
+Read `_bridge` (signals, timer; it joins the services) and `_evaluator` (the job evaluated on a
+thread of its own, no more often than somebody can look). What the window asks for goes through the
+queue in `_commands`, by ``job``, ``choice`` and ``results`` (`_job_commands`), ``jobs``
+(`_job_change`) and ``maintenance``; what is only read is read from ``bridge.station`` itself.
+Nothing long runs on the window's thread. It must not know a single screen.
 """
 
 from __future__ import annotations

@@ -1,4 +1,11 @@
-"""The words of shapes and of nominal features, and points of a text file."""
+"""The words of shapes and of nominal features, and points of a text file.
+
+In: what a plan says of a feature, or a text file of points. Out: checked nominals, arrays in mm.
+
+Read `_shapes` (which shapes there are, what their geometry vector holds, the form of every fit),
+`_nominal` and `_nominal_checks` (can what a plan says exist), `_points_file`.
+It is the first room of features and must not know how anything is fitted.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""Every kind of characteristic: its value, and how it answers to every point."""
+"""Every kind of characteristic: its value, and how it answers to every point.
+
+In: measured features, datums, the frame. Out: a value with its gradient by all ball centres.
+
+Read `_checks` (what each kind names and needs) and `_evaluate` (which file computes what), then
+`_measure` (sizes, distances, coordinates, angles from geometry), `_size`, `_angle`, and those with
+a zone: `_form`, `_orientation`, `_location`, `_profile`, `_runout`, `_symmetry`.
+It must not know uncertainty or limits: a value is the same whatever is allowed.
+"""
 
 from __future__ import annotations
 
