@@ -469,7 +469,10 @@ class MeasuringStation:
         except Exception as error:
             told = self._faults.fail(error, "The watch over the calibration")
             return CalibrationView(
-                Word.UNUSABLE, self.rig.name, self.rig.identity, Obstacle(told.what, told.remedy)
+                word=Word.UNUSABLE,
+                rig=self.rig.name,
+                identity=self.rig.identity,
+                obstacle=Obstacle(told.what, told.remedy),
             )
 
     def calibration_overview(self) -> CalibrationOverview:
@@ -488,12 +491,12 @@ class MeasuringStation:
         except Exception as error:
             told = self._faults.fail(error, "The watch over the probe")
             return ProbeView(
-                Word.UNUSABLE,
-                self.body.name,
-                self._probe.in_use.tip,
-                self.body.identity,
-                2.0 * self.body.tip_radius,
-                Obstacle(told.what, told.remedy),
+                word=Word.UNUSABLE,
+                probe=self.body.name,
+                tip=self._probe.in_use.tip,
+                identity=self.body.identity,
+                diameter_mm=2.0 * self.body.tip_radius,
+                obstacle=Obstacle(told.what, told.remedy),
             )
 
     def probe_overview(self) -> ProbeOverview:

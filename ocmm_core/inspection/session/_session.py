@@ -296,7 +296,10 @@ class InspectionSession(JobSteps):
             return outcome
 
     def taught_plan(self, decimals: int = 3) -> Plan:
-        """Return the plan with the nominals that this part shows; see `teach.taught_plan`."""
+        """Return the plan with the nominals that this part shows; see `teach.taught_plan`.
+
+        For tests: nothing in the product asks for it.
+        """
         with self._lock:
             points = reported_points(self._points.counting, self._options.climate.part)
             actual = checked_features(self._plan, points, self._options)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from pathlib import Path
 
 import pytest
@@ -81,7 +80,6 @@ def test_an_entry_lacks_nothing(spec: SourceSpec) -> None:
     assert origin_of(named(spec)) is spec.origin
 
 
-@pytest.mark.skipif(os.name != "posix", reason="the bus needs Linux")
 @pytest.mark.parametrize("spec", SOURCES, ids=lambda spec: spec.prefix)
 def test_what_is_made_is_what_the_entry_says(spec: SourceSpec, tmp_path: Path) -> None:
     feed = made(spec, tmp_path)
