@@ -111,12 +111,10 @@ def unused(house: House) -> Unused:
     """Return what neither the product nor benchmarks nor the Python of the documents use."""
     uses = _Uses(defaultdict(set), defaultdict(set))
     for hook in _hooks(house):
-        if hook.owner:
-            uses.attributes[hook.name].add(("tests", 0))
-        else:
-            uses.defined[hook.module, hook.name].add(("tests", 0))
-    for target in house.started:
-        uses.defined[house.home(*target)].add(("pyproject.toml", 0))
+        found = uses.attributes[hook.name] if hook.owner else uses.defined[hook.module, hook.name]
+        found.add(("tests", 0))
+    for module, name in house.started:
+        uses.defined[house.home(module, name)].add(("pyproject.toml", 0))
     _add_uses(uses, house, [*house.product.values(), *house.benchmarks, *house.pages])
     without = _unused(_definitions(house), uses)
     _add_uses(uses, house, house.tests)

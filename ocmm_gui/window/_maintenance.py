@@ -60,13 +60,17 @@ class Maintenance(QObject):
     ) -> None:
         super().__init__()
         self._bridge, self._notices, self._echo = bridge, notices, echo
-        self.bus = BusPage(bridge.bus)
+        self.bus = BusPage(bridge.station.looks.bus)
         self.calibration = CalibrationPage(
-            bridge.station.rig, bridge.calibration, bridge.calibration_overview
+            bridge.station.instruments.rig,
+            bridge.station.instruments.calibration,
+            bridge.station.instruments.calibration_overview,
         )
-        self.probe = ProbePage(bridge.probe, bridge.probe_overview)
+        self.probe = ProbePage(
+            bridge.station.instruments.probe, bridge.station.instruments.probe_overview
+        )
         self.probe_design = ProbeDesignPage(
-            bridge.station.rig, plain_body(bridge.station.probe_in_use)
+            bridge.station.instruments.rig, plain_body(bridge.station.instruments.probe_in_use)
         )
         self.fits = FitsPage()
         pages = (
@@ -92,7 +96,7 @@ class Maintenance(QObject):
         self.wizard.taken.connect(lambda: echo.play(Sound.TAKEN))
         self.wizard.sounded.connect(echo.play)
         self.wizard.failed.connect(self._on_wizard_failed)
-        bridge.cameras_written.connect(
+        bridge.maintenance.cameras_written.connect(
             lambda: notices.inform("The cameras store the intrinsics of the calibration.")
         )
 
@@ -119,7 +123,7 @@ class Maintenance(QObject):
 
         Its keys are its own until it is left.
         """
-        in_use = self._bridge.station.probe_in_use
+        in_use = self._bridge.station.instruments.probe_in_use
         records = in_use.records
         self.wanted.emit(self.definition)
         self.definition.open(
@@ -139,7 +143,7 @@ class Maintenance(QObject):
         self._notices.error(error)
 
     def _on_wizard_left(self) -> None:
-        self._bridge.look_at_probe_records()
+        self._bridge.maintenance.look_at_probe_records()
         self.left.emit()
 
     def _on_defined(self, path: Path) -> None:

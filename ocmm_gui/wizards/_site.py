@@ -84,7 +84,7 @@ class WizardSite:
 def site_of(bridge: StationBridge) -> WizardSite:
     """Return the site of a running inspection."""
     station = bridge.station
-    in_use = station.calibration_in_use
+    in_use = station.instruments.calibration_in_use
     obstacle = (
         "The cameras are taken to be as the rig document says: no calibrations are kept.",
         "Start the program with --calibrations FOLDER, or with real cameras.",
@@ -93,15 +93,15 @@ def site_of(bridge: StationBridge) -> WizardSite:
         obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
 
     def warmth() -> tuple[float | None, ...]:
-        report = station.bus_report()
+        report = station.looks.bus_report()
         return () if report is None else tuple(one.temperature_c for one in report.cameras)
 
     return WizardSite(
-        rig=station.rig,
-        body=station.body,
+        rig=station.instruments.rig,
+        body=station.instruments.body,
         store=None if in_use.store is None else in_use.store.folder,
-        who=bridge.job().operator,
-        tap=bridge.show_frames_to,
+        who=bridge.shown.job.operator,
+        tap=bridge.station.maintenance.show_frames_to,
         warmth=warmth,
         obstacle=obstacle,
         probe=_probe_site(bridge),
@@ -109,7 +109,7 @@ def site_of(bridge: StationBridge) -> WizardSite:
 
 
 def _probe_site(bridge: StationBridge) -> ProbeSite:
-    in_use = bridge.station.probe_in_use
+    in_use = bridge.station.instruments.probe_in_use
     obstacle = (
         "The probe is taken to be as its document says: no records of it are kept.",
         "Start the program with --probes FOLDER, or with real cameras.",
