@@ -14,7 +14,10 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import load_plan
+from ocmm_core.tolerances.kinds import KINDS
+from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor import PlanSheet
+from ocmm_gui.plan_editor._form_lines import Kind, form_lines
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
 from tests.host import HANG_MS
 
@@ -161,3 +164,11 @@ def test_a_model_is_read_beside_the_window_and_can_be_given_up(
     assert sheet.importing.words() == ""
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=HANG_MS)
     assert (sheet.draft.plan, told) == (before, [])
+
+
+def test_the_form_of_a_characteristic_offers_every_kind() -> None:
+    lines = {line.key: line for line in form_lines(Characteristic, {})}
+    assert lines["kind"].kind is Kind.CHOICE
+    assert lines["kind"].choices == tuple(KINDS)
+    assert lines["kind"].neutral == "diameter"
+    assert lines["name"].kind is Kind.TEXT

@@ -87,6 +87,12 @@ def test_every_kind_has_a_row_with_a_known_answer() -> None:
     assert {item.kind for item, _ in rows} == set(KINDS)
 
 
+def test_every_kind_is_explained_in_the_documentation() -> None:
+    page = Path(ocmm_core.__path__[0]).parent / "docs" / "characteristics.md"
+    told = page.read_text(encoding="utf-8")
+    assert [name for name in KINDS if f"`{name}`" not in told] == []
+
+
 def test_an_unknown_kind_is_refused_wherever_it_is_asked_for() -> None:
     for ask in (
         lambda: spec_of("waviness"),
