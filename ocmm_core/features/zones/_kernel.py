@@ -162,8 +162,8 @@ def narrowest_zone(
                 worst, code = above, i
             if below > worst:
                 worst, code = below, n + i
-            # The first violated row instead of the worst (as Bland's rule): it cannot cycle among
-            # equals for ever.
+            # The first violated row instead of the worst, after Bland: it breaks most cycles among
+            # equals, and MAX_EXCHANGES ends what is left.
             if code >= 0 and exchange > PLAIN_EXCHANGES:
                 break
         for j in range(k):
