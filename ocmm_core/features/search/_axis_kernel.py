@@ -141,7 +141,7 @@ def axis_terms(
             for i in range(4):
                 jacobian[row, i] = by_rho[i]
             jacobian[row, 4] = -1.0
-            # d (rho)'' + ...: with the residual rho - R only rho bends.
+            # The residual rho - R bends with rho alone.
             weight_rho = d
         elif kind == CONE:
             d = rho * cf - t * sf - p[7]

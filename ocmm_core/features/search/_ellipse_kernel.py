@@ -58,7 +58,6 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
         if abs(change) < _SETTLED * t:
             break
     c, s = long * along / (t + gap), short * beside / t
-    # What Newton left goes into the length; the angle is that of the foot.
     scale = 1.0 / np.sqrt(c * c + s * s)
     c, s = c * scale, s * scale
     if a < b:
@@ -89,7 +88,6 @@ def _feet(m: int, a: float, b: float, block: Float) -> None:
         t = short * short
         t = t if t > least else least
         change = 0.0
-        # A fixed number and no branch: the compiler does several points at once.
         for _ in range(_STEPS):
             by_long, by_short = 1.0 / (t + gap), 1.0 / t
             first, second = long * along * by_long, short * beside * by_short
@@ -299,5 +297,4 @@ def conics(points: Float, found: Float) -> None:
         found[0, 3 + i] = 0.0
         for j in range(3):
             found[0, 3 + i] += to_linear[i, j] * vectors[j, best]
-    # The eigenvector of the smallest eigenvalue.
     found[1] = np.linalg.eigh(scatter)[1][:, 0]
