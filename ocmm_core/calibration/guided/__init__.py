@@ -96,11 +96,12 @@ if TYPE_CHECKING:
         Decided,
         Entered,
         SessionEvent,
+        SessionFormat,
         SessionLine,
         Spots,
-        first_line,
         from_spots,
         is_ended,
+        require_probe,
         session_path,
         sessions,
         to_spots,
@@ -108,7 +109,13 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
     from ocmm_core.calibration.guided._table_text import Row, Table, read_table
-    from ocmm_core.calibration.guided._touches import Touch, joint_covariance, tips_of, touch_of
+    from ocmm_core.calibration.guided._touches import (
+        Touch,
+        joint_covariance,
+        shared_covariance,
+        tips_of,
+        touch_of,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -136,12 +143,12 @@ else:
         _session="CameraProcedure O ProbeProcedure",
         _session_drift="Rest camera_step rest_of step_finding",
         _session_events=(
-            "Begun CommonEvent Decided Entered SessionEvent SessionLine Spots first_line "
-            "from_spots is_ended session_path sessions to_spots utc_text"
+            "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
+            "from_spots is_ended require_probe session_path sessions to_spots utc_text"
         ),
         _shot_table="Shot load_shots write_shots",
         _table_text="Row Table read_table",
-        _touches="Touch joint_covariance tips_of touch_of",
+        _touches="Touch joint_covariance shared_covariance tips_of touch_of",
     )
 
 __all__ = [
@@ -190,6 +197,7 @@ __all__ = [
     "Row",
     "SeatVisited",
     "SessionEvent",
+    "SessionFormat",
     "SessionLine",
     "Shot",
     "Spots",
@@ -207,7 +215,6 @@ __all__ = [
     "coverage",
     "first_gate",
     "first_instruction",
-    "first_line",
     "from_spots",
     "handle_axis",
     "hash_of",
@@ -226,9 +233,11 @@ __all__ = [
     "read_table",
     "repeat_finding",
     "require_no_doubt_since",
+    "require_probe",
     "rest_of",
     "session_path",
     "sessions",
+    "shared_covariance",
     "sigma_of_mean",
     "step_finding",
     "tips_of",

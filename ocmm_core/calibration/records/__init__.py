@@ -37,10 +37,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.records._in_use import (
         CalibrationInUse,
         CalibrationView,
-        Obstacle,
-        Word,
         default_folder,
-        judge,
         open_calibration,
         open_design,
         require_record,
@@ -59,7 +56,6 @@ if TYPE_CHECKING:
         ProbeText,
         ProbeView,
         default_probe_folder,
-        judge_probe,
         open_probe,
         open_probe_design,
         probe_store_folder,
@@ -103,6 +99,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
+    from ocmm_core.calibration.records._usable import Obstacle, Word, judge
 else:
     __getattr__ = door(
         __name__,
@@ -113,13 +110,13 @@ else:
         _findings="Finding let_pass",
         _history="CalibrationStore",
         _in_use=(
-            "CalibrationInUse CalibrationView Obstacle Word default_folder judge open_calibration "
-            "open_design require_record store_folder"
+            "CalibrationInUse CalibrationView default_folder open_calibration open_design "
+            "require_record store_folder"
         ),
         _overview="CalibrationOverview ProbeOverview TipState overview probe_overview",
         _probe_in_use=(
-            "ProbeInUse ProbeText ProbeView TEXT_SCHEMA default_probe_folder judge_probe "
-            "open_probe open_probe_design probe_store_folder require_records"
+            "ProbeInUse ProbeText ProbeView TEXT_SCHEMA default_probe_folder open_probe "
+            "open_probe_design probe_store_folder require_records"
         ),
         _probe_records=(
             "CHECK_SCHEMA MadeRecord PROBE_SCHEMA PivotCheck ProbeRecord TIP_SCHEMA "
@@ -134,6 +131,7 @@ else:
         _sealed="canonical load load_named record_hash save seal",
         _serials="rests_on same_serial",
         _trends="Course Sample",
+        _usable="Obstacle Word judge",
     )
 
 __all__ = [
@@ -189,7 +187,6 @@ __all__ = [
     "default_probe_folder",
     "entry_of",
     "judge",
-    "judge_probe",
     "judge_warmth",
     "judgements",
     "let_pass",

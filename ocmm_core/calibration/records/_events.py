@@ -111,6 +111,14 @@ class TipRecords:
     calibration: ProbeRecord
     qualification: TipRecord | None
 
+    @property
+    def due_utc(self) -> str:
+        """Return until when they hold, ISO 8601 text."""
+        ends = [self.calibration.valid_until_utc]
+        if self.qualification is not None:
+            ends.append(self.qualification.valid_until_utc)
+        return min(ends, key=datetime.fromisoformat)
+
 
 def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:
     """Return the state of a calibration at a moment by its events alone."""

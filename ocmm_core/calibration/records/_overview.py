@@ -8,7 +8,7 @@ from datetime import datetime
 
 import numpy as np
 
-from ocmm_core.calibration.records._events import Event, TipEvent
+from ocmm_core.calibration.records._events import Event, TipEvent, TipRecords
 from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
 from ocmm_core.calibration.records._probe_store import ProbeStore
@@ -91,10 +91,7 @@ class TipState:
     @property
     def due_utc(self) -> str:
         """Return until when its records hold, ISO 8601 text."""
-        ends = [self.calibration.valid_until_utc]
-        if self.qualification is not None:
-            ends.append(self.qualification.valid_until_utc)
-        return min(ends, key=datetime.fromisoformat)
+        return TipRecords(self.calibration, self.qualification).due_utc
 
 
 @dataclass(frozen=True, slots=True)

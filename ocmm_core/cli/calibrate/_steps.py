@@ -10,7 +10,7 @@ from rich.console import Console
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Decision, Procedure
-from ocmm_core.calibration.records import Word, judge_probe, require_records
+from ocmm_core.calibration.records import Word, judge, require_records
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.cli.calibrate._report import print_standing
 from ocmm_core.cli.calibrate._run import (
@@ -110,7 +110,7 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
         defect = None if in_use.store is None else in_use.store.defect(in_use.tip, thorough=True)
         if defect is not None:
             raise defect
-        view = judge_probe(in_use, now())
+        view = judge(in_use, now())
         make_console().print(f"Probe  {view.label}", highlight=False)
     return in_use.body
 
