@@ -99,7 +99,7 @@ def measure(
     reading[BACKGROUND] = background
     reading[PEAK] = brightest
     reading[PIXELS] = 0.0
-    # The threshold is five times the read noise: dark pixels pass it once in a minute or less.
+    # By default five times the read noise: dark pixels pass it once in a minute or less.
     if brightest <= threshold:
         reading[STATUS] = DARK
         return

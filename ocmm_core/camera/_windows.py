@@ -111,7 +111,7 @@ def settle(slots: Float, options: Float, readings: Float) -> None:
         # A candidate that fails once was noise or a passing light.
         elif slot[PHASE] == TRIAL:
             slot[PHASE] = NOBODY
-        # 800 frames are 0.1 s at 8 kHz.
+        # By default 800 frames, 0.1 s at 8 kHz.
         elif slot[MISSED] >= options[centroid.HOLD]:
             slot[PHASE] = NOBODY
             slot[HOME_U], slot[HOME_V] = slot[SLOT_U], slot[SLOT_V]

@@ -77,8 +77,6 @@ class ReferenceFilter:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow(
-    # Increments are (rotation vector, translation), rad and mm, rig axes, as those of the
-    # covariance.
     good: NDArray[np.bool_], rotations_in: Float, origins_in: Float, covariance: Float,
     limit: float, shares: Float, anchor: Float, place: Float, state: Float,
     rotations: Float, origins: Float, frames: Float,
@@ -103,6 +101,7 @@ def _follow(
         if state[_FRAMES] == 0.0:
             _begin(anchor, place, state, rotations_in[i], origins_in[i])
         else:
+            # (rotation vector, translation), rad and mm, rig axes, as those of the covariance.
             _increments(anchor, place, rotations_in[i], origins_in[i], step)
             for k in range(6):
                 # Now the latest frame less the mean: zero in expectation while the body rests.

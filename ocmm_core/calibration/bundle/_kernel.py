@@ -231,8 +231,8 @@ def eliminate_frames(
                 off = seat_weight * (q[axis] + origins[n, axis] - seat_positions[seat, axis])
                 total += off * off
                 row[:] = 0.0
-                # Along this axis the origin moves it by one, and the turn by (w x q)[axis] = w[axis
-                # + 1] q[axis + 2] - w[axis + 2] q[axis + 1], indices modulo 3.
+                # The origin moves the tip along this axis by one. Axis i of w x q is w[i+1] q[i+2]
+                # - w[i+2] q[i+1], indices modulo 3.
                 row[3 + axis] = seat_weight
                 after, before = (axis + 1) % 3, (axis + 2) % 3
                 row[after] = seat_weight * q[before]

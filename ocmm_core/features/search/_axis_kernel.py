@@ -34,6 +34,7 @@ _NEAREST = 1e-12
 @compiled()
 def across(x: float, y: float, z: float, e: Float) -> None:
     """Put two unit vectors square to the axis into ``e`` (2, 3) (Duff and others, JCGT 6, 2017)."""
+    # sign + z lies between 1 and 2 in size, for every direction of the axis: nothing cancels.
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)
     b = x * y * a
@@ -46,10 +47,15 @@ def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
     """Put the parameters after a step into ``moved`` (8,)."""
     e = np.empty((2, 3))
     across(p[3], p[4], p[5], e)
+    # A cylinder and a cone may slide along their axes: no step ua, and all later ones move up by
+    # one.
     along = 0 if kind <= CONE else 1
     t1, t2 = step[2 + along], step[3 + along]
+    # The axis goes along a great circle, by |t| towards (t1, t2). Second derivatives below are
+    # those of this way and of no other.
     turn = np.hypot(t1, t2)
     c = np.cos(turn)
+    # sin(x) / x is one to the last digit well before 1e-30.
     s = np.sin(turn) / turn if turn > 1e-30 else 1.0
     length = 0.0
     for k in range(3):
@@ -59,6 +65,7 @@ def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
         moved[3 + k] = c * p[3 + k] + s * (t1 * e[0, k] + t2 * e[1, k])
         length += moved[3 + k] * moved[3 + k]
     length = np.sqrt(length)
+    # Cosine and sine lose a digit now and then; the length is made one at every step.
     for k in range(3):
         moved[3 + k] /= length
     moved[6] = p[6] + step[4 + along]
@@ -69,6 +76,8 @@ def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
         for k in range(3):
             moved[k] -= foot * moved[3 + k]
         if kind == CONE:
+            # The foot lies lower by `foot`, so that t grows by it: rho cos f - t sin f - s is the
+            # same for every point with s less foot sin f.
             moved[7] -= foot * np.sin(moved[6])
 
 
@@ -108,16 +117,20 @@ def axis_terms(
     by_t = np.zeros(k)
     for row in range(n):
         qx, qy, qz = points[row, 0] - p[0], points[row, 1] - p[1], points[row, 2] - p[2]
+        # Place of the point across the axis (x), and along it (t), mm over the size of the feature.
         x[0] = qx * e[0, 0] + qy * e[0, 1] + qz * e[0, 2]
         x[1] = qx * e[1, 0] + qy * e[1, 1] + qz * e[1, 2]
         t = qx * p[3] + qy * p[4] + qz * p[5]
         rho = max(np.sqrt(x[0] * x[0] + x[1] * x[1]), _NEAREST)
         for i in range(2):
+            # A shift of the axis by u_i takes x_i to x_i - u_i. A turn t_i takes the height to t +
+            # t_i x_i, and since rho^2 + t^2 stays, rho d(rho) = -t x_i.
             normal[i] = x[i] / rho
             by_rho[i] = -normal[i]
             by_rho[turn + i] = -normal[i] * t
             by_t[turn + i] = x[i]
         if along:
+            # A shift along the axis lowers every height by as much.
             by_t[2] = -1.0
         # How much the second derivatives of rho and of t count.
         weight_rho = weight_t = 0.0
@@ -128,13 +141,16 @@ def axis_terms(
             for i in range(4):
                 jacobian[row, i] = by_rho[i]
             jacobian[row, 4] = -1.0
+            # The residual rho - R bends with rho alone.
             weight_rho = d
         elif kind == CONE:
             d = rho * cf - t * sf - p[7]
             residuals[row] = d
             cost += d * d
             for i in range(4):
+                # The normal of the cone in the plane of axis and point is (cos f, -sin f).
                 jacobian[row, i] = by_rho[i] * cf - by_t[i] * sf
+                # d times the second derivative by (i, f): the derivative of the line above by f.
                 if bent:
                     curvature[i, 4] -= d * (by_rho[i] * sf + by_t[i] * cf)
             jacobian[row, 4] = -rho * sf - t * cf
@@ -144,6 +160,7 @@ def axis_terms(
             weight_rho, weight_t = d * cf, -d * sf
         elif kind == TORUS:
             u = rho - p[6]
+            # Distance from the circle of radius R; its gradient by (u, t) is (u, t) / tube.
             tube = max(np.sqrt(u * u + t * t), _NEAREST)
             d = tube - p[7]
             residuals[row] = d
@@ -152,6 +169,8 @@ def axis_terms(
             for i in range(6):
                 jacobian[row, i] = (u * by_rho[i] + t * by_t[i]) / tube
             jacobian[row, 6] = -1.0
+            # (tube)'' = (rho' rho' + t' t' - tube' tube' + u rho'' + t t'') / tube; the last two
+            # terms come below, with their weights.
             share = d / tube
             for i in range(6 if bent else 0):
                 for j in range(i, 6):
@@ -173,17 +192,24 @@ def axis_terms(
         for i in range(2 if bent else 0):
             for j in range(2):
                 same = 1.0 if i == j else 0.0
+                # Second derivatives of rho by two shifts: (1 - n n') / rho, the bend of a circle.
                 flat = weight_rho * (same - normal[i] * normal[j]) / rho
                 if j >= i:
                     curvature[i, j] += flat
                     curvature[turn + i, turn + j] += (
                         flat * t * t
+                        # By two turns, from rho rho'' + rho' rho' = -t' t' - t t'' with t' = x and
+                        # t'' = -t (the great circle): t^2 (1 - n n') / rho - rho n n'.
                         - weight_rho * rho * normal[i] * normal[j]
                         - weight_t * same * t
                     )
+                # By a shift and a turn: -n t of the turn bends with n, and x of the height falls by
+                # the shift.
                 curvature[i, turn + j] += flat * t - weight_t * same
             if along:
+                # -n t of the turn, with a height that falls by the shift along the axis.
                 curvature[2, turn + i] += weight_rho * normal[i]
+    # Only the upper half was summed.
     for i in range(len(curvature)):
         for j in range(i):
             curvature[i, j] = curvature[j, i]
@@ -207,6 +233,8 @@ def tubes(points: Float, starts: Float) -> None:
             qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
             t = qx * p[3] + qy * p[4] + qz * p[5]
             u = np.sqrt(max(qx * qx + qy * qy + qz * qz - t * t, 0.0))
+            # About the first point, for squares of large numbers would lose the digits of a small
+            # section.
             if i == 0:
                 u0, t0 = u, t
             u -= u0
@@ -220,6 +248,7 @@ def tubes(points: Float, starts: Float) -> None:
             sz += z
             szu += z * u
             szt += z * t
+        # About the mean: of the circle z = 2 u0 u + 2 t0 t + const the constant drops out.
         suu -= su * su / n
         sut -= su * st / n
         stt -= st * st / n
@@ -229,6 +258,7 @@ def tubes(points: Float, starts: Float) -> None:
         determinant = suu * stt - sut * sut + 1e-12 * (suu + stt) ** 2
         u = 0.5 * (szu * stt - szt * sut) / determinant
         t = 0.5 * (szt * suu - szu * sut) / determinant
+        # r^2 = mean of (u - u0)^2 + (t - t0)^2.
         square = (sz - 2.0 * (u * su + t * st)) / n + u * u + t * t
         p[6], p[7] = u + u0, np.sqrt(max(square, 0.0))
         for k in range(3):
@@ -246,6 +276,7 @@ def axis_costs(kind: int, points: Float, starts: Float, costs: Float) -> None:
         for i in range(len(points)):
             qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
             t = qx * p[3] + qy * p[4] + qz * p[5]
+            # |q|^2 - t^2 by subtraction: on the axis rounding may leave it below zero.
             square = max(qx * qx + qy * qy + qz * qz - t * t, 0.0)
             rho = np.sqrt(square)
             if kind == CYLINDER:

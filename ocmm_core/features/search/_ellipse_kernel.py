@@ -33,12 +33,17 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
     which always ends at the nearest foot, counted from the end of the shorter axis so that nothing
     cancels there.
     """
+    # By symmetry the foot of a point in the first quadrant is found, the longer axis first; signs
+    # and order are put back at the end.
     if a >= b:
         long, short, along, beside = a, b, abs(x), abs(y)
     else:
         long, short, along, beside = b, a, abs(y), abs(x)
+    # On the long axis within the evolute the foot is off the axis, and 0 / 0 without this.
     beside = max(beside, 1e-18 * long)
     gap = long * long - short * short
+    # The foot is (long^2 x / (t + gap), short^2 y / t), with t counted from the square of the
+    # shorter axis. Cosine and sine are at most one, which bounds t from below.
     least = max(short * beside, long * along - gap)
     # On the ellipse itself t is the square of the short axis. From beyond the solution the first
     # step leads back to its safe side, or further than that.
@@ -47,6 +52,7 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
         by_long, by_short = 1.0 / (t + gap), 1.0 / t
         first, second = long * along * by_long, short * beside * by_short
         first, second = first * first, second * second
+        # cos^2 + sin^2 - 1 over minus its derivative by t, -2 (c^2 / (t + gap) + s^2 / t).
         change = 0.5 * (first + second - 1.0) / (first * by_long + second * by_short)
         t = max(t + change, least)
         if abs(change) < _SETTLED * t:
@@ -108,20 +114,31 @@ def _columns(m: int, p: Float, block: Float) -> None:
     rolling = offset != 0.0
     for i in range(m):
         x, y, c, s = block[_X, i], block[_Y, i], block[_C, i], block[_S, i]
+        # The normal at the foot (a c, b s) is (c / a, s / b), here times a b.
         nx, ny = c * b, s * a
         scale = 1.0 / np.sqrt(nx * nx + ny * ny)
         nx, ny = nx * scale, ny * scale
         distance = nx * (x - a * c) + ny * (y - b * s)
         residual = distance - offset
+        # Of a point on the ellipse; keeps the quotient below finite and its sign.
         nearest = 1e-9 if distance >= 0.0 else -1e-9
         nearest = distance if abs(distance) > 1e-9 else nearest
         block[_D, i] = residual
+        # D = root of 2 F bends by D'' = (F'' - D' D') / D, and counts times the residual D -
+        # offset: the factor (D - offset) / D, which is one without an offset.
         block[_WEIGHT, i] = residual / nearest if rolling else 1.0
+        # By u and v the point moves by -1, by the turn by (y, -x), in the frame of the ellipse.
         block[_J, i], block[_J + 1, i], block[_J + 2, i] = -nx, -ny, nx * y - ny * x
+        # The foot moves by (c, 0) with a and by (0, s) with b; along the normal the distance
+        # shrinks.
         block[_J + 3, i], block[_J + 4, i] = -nx * c, -ny * s
+        # d(foot)/dE; its own derivative is minus the foot.
         foot_x, foot_y = -a * s, b * c
+        # FEE = |foot'|^2 - (p - foot) . foot'', with p - foot = distance n. It is zero in the
+        # centre of curvature of the foot.
         bend = foot_x * foot_x + foot_y * foot_y + distance * (nx * a * c + ny * b * s)
         bend = bend if bend > _NEAREST else _NEAREST
+        # F'E over the root of FEE, so that the products of the columns are F'E F'E / FEE.
         soft = 1.0 / np.sqrt(bend)
         block[_A, i], block[_A + 1, i] = foot_x * soft, foot_y * soft
         block[_A + 2, i] = (x * foot_y - y * foot_x) * soft
@@ -137,10 +154,12 @@ def _sums(m: int, block: Float, curvature: Float) -> None:
     for i in range(m):
         x, y, c, s = block[_X, i], block[_Y, i], block[_C, i], block[_S, i]
         nx, ny, residual = -block[_J, i], -block[_J + 1, i], block[_D, i]
+        # What bends the place of the point itself: (x, y) turns to -(x, y) in second order.
         turn_turn -= residual * (nx * x + ny * y)
         x_turn += residual * ny
         y_turn -= residual * nx
         weight = block[_WEIGHT, i]
+        # Products of the moves of p - foot: (-1, 0), (0, -1), (y, -x), (-c, 0), (0, -s).
         w += weight
         wx += weight * x
         wy += weight * y
@@ -214,20 +233,28 @@ def of_conic(conic: Float, offset: float, start: Float) -> bool:
     The conic is a x^2 + b x y + c y^2 + d x + e y + f = 0, of the points, which lie ``offset``
     outside the ellipse.
     """
+    # A conic has no sign of its own; with this one an ellipse is positive outside.
     sign = 1.0 if conic[0] > 0.0 else -1.0
     a, h, c = sign * conic[0], 0.5 * sign * conic[1], sign * conic[2]
     d, e = 0.5 * sign * conic[3], 0.5 * sign * conic[4]
     determinant = a * c - h * h
     if not determinant > 0.0:
         return False
+    # The centre, where the gradient is zero; h, d and e are the halves of b, d and e above.
     x, y = (h * e - c * d) / determinant, (h * d - a * e) / determinant
+    # Minus the value at the centre; not positive where no real point lies on it.
     level = -(sign * conic[5] + d * x + e * y)
     if not level > 0.0:
         return False
+    # Greatest eigenvalue of [[a, h], [h, c]], that of the shorter axis; determinant / greatest is
+    # the other one. An axis squared is level / eigenvalue.
     greatest = 0.5 * (a + c) + np.hypot(0.5 * (a - c), h)
     long, short = np.sqrt(level * greatest / determinant), np.sqrt(level / greatest)
     start[0], start[1], start[7] = x, y, offset
+    # The angle of the shorter axis, a quarter turn on.
     start[2] = 0.5 * np.arctan2(2.0 * h, a - c) + 0.5 * np.pi
+    # The centres of a ball of this radius lie about that far outside; 0.05 keeps a start with a
+    # rough conic an ellipse.
     start[3], start[4] = max(long - offset, 0.05 * short), max(short - offset, 0.05 * short)
     return True
 
@@ -248,6 +275,8 @@ def conics(points: Float, found: Float) -> None:
             for j in range(6):
                 scatter[i, j] += one[i] * one[j]
     mixed = np.ascontiguousarray(scatter[0:3, 3:6])
+    # The linear part follows from the quadratic one where the scatter is smallest (Halir and
+    # Flusser, 1998): l = -S3^-1 S2' q, and q'(S1 - S2 S3^-1 S2') q is left.
     to_linear = -np.linalg.solve(scatter[3:6, 3:6].copy(), mixed.T.copy())
     reduced = scatter[0:3, 0:3] + mixed @ to_linear
     # The inverse of the constraint 4 a c - b^2 = 1. Complex numbers, as rounding may need them.
@@ -258,6 +287,7 @@ def conics(points: Float, found: Float) -> None:
         )  # fmt: skip
     vectors = np.linalg.eig(system)[1].real
     best = 0
+    # Of the three eigenvectors only one fulfils 4 a c > b^2: the ellipse.
     inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
     for j in range(1, 3):
         if inside[j] > inside[best]:

@@ -26,6 +26,7 @@ from ocmm_core.features.search._flat_kernel import (
 )
 from ocmm_core.geometry import Float
 
+# Cylinder, cone, torus, ring; disc, ball, ellipse, slot with round and with square ends.
 STEP_SIZE = (5, 6, 7, 6, 3, 4, 5, 5, 5)
 """Length of a step by the kind of `axis_kernel` and `flat_kernel`."""
 
@@ -44,6 +45,7 @@ NOISE_OF_COST = 1e-12
 """Relative increase of the cost that counts as rounding."""
 LEFT = 1e-9
 """Relative gain of the cost that a whole step of Newton's may still promise in a minimum."""
+# In parts of the diagonal of J'J, as Marquardt has it.
 FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
 """The first, and the one below which there is none. Along a valley that is a million times as long
 as wide a damping of 1e-9 still takes a ten thousandth of the step."""
@@ -104,18 +106,26 @@ def solve_step(
     k = len(gradient)
     for i in range(k):
         for j in range(i + 1):
+            # J'J + share C, lower triangle. With r'r / 2 as the function, J'r is its gradient and
+            # J'J + C its matrix of second derivatives, so that share 1 is Newton and share 0
+            # Gauss-Newton.
             total = normal[i, j] + share * curvature[i, j]
             if i == j:
+                # UNMOVED is far below any square of a coordinate near one, and changes no digit of
+                # a pivot that a residual depends on.
                 total += damping * normal[i, i] + UNMOVED
             for m in range(j):
                 total -= factor[i, m] * factor[j, m]
             if i == j:
+                # No Cholesky factor: the surface is not convex here, or holds NaN.
                 if not total > 0.0:
                     return False
                 factor[i, i] = np.sqrt(total)
             else:
                 factor[i, j] = total / factor[j, j]
     for i in range(k):
+        # The step goes against the gradient; residuals are distance minus size, not the other way
+        # round.
         total = -gradient[i]
         for m in range(i):
             total -= factor[i, m] * step[m]
@@ -139,6 +149,8 @@ def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
     _normal(jacobian, np.zeros(n), normal, unused)
     for i in range(k):
         if normal[i, i] > 0.0:
+            # Columns of length one: angles and lengths become alike, and the eigenvalues say how
+            # well the points tell the unknowns apart, whatever the units. A column of zeros stays.
             scale[i] = 1.0 / np.sqrt(normal[i, i])
     for i in range(k):
         for j in range(i + 1):
@@ -149,6 +161,7 @@ def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
         for j in range(i + 1):
             total = 0.0
             for m in range(k):
+                # (S J'J S)^-1 by its eigenvectors, then S on both sides: the inverse of J'J.
                 total += vectors[i, m] * vectors[j, m] / values[m]
             gain[i, j] = total * scale[i] * scale[j]
             gain[j, i] = gain[i, j]
@@ -170,6 +183,7 @@ def at_rest(
         return False
     promised = 0.0
     for i in range(len(gradient)):
+        # g's + s'Hs / 2 with H s = -g is g's / 2: what half of the sum of squares falls by.
         promised -= 0.5 * gradient[i] * step[i]
     return promised <= least
 
@@ -178,6 +192,7 @@ def at_rest(
 def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
     k = STEP_SIZE[kind]
+    # A point off a ring has two residuals, beside it and along its axis.
     rows = len(points) * (2 if kind == RING else 1)
     # Column by column: the sums over the rows then take several numbers at once.
     residuals, jacobian, curvature = np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
@@ -198,6 +213,7 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         )
         new_cost = np.inf
         length = np.inf
+        # The step is tried on a copy: p stays until the cost says yes.
         if solved:
             move(kind, p, step, moved)
             new_cost = terms(kind, points, moved, new_residuals, new_jacobian, new_curvature)
@@ -209,12 +225,17 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             length = np.sqrt(of_step) / (1.0 + np.sqrt(of_p))
         # Residuals carry the rounding of coordinates near one, however small they are themselves.
         noise = NOISE_OF_COST * cost + ROUNDING * np.sqrt(rows * cost) + rows * ROUNDING**2
+        # Rejected; written so that NaN and infinity are, too. A cost that rises by its rounding is
+        # taken, or the last steps in a minimum would be refused at random.
         if not new_cost <= cost + noise:
+            # So short a step cannot fall any more: this is the minimum, if no damping made it
+            # short.
             if length < CONVERGED:
                 return cost, damping == 0.0 or at_rest(
                     normal, curvature, gradient, LEFT * cost + noise, factor, step
                 )
             damping = 10.0 * damping if damping > 0.0 else FIRST_DAMPING
+            # The step is nothing in a float64 long before.
             if damping > 1e20:
                 break
             continue
@@ -225,6 +246,8 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         curvature, new_curvature = new_curvature, curvature
         _normal(jacobian, residuals, normal, gradient)
         if (
+            # Three ways to have arrived: the step is rounding; it stays small and no longer halves;
+            # or it was a pure Newton step, whose error is about its square.
             length < CONVERGED
             or (length < STAGNATED and length > 0.5 * last_length)
             or (length < QUADRATIC and convex and damping == 0.0)
@@ -233,6 +256,7 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             or at_rest(normal, curvature, gradient, LEFT * cost + noise, factor, step)
         ):
             return cost, True
+        # A step was taken: ten times less damping, and none below the least.
         last_length = length
         damping = 0.1 * damping if damping > LEAST_DAMPING else 0.0
     return cost, False
@@ -262,11 +286,14 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
     for m in range(len(starts)):
         p = starts[m]
         cost = terms(kind, points, p, residuals, jacobian, unused)
+        # Starts are rough, and only their order and basin matter: plain Gauss-Newton, which needs
+        # no second derivatives. An empty curvature tells `terms` so.
         damping = 1e-3
         fresh = True
         for _ in range(steps):
             if fresh:
                 _normal(jacobian, residuals, normal, gradient)
+            # A share of zero: what stands for the curvature is never used.
             if not solve_step(normal, normal, gradient, damping, 0.0, factor, step):
                 break
             move(kind, p, step, moved)
@@ -281,6 +308,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
                     break
             else:
                 damping *= 10.0
+                # It does not descend any more; others will.
                 if damping > 1e8:
                     break
         costs[m] = cost

@@ -32,8 +32,10 @@ def centre(points: Float, centroid: Float, about: Float) -> float:
         square += dx * dx + dy * dy + dz * dz
     rest_x, rest_y, rest_z = rest_x / n, rest_y / n, rest_z / n
     centroid[0], centroid[1], centroid[2] = x + rest_x, y + rest_y, z + rest_z
+    # The square was taken about the first mean; about the better one it is less by |rest|^2.
     square = square / n - (rest_x * rest_x + rest_y * rest_y + rest_z * rest_z)
     size: float = np.sqrt(max(square, 0.0))
+    # Coordinates near one: the limits of the iterations hold for a bore and for a bed alike.
     scale = 1.0 / size if size > 0.0 else 1.0
     for row in range(n):
         about[row, 0] = (about[row, 0] - rest_x) * scale
@@ -48,6 +50,8 @@ def _gram(points: Float, axes: Float, gram: Float) -> None:
     xx = xy = xz = yy = yz = zz = 0.0
     for row in range(len(points)):
         px, py, pz = points[row, 0], points[row, 1], points[row, 2]
+        # Along axes that are nearly the principal ones the small moments are sums of small squares,
+        # not differences of large ones.
         x = px * axes[0, 0] + py * axes[0, 1] + pz * axes[0, 2]
         y = px * axes[1, 0] + py * axes[1, 1] + pz * axes[1, 2]
         z = px * axes[2, 0] + py * axes[2, 1] + pz * axes[2, 2]
@@ -66,11 +70,14 @@ def _gram(points: Float, axes: Float, gram: Float) -> None:
 @compiled()
 def _turn(gram: Float, axes: Float) -> None:
     """Turn the rows of ``axes`` to the eigenvectors of ``gram``, which is destroyed (Jacobi)."""
+    # A handful of sweeps do; 30 ends the loop for NaN.
     for _ in range(30):
         rest = 0.0
         for i in range(2):
             for j in range(i + 1, 3):
                 scale = gram[i, i] * gram[j, j]
+                # Against the product of both moments, not the greatest: a thin direction gets its
+                # own digits.
                 if gram[i, j] * gram[i, j] > 1e-36 * scale:
                     rest = 1.0
         if rest == 0.0:
@@ -79,6 +86,8 @@ def _turn(gram: Float, axes: Float) -> None:
             for j in range(i + 1, 3):
                 if gram[i, j] == 0.0:
                     continue
+                # Golub and Van Loan, on Jacobi methods: the smaller root of t^2 + 2 theta t = 1,
+                # with the sign of theta so that nothing cancels.
                 theta = 0.5 * (gram[j, j] - gram[i, i]) / gram[i, j]
                 t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
                 if theta < 0.0:
@@ -110,6 +119,7 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
     for _ in range(2):
         _gram(points, axes, gram)
         _turn(gram, axes)
+    # Sorted, the greatest first; three numbers need two passes.
     for i in range(2):
         for j in range(2 - i):
             if gram[j, j] < gram[j + 1, j + 1]:
@@ -142,6 +152,9 @@ def taubin(points: Float, moments: Float) -> float:
     for row in range(n):
         for k in range(d):
             square += points[row, k] * points[row, k]
+    # Taubin's weight: the gradient of |x|^2 is 2 x, of mean square 4 mean. With |x|^2 - mean over
+    # twice the root of the mean as first column his constraint is that the coefficients have length
+    # one.
     mean = square / n
     scale = 0.5 / np.sqrt(mean)
     ff = fx = fy = fz = xx = xy = xz = yy = yz = zz = 0.0
@@ -183,6 +196,7 @@ def line_distances(about: Float, axes: Float, along: Float, residuals: Float) ->
         second = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
         third = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
         distance = np.sqrt(second * second + third * third)
+        # A line in space has no side of its own.
         residuals[row] = -distance if second < 0.0 else distance
 
 
@@ -201,6 +215,7 @@ def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float
     """
     n, k = shifts.shape
     for place in range(len(turning)):
+        # Rows of nothing are common (sizes that an element does not have) and need no loop.
         rests = True
         for j in range(3):
             rests = rests and constant[place, j] == 0.0
@@ -212,12 +227,14 @@ def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float
             continue
         cx, cy, cz = constant[place, 0], constant[place, 1], constant[place, 2]
         ax, ay, az = turning[place, 0, 0], turning[place, 0, 1], turning[place, 0, 2]
+        # k is one or two; with one the second product is switched off.
         last = k - 1
         bx, by, bz = turning[place, last, 0], turning[place, last, 1], turning[place, last, 2]
         if k == 1:
             bx = by = bz = 0.0
         for row in range(n):
             a, b = shifts[row, 0], shifts[row, last]
+            # Columns are x, y, z of point after point.
             row_of[3 * row] = a * ax + b * bx + cx
             row_of[3 * row + 1] = a * ay + b * by + cy
             row_of[3 * row + 2] = a * az + b * bz + cz
@@ -241,6 +258,7 @@ def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian
     n, k = shifts.shape
     moves = np.empty(n)
     for place in range(len(gain)):
+        # As in `spread_alike`: rows that nothing moves keep what they hold.
         used = False
         for j in range(k):
             used = used or gain[place, j] != 0.0
@@ -253,6 +271,8 @@ def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian
         for j in range(k):
             weight = gain[place, j]
             for row in range(n):
+                # A point along its normal moves the residual by as much, and the residuals move the
+                # step. What it moves across the normal is nothing in first order.
                 moves[row] += weight * shifts[row, j]
         cx, cy, cz = constant[place, 0], constant[place, 1], constant[place, 2]
         for row in range(n):

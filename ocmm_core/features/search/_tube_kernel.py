@@ -7,6 +7,7 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float
 
+# Of a squared distance: a point on the circle through it counts as inside for all its rounding.
 _INSIDE = 1.0 + 1e-14
 
 
@@ -21,8 +22,10 @@ def narrowest_tube(about: Float, axes: Float) -> float:
     places, few = np.empty((n, 2)), np.empty((n, 2))
     for row in range(n):
         a, b, c = about[row, 0], about[row, 1], about[row, 2]
+        # Along the axis nothing counts; axes are unit vectors by rows.
         places[row, 0] = a * axes[1, 0] + b * axes[1, 1] + c * axes[1, 2]
         places[row, 1] = a * axes[2, 0] + b * axes[2, 1] + c * axes[2, 2]
+    # No circle yet: the first round takes the place farthest from the origin.
     x, y, square = 0.0, 0.0, -1.0
     for count in range(n):
         farthest, worst = 0, -1.0
@@ -31,6 +34,8 @@ def narrowest_tube(about: Float, axes: Float) -> float:
             distance = dx * dx + dy * dy
             if distance > worst:
                 farthest, worst = row, distance
+        # Every point is within the smallest circle of some of them, and no smaller one holds even
+        # these.
         if count > 0 and worst <= square * _INSIDE:
             break
         few[count] = places[farthest]
@@ -46,6 +51,8 @@ def _smallest_circle(places: Float) -> tuple[float, float, float]:
     """
     x, y, square = places[0, 0], places[0, 1], 0.0
     for i in range(1, len(places)):
+        # A point outside the smallest circle of those before it lies on the rim of the next one; so
+        # does a second one, and a third closes the circle.
         if not _outside(places, i, x, y, square):
             continue
         x, y, square = places[i, 0], places[i, 1], 0.0
@@ -76,8 +83,11 @@ def _circle_of_three(places: Float, i: int, j: int, k: int) -> tuple[float, floa
     bx, by = places[j, 0] - places[i, 0], places[j, 1] - places[i, 1]
     cx, cy = places[k, 0] - places[i, 0], places[k, 1] - places[i, 1]
     area = 2.0 * (bx * cy - by * cx)
+    # Three places in a line have no circle through them; rounding alone leads here.
     if area == 0.0:
         return _circle_of_two(places, i, j)
     b, c = bx * bx + by * by, cx * cx + cy * cy
+    # Where the perpendicular bisectors meet, counted from the first place: 2 b . d = |b|^2 and 2 c
+    # . d = |c|^2, by Cramer.
     dx, dy = (cy * b - by * c) / area, (bx * c - cx * b) / area
     return places[i, 0] + dx, places[i, 1] + dy, dx * dx + dy * dy

@@ -14,6 +14,8 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
+# Of the greatest weight; a smaller one would make a basis that rounding cannot tell from a singular
+# one.
 SMALLEST_PIVOT = 1e-11
 ROUNDING = 1e-15
 """Relative error of a sum that counts as rounding."""
@@ -32,6 +34,7 @@ def _inverted(matrix: Float, work: Float) -> bool:
         work[i, m + i] = 1.0
     for i in range(m):
         pivot = i
+        # Gauss and Jordan with the greatest pivot of the column; m is ten at the most.
         for row in range(i + 1, m):
             if abs(work[row, i]) > abs(work[pivot, i]):
                 pivot = row
@@ -58,16 +61,19 @@ def _set_row(
     """Write the coefficients of constraint ``code`` to ``row``; return its right-hand side."""
     n, k = slopes.shape
     row[:] = 0.0
+    # distance + slope . step <= upper: the row is (slope, -1, 0), its side -distance.
     if code < n:
         row[:k] = slopes[code]
         row[k] = -1.0
         return float(-distances[code])
+    # distance + slope . step >= lower, turned round to a less-or-equal.
     if code < 2 * n:
         row[:k] = -slopes[code - n]
         if lower:
             row[k + 1] = 1.0
         return float(distances[code - n])
     j = code - 2 * n
+    # step_j <= box_j, and below -step_j <= box_j.
     if j < k:
         row[j] = 1.0
         return float(box[j])
@@ -110,12 +116,15 @@ def narrowest_zone(
     m = k + 2 if lower else k + 1
     matrix, right, work = np.empty((m, m)), np.empty(m), np.empty((m, 2 * m))
     entering, weights = np.empty(m), np.empty(m)
+    # Without a step the greatest distance is the upper bound, the smallest the lower.
     top, bottom = np.argmax(distances), np.argmin(distances)
     basis[k] = top
     multipliers[:] = 1.0
     if lower:
         basis[k + 1] = n + bottom
     for j in range(k):
+        # How the zone widens with this unknown while these two points carry it: the unknown goes
+        # against it until the side of the box, whose multiplier is the slope.
         slope = slopes[top, j] - (slopes[bottom, j] if lower else 0.0)
         basis[j] = 2 * n + j + (k if slope > 0.0 else 0)
         multipliers[j] = abs(slope)
@@ -127,35 +136,46 @@ def narrowest_zone(
         for i in range(m):
             total = 0.0
             for j in range(m):
+                # The rows of the basis hold with equality.
                 total += work[i, m + j] * right[j]
             solution[i] = total
             # The multipliers follow from the basis, so that their errors do not pile up.
+            # How the zone narrows when this row gives way by one: minus the derivative of upper
+            # less lower by its right-hand side. None is negative in a basis that is optimal but for
+            # other rows.
             value = -work[k, m + i]
             if lower:
                 value += work[k + 1, m + i]
             multipliers[i] = max(value, 0.0)
         worst, code = tolerance, -1
         for i in range(n):
+            # The sizes of the terms bound the rounding of their sum.
             value, sizes = distances[i], abs(distances[i]) + abs(solution[k])
             for j in range(k):
                 value += slopes[i, j] * solution[j]
                 sizes += abs(slopes[i, j] * solution[j])
             rounding = ROUNDING * sizes
             above = value - solution[k] - rounding
+            # -1 never enters: without a lower bound there is no such row.
             below = solution[k + 1] - value - rounding if lower else -1.0
             if above > worst:
                 worst, code = above, i
             if below > worst:
                 worst, code = below, n + i
+            # The first violated row instead of the worst, after Bland: it breaks most cycles among
+            # equals, and MAX_EXCHANGES ends what is left.
             if code >= 0 and exchange > PLAIN_EXCHANGES:
                 break
         for j in range(k):
             beyond = abs(solution[j]) - box[j]
+            # Sides of the box have the unit of the step, not of a distance, and their own rounding.
             if beyond > max(worst, 1e-12 * box[j]):
                 worst, code = beyond, 2 * n + j + (0 if solution[j] > 0.0 else k)
+        # Nothing is violated: the basis is feasible and optimal.
         if code < 0:
             return exchange
         for i in range(m):
+            # A row of the basis is violated by rounding only.
             if basis[i] == code:
                 return exchange
         bound = _set_row(code, distances, slopes, box, lower, entering)
@@ -163,16 +183,20 @@ def narrowest_zone(
         for i in range(m):
             total = 0.0
             for j in range(m):
+                # The entering row as a combination of those of the basis.
                 total += entering[j] * work[j, m + i]
             weights[i] = total
             greatest = max(greatest, abs(total))
         leaving, ratio = -1, np.inf
         for i in range(m):
+            # The multipliers must stay positive: the row whose multiplier is used up first leaves.
+            # Among equals the greatest weight wins, which is the safest pivot.
             if weights[i] > SMALLEST_PIVOT * greatest:
                 here = multipliers[i] / weights[i]
                 tie = here < ratio + 1e-14 and leaving >= 0 and weights[i] > weights[leaving]
                 if here < ratio - 1e-14 or tie:
                     leaving, ratio = i, here
+        # No row can give way: there is no feasible point, which in a box means rounding.
         if leaving < 0:
             return -exchange - 1
         basis[leaving], right[leaving] = code, bound

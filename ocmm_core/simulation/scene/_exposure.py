@@ -30,6 +30,7 @@ _MASK = np.uint64((1 << NORMAL_BITS) - 1)
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _S27, _S30, _S31, _S16, _S32, _S40 = (np.uint64(shift) for shift in (27, 30, 31, 16, 32, 40))
+# Makes a number from 0 to 1 of 24 bits.
 _UNIT24 = 1.0 / (1 << 24)
 
 
@@ -70,14 +71,17 @@ def expose(
         for j in range(columns):
             signal[i, j] = 0.0
     for k in range(len(lights)):
+        # False for NaN: no light.
         if lights[k, 0] == lights[k, 0]:
             _add_light(left, top, step, columns, lights[k], packed[SPOT_SIGMA], signal)
     gain = 1.0 / packed[ELECTRONS_PER_COUNT]
+    # Half a count, since the conversion to a whole number below cuts off.
     level, full = packed[DARK_LEVEL] + 0.5, packed[FULL_SCALE]
     read2, background = packed[READ_NOISE] ** 2, packed[BACKGROUND]
     dark_spread, response_spread = packed[DARK_SPREAD], packed[RESPONSE_SPREAD]
     # The sum of two numbers of the table has variance 2 and reaches twice as far.
     scale = quieter * math.sqrt(0.5)
+    # Compared with 24 random bits of the pixel: that part of all pixels is hot.
     hot = np.uint64(packed[HOT_PART] * (1 << 24))
     width, stride = np.uint64(packed[SENSOR_WIDTH]), np.uint64(step)
     dark = np.empty(columns)
@@ -86,9 +90,12 @@ def expose(
         start = np.uint64(top + i) * width + np.uint64(left)
         n_hot = 0
         for j in range(columns):
+            # The lowest 14 bits draw the dark level, those from 16 on the response, the top 24
+            # whether the pixel is hot: no bit serves twice.
             fixed = mix(pattern_key, start + stride * np.uint64(j))
             dark[j] = dark_spread * normal[np.int64(fixed & _MASK)]
             light = signal[i, j]
+            # Background and light, electrons; only the light of LEDs has the uneven response.
             signal[i, j] = background + light * (
                 1.0 + response_spread * normal[np.int64((fixed >> _S16) & _MASK)]
             )
@@ -98,12 +105,17 @@ def expose(
                 number = start + stride * np.uint64(j)
                 fixed = mix(pattern_key, number)
                 if (fixed >> _S40) < hot:
+                    # From a second draw, for the first is below `hot` here. The half keeps the
+                    # logarithm off zero.
                     chance = (float(mix(fixed, number) >> _S40) + 0.5) * _UNIT24
+                    # Exponential, with the mean HOT_ELECTRONS.
                     dark[j] -= packed[HOT_ELECTRONS] * math.log(chance)
         for j in range(columns):
             noise = mix(frame_key, start + stride * np.uint64(j))
+            # Lowest 14 bits, and 14 from bit 32 on.
             two = normal[np.int64(noise & _MASK)] + normal[np.int64((noise >> _S32) & _MASK)]
             light = signal[i, j]
+            # Photons come with the variance of their number; normal instead of Poisson.
             electrons = light + dark[j] + scale * math.sqrt(read2 + light) * two
             out[i, j] = np.uint16(min(max(level + gain * electrons, 0.0), full))
 
@@ -126,7 +138,10 @@ def _add_light(
     share = np.empty(j1 - j0)
     for j in range(j0, j1):
         x = left + step * j - u
+        # A pixel is one px wide whatever the step; the integral of a Gaussian over it is half a
+        # difference of error functions, along either axis, hence the 0.25 below.
         share[j - j0] = math.erf((x + 0.5) * scale) - math.erf((x - 0.5) * scale)
+    # The lower edge of a row is the upper edge of the one before.
     below = math.erf((top + i0 - 0.5 - v) * scale)
     for i in range(i0, i1):
         above = math.erf((top + i + 0.5 - v) * scale)
@@ -174,6 +189,8 @@ def run(
     samples = np.empty((n_lines, width), np.uint16)
     line_room = np.empty((1, width))
     for k in range(len(lights)):
+        # By the number of the frame: a stream that is cut elsewhere, or read again, has the same
+        # noise.
         key = mix(frame_stream, np.uint64(first + k))
         windows.aim(slots, options, width, height, corners)
         for s in range(n_slots):

@@ -31,6 +31,8 @@ def _minimum_jerk(x: float) -> float:
         return 0.0
     if x >= 1.0:
         return 1.0
+    # 10 x^3 - 15 x^4 + 6 x^5: the way of a hand from rest to rest (minimum jerk, Flash and Hogan
+    # 1985).
     return x * x * x * (10.0 + x * (6.0 * x - 15.0))
 
 
@@ -64,14 +66,18 @@ def move(
         x = min(max((t - s[T0]) / (s[T1] - s[T0]), 0.0), 1.0)
         way = _minimum_jerk(x)
         lateral = way
+        # NaN, the only number unlike itself, says that there is no height to rise to.
         lifted = s[TOP] == s[TOP]
         if lifted:
+            # Sideways between 0.2 and 0.8 of the time; up in the first 0.4 and down in the last
+            # 0.4, so that the ball clears the part. At 0.4 and 0.6 the height is reached and left.
             lateral = _minimum_jerk((x - 0.2) / 0.6)
         sway = s[SWAY0] + (s[SWAY1] - s[SWAY0]) * way
         for a in range(3):
             turn = 0.0
             drift = 0.0
             for j in range(tremor.shape[2]):
+                # A sum of sines with fixed phases: the same at a time however the frames are cut.
                 turn += tremor[0, a, j, 0] * np.sin(tremor[0, a, j, 1] * t + tremor[0, a, j, 2])
                 drift += tremor[1, a, j, 0] * np.sin(tremor[1, a, j, 1] * t + tremor[1, a, j, 2])
             w[a] = s[W0 + a] + (s[W1 + a] - s[W0 + a]) * way + turn
@@ -82,14 +88,18 @@ def move(
             if sway != 0.0:
                 tip[i, a] += sway * drift
         since = t - s[T0]
+        # In a touch's segment the ball is on the surface from beginning to end.
         contact[i] = s[KIND] == TOUCH and t < s[T1]
         button[i] = contact[i] and since >= BUTTON_DOWN_S and since < BUTTON_UP_S
         if contact[i] and since < SETTLE_S:
             y = since / SETTLE_S
+            # (y (1 - y))^3 is 1/64 in the middle: one hop of SETTLE_MM, smooth at both ends.
             hop = SETTLE_MM * 64.0 * (y * (1.0 - y)) ** 3
             for a in range(3):
                 tip[i, a] += hop * s[NORMAL + a]
         angle = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        # Limits of sin(x) / x and (1 - cos x) / x^2; the next terms are x^2 / 6 and x^2 / 24,
+        # nothing.
         if angle < 1e-9:
             sinc, versed = 1.0, 0.5
         else:
@@ -97,6 +107,8 @@ def move(
             versed = (1.0 - np.cos(angle)) / (angle * angle)
         for a in range(3):
             for b in range(3):
+                # Rodrigues: R = cos I + (sin / angle) skew(w) + ((1 - cos) / angle^2) w w', active,
+                # world from probe.
                 rotation[i, a, b] = versed * w[a] * w[b]
             rotation[i, a, a] += 1.0 - versed * angle * angle
         rotation[i, 0, 1] -= sinc * w[2]
@@ -137,6 +149,7 @@ def see(
     k1, k2, p1, p2 = camera[17], camera[18], camera[19], camera[20]
     centre = np.empty(3)
     for a in range(3):
+        # C = -R't, mm, world.
         centre[a] = -(r[a] * camera[9] + r[3 + a] * camera[10] + r[6 + a] * camera[11])
     p = np.empty(3)
     for i in range(len(origin)):
@@ -154,6 +167,8 @@ def see(
                 p[a] = origin[i, a] + q[0] * leds[n, 0] + q[1] * leds[n, 1] + q[2] * leds[n, 2]
                 light = q[0] * directions[n, 0] + q[1] * directions[n, 1] + q[2] * directions[n, 2]
                 ray = centre[a] - p[a]
+                # direction . ray; divided by the length of the ray it is the cosine of the angle of
+                # emission.
                 towards += light * ray
                 distance2 += ray * ray
             if towards < cos_emission * np.sqrt(distance2):
@@ -161,14 +176,19 @@ def see(
             z = r[6] * p[0] + r[7] * p[1] + r[8] * p[2] + camera[11]
             if z <= 0.0:
                 continue
+            # Ideal image, mm; then distortion, then pixels, as `camera.project` does it for one
+            # point.
             x = f * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + camera[9]) / z
             y = f * (r[3] * p[0] + r[4] * p[1] + r[5] * p[2] + camera[10]) / z
             r2 = x * x + y * y
             radial = r2 * (k1 + k2 * r2)
             u = u0 + sx * (x + x * radial + 2.0 * p1 * x * y + p2 * (3.0 * x * x + y * y))
             v = v0 + sy * (y + y * radial + p1 * (x * x + 3.0 * y * y) + 2.0 * p2 * x * y)
+            # Pixel centres are whole numbers: the picture ends at width - 1.
             if not (u >= 0.0 and u <= width - 1.0 and v >= 0.0 and v <= height - 1.0):
                 continue
+            # The fixed pattern is bilinear between nodes `step` px apart: an error that stays at
+            # its place on the sensor, which no averaging in time takes away.
             column = int(u / step)
             row = int(v / step)
             g = u / step - column

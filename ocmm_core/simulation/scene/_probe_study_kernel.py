@@ -42,6 +42,7 @@ def add_paths(
     for i in range(m):
         sa, sb, sc = sines[0, i], sines[1, i], sines[2, i]
         ca, cb, cc = cosines[0, i], cosines[1, i], cosines[2, i]
+        # R = Rz(gamma) Ry(beta) Rx(alpha), active, about the tip.
         turns[0, i] = cc * cb
         turns[1, i] = cc * sb * sa - sc * ca
         turns[2, i] = cc * sb * ca + sc * sa
@@ -54,9 +55,11 @@ def add_paths(
     for led in range(leds.shape[0]):
         lx, ly, lz = leds[led, 0], leds[led, 1], leds[led, 2]
         noise_x, noise_y, noise_z = noise[3 * led], noise[3 * led + 1], noise[3 * led + 2]
+        # Sums of y = target less the LED at rest, which keeps the digits: see `add_moments`.
         tx = ty = tz = 0.0
         xx = xy = xz = yy = yz = zz = qx = qy = qz = 0.0
         for i in range(m):
+            # The tip is the origin of the world here, so that no translation follows.
             x = turns[0, i] * lx + turns[1, i] * ly + turns[2, i] * lz + sigma[0] * noise_x[i] - lx
             y = turns[3, i] * lx + turns[4, i] * ly + turns[5, i] * lz + sigma[1] * noise_y[i] - ly
             z = turns[6, i] * lx + turns[7, i] * ly + turns[8, i] * lz + sigma[2] * noise_z[i] - lz
@@ -87,6 +90,7 @@ def add_paths(
         own[10] += qx
         own[11] += qy
         own[12] += qz
+        # Computed once more rather than kept: few studies want the targets themselves.
         if points.shape[0] > 0:
             for i in range(m):
                 at = points[first + i, led]

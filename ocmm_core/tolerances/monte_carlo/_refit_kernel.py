@@ -43,6 +43,8 @@ def _settle(
     """Go from ``p`` (8,) to the minimum near it, in place; ``residuals`` are those there."""
     n, k = jacobian.shape
     for _ in range(_MOST_STEPS):
+        # Second derivatives are used from the start: the element of the measured points is so near
+        # that the cost is convex here.
         terms(kind, points, p, residuals, jacobian, curvature)
         for i in range(k):
             gradient[i] = 0.0
@@ -54,6 +56,8 @@ def _settle(
                 gradient[i] += value * residuals[row]
                 for j in range(i + 1):
                     normal[i, j] += value * jacobian[row, j]
+        # The curvature is in `normal` already, hence a share of zero; no damping, and the factor
+        # takes the place of the matrix.
         if not solve_step(normal, curvature, gradient, 0.0, 0.0, normal, step):
             return False
         move(kind, p, step, moved)
@@ -62,9 +66,12 @@ def _settle(
             square += step[i] * step[i]
         for i in range(8):
             p[i] = moved[i]
+        # A step as long as the feature is no refit of the same element; NaN ends here, too.
         if not square < 1.0:
             return False
         if square < _SETTLED * _SETTLED:
+            # The residuals were those before the last step; its first order brings them to the
+            # minimum, for the square of 1e-6 is nothing.
             for row in range(n):
                 for i in range(k):
                     residuals[row] += jacobian[row, i] * step[i]
@@ -87,6 +94,7 @@ def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
     for i in range(3):
         for j in range(i):
             s[j, i] = s[i, j]
+    # Two or three turns do; the bound is for directions that no moment determines.
     for _ in range(30):
         across(x[0], x[1], x[2], e)
         m = np.zeros((3, 3))
@@ -94,14 +102,19 @@ def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
             for b in range(3):
                 total = 0.0
                 for i in range(3):
+                    # Moments along the two directions across x and along x itself: x' S x is the
+                    # last element.
                     left = x[i] if a == 2 else e[a, i]
                     for j in range(3):
                         right = x[j] if b == 2 else e[b, j]
                         total += left * s[i, j] * right
                 m[a, b] = total
         # Newton's step for the eigenvector: (M - lambda) t = -M x, across x.
+        # M less its eigenvalue, estimated by x' M x, in the plane across x.
         a, b, d = m[0, 0] - m[2, 2], m[0, 1], m[1, 1] - m[2, 2]
         determinant = a * d - b * b
+        # Both eigenvalues of that must have one sign: negative where x belongs to the greatest
+        # moment, positive where to the smallest. Else x is near another axis.
         if determinant <= 0.0 or (a > 0.0) == most:
             return False
         t0 = -(d * m[0, 2] - b * m[1, 2]) / determinant
@@ -113,6 +126,7 @@ def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
         length = np.sqrt(length)
         for i in range(3):
             x[i] /= length
+        # The turn was below 1e-6 rad; the next one would be its third power.
         if t0 * t0 + t1 * t1 < 1e-12:
             return True
     return False
@@ -168,9 +182,12 @@ def refit(
         for i in range(3):
             total = 0.0
             for row in range(n):
+                # Points of the trial: the measured ones with the errors drawn for it, mm, then in
+                # sizes.
                 value = base[row, i] + deviations[trial, 3 * places[row] + i]
                 about[row, i] = value / size
                 total += about[row, i]
+            # Centroid of the trial, in sizes; elements that lie about it need no other place.
             middle[i] = total / n
         for i in range(12):
             geometry[trial, i] = 0.0
@@ -179,6 +196,8 @@ def refit(
         for i in range(3):
             axis[i] = normals[trial, i] if kind == PROJECTED_KIND else start[3 + i]
         ok = True
+        # Planes, lines and discs are fitted about the centroid of the trial, the others about the
+        # one of the measured points, in which their start is given.
         if kind < 0 or flat:
             for row in range(n):
                 for i in range(3):
@@ -198,6 +217,7 @@ def refit(
                     about[row, 0] * e[0, 0] + about[row, 1] * e[0, 1] + about[row, 2] * e[0, 2],
                     about[row, 0] * e[1, 0] + about[row, 1] * e[1, 1] + about[row, 2] * e[1, 2],
                 )
+        # Signed, by the axis of the start: the sum is zero, the range the flatness.
         elif kind == PLANE_KIND:
             for row in range(n):
                 residuals[row] = (
@@ -213,6 +233,7 @@ def refit(
             for a in range(2):
                 p[a] = 0.0
                 for i in range(3):
+                    # The start's centre as seen in the plane of this trial.
                     p[a] += (start[i] - middle[i]) * e[a, i]
             p[2] = start[6]
             ok = ok and _settle(
@@ -232,9 +253,11 @@ def refit(
         for row in range(1, n):
             least = min(least, residuals[row])
             most = max(most, residuals[row])
+        # Back from sizes to mm.
         ranges[trial] = size * (most - least)
         if kind < 0 or flat:
             for i in range(3):
+                # In sizes for now; the loop at the end makes mm of all places.
                 geometry[trial, i] = middle[i]
                 if kind != POINT_KIND:
                     geometry[trial, 3 + i] = axis[i]
@@ -249,6 +272,8 @@ def refit(
         else:
             along = 0.0
             for i in range(3):
+                # Place of the centroid along the axis: the element is given there, as a cylinder
+                # has no place of its own. A torus has its centre.
                 along += (middle[i] - p[i]) * p[3 + i]
             if kind == TORUS:
                 along = 0.0
@@ -259,6 +284,8 @@ def refit(
             if kind == TORUS:
                 geometry[trial, 7] = size * p[7]
             elif kind == CONE:
+                # rho cos f - t sin f - s = 0 on the surface: the radius at the height t is (s + t
+                # sin f) / cos f.
                 sine, cosine = np.sin(p[6]), np.cos(p[6])
                 geometry[trial, 6] = size * (p[7] + along * sine) / cosine
                 geometry[trial, 8] = p[6]

@@ -172,7 +172,6 @@ def _gather(
     spots = 0
     for c in range(labels.shape[0]):
         for led in range(labels.shape[1]):
-            # Rivals are other spots at the LED's place, and other LEDs at the spot's.
             slot = labels[c, led]
             seen[c, led] = slot >= 0
             if slot < 0:
@@ -300,6 +299,7 @@ def _drop_rivals(
             slot = labels[c, led]
             if slot < 0:
                 continue
+            # Other spots at the LED's place, and other LEDs at the spot's.
             rivals = 0
             for other in range(there.shape[1]):
                 rivals += int(near[led, other])

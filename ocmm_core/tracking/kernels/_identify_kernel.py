@@ -192,8 +192,7 @@ def _match(
             if not _may(usable, lights[m], i):
                 continue
             # i < j < k: every set of three LEDs once, at every ordered choice of three meeting
-            # points. A mirror image has the same three distances; the rotation that fits it best
-            # has determinant +1 and leaves the other spots unexplained.
+            # points.
             for j in range(i + 1, n_leds):
                 for n in range(count):
                     if (
@@ -234,8 +233,8 @@ def _match(
                                 worth,
                             )  # fmt: skip
                             # A rule says that an axis of the body keeps to one side of a world
-                            # direction: a sine above zero. Well below zero the pose is forbidden.
-                            # Near zero it is held, but not certain.
+                            # direction: a component above zero. Below -RULE_MARGIN the pose is
+                            # forbidden; within it the pose is held, but not certain.
                             kept = _promise(axes, rule_worlds, rotation)
                             if chi2 < 0.0 or kept < -RULE_MARGIN:
                                 continue

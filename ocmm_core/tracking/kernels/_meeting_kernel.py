@@ -139,6 +139,7 @@ def meet(
                     )
                 for k in range(3):
                     for m in range(3):
+                        # J'J of the four coordinates by the point, px^2/mm^2.
                         information[k, m] += row[k] * row[m]
         # The sum of squares over sigma^2 is the squared distance of the rays in their standard
         # deviations.
@@ -160,7 +161,6 @@ def measure(positions: Float, covariances: Float, count: int, far: Float, slack:
     for i in range(count):
         for j in range(i):
             distance = 0.0
-            # J'J of the four coordinates by the point, 1/mm^2 times px^2.
             for k in range(3):
                 distance += (positions[i, k] - positions[j, k]) ** 2
             distance = np.sqrt(distance)
