@@ -13,7 +13,7 @@ from pathlib import Path
 from ocmm_core.composition import SOURCES
 from ocmm_core.documents import write_atomic
 from ocmm_core.export import FORMATS
-from ocmm_core.fieldbus.report import Alarm, AlarmSpec, Answer
+from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -36,15 +36,15 @@ def alarms() -> str:
 
 
 _ANSWERS = {
-    Answer.NOTE: "measures on",
-    Answer.WAIT: "waits, then brings the bus up again",
-    Answer.LIFT: "lifts the camera back to OP",
-    Answer.REPEAT: "repeats the bring-up",
+    AlarmResponse.NOTE: "measures on",
+    AlarmResponse.WAIT: "waits, then brings the bus up again",
+    AlarmResponse.LIFT: "lifts the camera back to OP",
+    AlarmResponse.REPEAT: "repeats the bring-up",
 }
 
 
 def _answer_words(alarm: AlarmSpec) -> str:
-    if alarm.answer is Answer.BRING_UP:
+    if alarm.answer is AlarmResponse.BRING_UP:
         cycles = "1 cycle" if alarm.confirmed == 1 else f"{alarm.confirmed} cycles"
         return f"brings the bus up again after {cycles}"
     return _ANSWERS[alarm.answer]

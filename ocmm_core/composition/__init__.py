@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from ocmm_core.composition._feeds import Feed, StationRequest
     from ocmm_core.composition._sources import (
         SOURCES,
+        NamedSource,
         Origin,
-        Source,
         SourceSpec,
         make_feed,
         names_in_words,
@@ -67,7 +67,7 @@ else:
         _feed_makers="identities script_of segment_of",
         _feeds="Feed StationRequest",
         _sources=(
-            "Origin SOURCES Source SourceSpec make_feed names_in_words origin_of source_help "
+            "NamedSource Origin SOURCES SourceSpec make_feed names_in_words origin_of source_help "
             "source_of"
         ),
         _stream_options="stream_options",
@@ -86,8 +86,8 @@ __all__ = [
     "BuiltStation",
     "ClimateRequest",
     "Feed",
+    "NamedSource",
     "Origin",
-    "Source",
     "SourceSpec",
     "StationRequest",
     "VirtualSite",

@@ -84,7 +84,7 @@ class SourceSpec:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class NamedSource:
     """A source that somebody named: its entry, and what followed the prefix."""
 
     spec: SourceSpec
@@ -198,7 +198,7 @@ VIRTUAL_NAMES = tuple(
 """How the names of virtual sources begin in recordings."""
 
 
-def source_of(name: str) -> Source:
+def source_of(name: str) -> NamedSource:
     """Return the source that somebody named, as the commands take it.
 
     Raises
@@ -208,10 +208,10 @@ def source_of(name: str) -> Source:
     """
     for spec in SOURCES:
         if not spec.takes_value and name == spec.prefix:
-            return Source(spec, "")
+            return NamedSource(spec, "")
     for spec in SOURCES:
         if spec.takes_value and name.startswith(spec.prefix) and name != spec.prefix:
-            return Source(spec, name.removeprefix(spec.prefix))
+            return NamedSource(spec, name.removeprefix(spec.prefix))
     raise InputError(
         "source.unknown",
         f"--source is {name!r}, which is no source of frames.",

@@ -12,7 +12,7 @@ from ocmm_core.calibration.records import CalibrationStore, load_bar, load_spher
 from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationProcedure, World
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
-from ocmm_gui.wizards._site import Place, WizardSite, chosen, given, named, temperature
+from ocmm_gui.wizards._site import SessionPlace, WizardSite, chosen, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
 _BAR = "the document of the length bar"
@@ -28,7 +28,7 @@ def known_points_fields(_site: WizardSite) -> tuple[Field, ...]:
 
 
 def begin_known_points(
-    place: Place, values: Mapping[str, str], now: datetime
+    place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> KnownPointsProcedure:
     """Begin to calibrate the cameras; raise OcmmError where that is not possible."""
     who, warm = named(values), temperature(values["temperature"])
@@ -39,7 +39,7 @@ def begin_known_points(
     )
 
 
-def resume_known_points(place: Place, path: Path) -> KnownPointsProcedure:
+def resume_known_points(place: SessionPlace, path: Path) -> KnownPointsProcedure:
     """Return the procedure of a session file."""
     return KnownPointsProcedure.resume(path, place.rig, CalibrationStore(place.folder))
 
@@ -81,7 +81,9 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
     )  # fmt: skip
 
 
-def begin_relocation(place: Place, values: Mapping[str, str], now: datetime) -> RelocationProcedure:
+def begin_relocation(
+    place: SessionPlace, values: Mapping[str, str], now: datetime
+) -> RelocationProcedure:
     """Begin a relocation; raise OcmmError where that is not possible."""
     who, warm = named(values), temperature(values["temperature"])
     bar = load_bar(given(values, "bar", _BAR))
@@ -97,7 +99,7 @@ def begin_relocation(place: Place, values: Mapping[str, str], now: datetime) -> 
     )  # fmt: skip
 
 
-def resume_relocation(place: Place, path: Path) -> RelocationProcedure:
+def resume_relocation(place: SessionPlace, path: Path) -> RelocationProcedure:
     """Return the procedure of a session file."""
     store = CalibrationStore(place.folder)
     return RelocationProcedure.resume(path, place.rig, place.body, store)
@@ -124,7 +126,7 @@ def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
 
 
 def begin_verification(
-    place: Place, values: Mapping[str, str], now: datetime
+    place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> VerificationProcedure:
     """Begin a verification; raise OcmmError where that is not possible."""
     who, warm = named(values), temperature(values["temperature"])
@@ -137,7 +139,7 @@ def begin_verification(
     )  # fmt: skip
 
 
-def resume_verification(place: Place, path: Path) -> VerificationProcedure:
+def resume_verification(place: SessionPlace, path: Path) -> VerificationProcedure:
     """Return the procedure of a session file."""
     store = CalibrationStore(place.folder)
     return VerificationProcedure.resume(path, place.rig, place.body, store)

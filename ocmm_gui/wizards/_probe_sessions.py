@@ -11,7 +11,7 @@ from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_gui.wizards._site import Place, WizardSite, given, named, temperature
+from ocmm_gui.wizards._site import SessionPlace, WizardSite, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
 _CONE = Field("cone", "Cone", "What is written on it; leave it empty if nothing is")
@@ -39,7 +39,7 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
     )  # fmt: skip
 
 
-def begin_pivot(place: Place, values: Mapping[str, str], now: datetime) -> PivotProcedure:
+def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -> PivotProcedure:
     """Begin to calibrate the probe; raise OcmmError where that is not possible."""
     return PivotProcedure.begin(
         place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(), now,
@@ -48,7 +48,7 @@ def begin_pivot(place: Place, values: Mapping[str, str], now: datetime) -> Pivot
     )  # fmt: skip
 
 
-def resume_pivot(place: Place, path: Path) -> PivotProcedure:
+def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
     """Return the procedure of a session file."""
     return PivotProcedure.resume(path, place.rig, place.body, ProbeStore(place.folder))
 
@@ -61,7 +61,7 @@ def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
 
 
 def begin_qualification(
-    place: Place, values: Mapping[str, str], now: datetime
+    place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> TipQualificationProcedure:
     """Begin to qualify a tip; raise OcmmError where that is not possible."""
     who, warm = named(values), temperature(values["temperature"])
@@ -73,7 +73,7 @@ def begin_qualification(
     )  # fmt: skip
 
 
-def resume_qualification(place: Place, path: Path) -> TipQualificationProcedure:
+def resume_qualification(place: SessionPlace, path: Path) -> TipQualificationProcedure:
     """Return the procedure of a session file."""
     return TipQualificationProcedure.resume(
         path, place.rig, place.body, ProbeStore(place.folder), cameras=_cameras(place),
@@ -86,7 +86,9 @@ def tip_check_fields(site: WizardSite) -> tuple[Field, ...]:
     return (WHO, TEMPERATURE, _mounted(site), _SPHERE, _CONE)
 
 
-def begin_tip_check(place: Place, values: Mapping[str, str], now: datetime) -> TipCheckProcedure:
+def begin_tip_check(
+    place: SessionPlace, values: Mapping[str, str], now: datetime
+) -> TipCheckProcedure:
     """Begin to check a tip; raise OcmmError where that is not possible."""
     who, warm = named(values), temperature(values["temperature"])
     sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
@@ -97,7 +99,7 @@ def begin_tip_check(place: Place, values: Mapping[str, str], now: datetime) -> T
     )  # fmt: skip
 
 
-def resume_tip_check(place: Place, path: Path) -> TipCheckProcedure:
+def resume_tip_check(place: SessionPlace, path: Path) -> TipCheckProcedure:
     """Return the procedure of a session file."""
     return TipCheckProcedure.resume(
         path, place.rig, place.body, ProbeStore(place.folder), cameras=_cameras(place),
@@ -119,7 +121,7 @@ def _proposed_tip(site: WizardSite) -> str:
     return "" if site.probe is None else site.probe.tip
 
 
-def _cameras(place: Place) -> CalibrationStore | None:
+def _cameras(place: SessionPlace) -> CalibrationStore | None:
     return None if place.cameras is None else CalibrationStore(place.cameras)
 
 

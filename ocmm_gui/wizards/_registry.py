@@ -15,7 +15,7 @@ from ocmm_core.calibration.tip import TouchView
 from ocmm_core.errors import InputError
 from ocmm_gui.wizards import _camera_sessions as cameras
 from ocmm_gui.wizards import _probe_sessions as probe
-from ocmm_gui.wizards._site import Place, Subject, WizardSite
+from ocmm_gui.wizards._site import SessionPlace, Subject, WizardSite
 from ocmm_gui.wizards.pages import (
     BarPage,
     ConePage,
@@ -89,9 +89,9 @@ class WizardSpec(Generic[P]):
     action: str
     texts: WizardTexts
     fields: Callable[[WizardSite], tuple[Field, ...]]
-    begin: Callable[[Place, Mapping[str, str], datetime], P]
-    resume: Callable[[Place, Path], P]
-    pages: Callable[[Place, P], dict[str, StepPage]]
+    begin: Callable[[SessionPlace, Mapping[str, str], datetime], P]
+    resume: Callable[[SessionPlace, Path], P]
+    pages: Callable[[SessionPlace, P], dict[str, StepPage]]
     is_slow: bool
     predict: Callable[[P], None] | None = None
     commands: Mapping[str, Callable[[P], Command]] = field(default_factory=dict)
@@ -193,7 +193,7 @@ _VERIFICATION = WizardSpec(
 )
 
 
-def _pivot_pages(place: Place, procedure: PivotProcedure) -> dict[str, StepPage]:
+def _pivot_pages(place: SessionPlace, procedure: PivotProcedure) -> dict[str, StepPage]:
     view = procedure.view
     return {
         "prepare": ProbePreparePage(place.body, (("Probe", view.probe), ("Tip", view.tip))),
@@ -226,7 +226,7 @@ _PIVOT = WizardSpec(
 )
 
 
-def _touch_pages(place: Place, view: TouchView, result: StepPage) -> dict[str, StepPage]:
+def _touch_pages(place: SessionPlace, view: TouchView, result: StepPage) -> dict[str, StepPage]:
     """Return the pages of qualification and check, which differ in their result."""
     sphere = f"{view.sphere_diameter_mm:.4f} mm, U {1e3 * view.sphere_expanded_mm:.1f} µm"
     facts = (

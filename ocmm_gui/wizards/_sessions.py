@@ -16,7 +16,7 @@ from ocmm_gui.wizards._site import (
     DirectCalculation,
     Offer,
     Opened,
-    Place,
+    SessionPlace,
     WizardSite,
     place_of,
     store_of,
@@ -80,7 +80,7 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
     return tuple(found)
 
 
-def _opened(spec: WizardSpec[Any], place: Place, procedure: ShownProcedure) -> Opened:
+def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedure) -> Opened:
     """Return a procedure with what calculates its result."""
     predict = None if spec.predict is None else partial(spec.predict, procedure)
     if not spec.is_slow:

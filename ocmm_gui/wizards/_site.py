@@ -156,7 +156,7 @@ class Opened:
     """
 
     procedure: ShownProcedure
-    place: Place
+    place: SessionPlace
     calculation: Calculation
     predict: Callable[[], None] | None = None
 
@@ -169,7 +169,7 @@ class Subject(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SessionPlace:
     """What a session works on; unlike a site it can be sent to another process.
 
     Attributes
@@ -212,12 +212,12 @@ class DirectCalculation:
         """Do nothing: there is never time for it."""
 
 
-def place_of(site: WizardSite, subject: Subject) -> Place:
+def place_of(site: WizardSite, subject: Subject) -> SessionPlace:
     """Return what sessions work on; CalibrationError as `require_store`."""
     folder, rig = require_store(site, subject), running_rig(site)
     if subject is Subject.PROBE and site.probe is not None:
-        return Place(rig, site.probe.design, folder, site.store, site.probe.hold_s)
-    return Place(rig, site.body, folder, site.store, 0.0)
+        return SessionPlace(rig, site.probe.design, folder, site.store, site.probe.hold_s)
+    return SessionPlace(rig, site.body, folder, site.store, 0.0)
 
 
 def require_store(site: WizardSite, subject: Subject) -> Path:

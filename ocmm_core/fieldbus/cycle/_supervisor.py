@@ -12,7 +12,7 @@ from enum import Enum, auto
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._health import Fault
-from ocmm_core.fieldbus.report import Answer, BusPhase, alarm_of_error
+from ocmm_core.fieldbus.report import AlarmResponse, BusPhase, alarm_of_error
 
 FIRST_PAUSE_NS = 50_000_000
 LONGEST_PAUSE_NS = 500_000_000
@@ -144,13 +144,13 @@ class Supervisor:
         self._show(fault.alarm, fault.reason, fault.camera, now_ns)
         self._bad_row += 1
         spec = fault.alarm.spec
-        self._fell |= spec.answer is Answer.LIFT
+        self._fell |= spec.answer is AlarmResponse.LIFT
         self._row = self._row + 1 if fault.alarm == self._row_alarm else 1
         self._row_alarm = fault.alarm
         self._good_since_ns = None if self._bad_row > _DISTURBED_CYCLES else self._good_since_ns
         if self._bad_row >= _DISTURBED_CYCLES and self.phase is BusPhase.OPERATION:
             self.phase = BusPhase.DISTURBED
-        patience = LIFT_PATIENCE_NS if spec.answer is Answer.LIFT else PATIENCE_NS
+        patience = LIFT_PATIENCE_NS if spec.answer is AlarmResponse.LIFT else PATIENCE_NS
         confirmed = _DEEP_CYCLES if fault.deep else spec.confirmed
         surely = confirmed > 0 and self._row >= confirmed
         if surely or now_ns - self._good_ns > patience:

@@ -16,8 +16,8 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.report._alarms import (
         Alarm,
+        AlarmResponse,
         AlarmSpec,
-        Answer,
         alarm_of_code,
         alarm_of_error,
     )
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _alarms="Alarm AlarmSpec Answer alarm_of_code alarm_of_error",
+        _alarms="Alarm AlarmSpec AlarmResponse alarm_of_code alarm_of_error",
         _report=(
             "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS decode_report "
             "encode_report"
@@ -63,8 +63,8 @@ __all__ = [
     "EDGES_US",
     "MAX_EVENTS",
     "Alarm",
+    "AlarmResponse",
     "AlarmSpec",
-    "Answer",
     "BusEvent",
     "BusPhase",
     "BusReport",

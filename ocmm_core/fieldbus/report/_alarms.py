@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
 
 
-class Answer(Enum):
+class AlarmResponse(Enum):
     """What the program does about an alarm by itself."""
 
     NOTE = auto()
@@ -37,7 +37,7 @@ class AlarmSpec:
     answer
         What the program does about it.
     confirmed
-        After so many cycles in a row it is certain; zero unless the answer is `Answer.BRING_UP`.
+        After so many cycles in a row it is certain; zero for all but `AlarmResponse.BRING_UP`.
     errors
         Codes of the errors of a bring-up that mean the same.
     """
@@ -45,7 +45,7 @@ class AlarmSpec:
     code: str
     title: str
     remedy: str
-    answer: Answer
+    answer: AlarmResponse
     confirmed: int = 0
     errors: tuple[str, ...] = ()
 
@@ -65,142 +65,142 @@ class Alarm(StrEnum):
     LINK_DOWN = AlarmSpec(
         "bus.link_down", "No link to the cameras",
         "Plug in the bus cable at both ends; check the camera supply.",
-        Answer.BRING_UP, 1, errors=("bus.no_interface", "bus.down", "bus.unusable"),
+        AlarmResponse.BRING_UP, 1, errors=("bus.no_interface", "bus.down", "bus.unusable"),
     )  # fmt: skip
     SILENT = AlarmSpec(
         "bus.silent", "No camera answers",
         "Check power and cable of the first camera on the bus.",
-        Answer.WAIT, errors=("bus.no_cameras",),
+        AlarmResponse.WAIT, errors=("bus.no_cameras",),
     )  # fmt: skip
     LOST_ANSWERS = AlarmSpec(
         "bus.lost_answers", "Answers get lost",
         "Check the bus cables and keep them away from drives and welders.",
-        Answer.WAIT,
+        AlarmResponse.WAIT,
     )  # fmt: skip
     LATE_ANSWERS = AlarmSpec(
         "bus.late_answers", "Answers come late",
         "Let nothing but the cameras be on this network adapter.",
-        Answer.WAIT,
+        AlarmResponse.WAIT,
     )  # fmt: skip
     STRAY_ANSWERS = AlarmSpec(
         "bus.stray_answers", "Answers came twice or out of order",
         "Use no ordinary switch between the cameras.",
-        Answer.NOTE,
+        AlarmResponse.NOTE,
     )  # fmt: skip
     WORKING_COUNTER = AlarmSpec(
         "bus.working_counter", "Not every camera took part",
         "Check the cable and power of the camera that is named.",
-        Answer.WAIT, errors=("bus.map",),
+        AlarmResponse.WAIT, errors=("bus.map",),
     )  # fmt: skip
     CAMERA_MISSING = AlarmSpec(
         "bus.camera_missing", "A camera is missing",
         "Switch the camera on and check the cable that leads to it.",
-        Answer.BRING_UP, 10, errors=("bus.no_answer",),
+        AlarmResponse.BRING_UP, 10, errors=("bus.no_answer",),
     )  # fmt: skip
     FOREIGN_DEVICE = AlarmSpec(
         "bus.foreign_device", "A device that is no camera is on the bus",
         "Leave only the cameras on this bus.",
-        Answer.REPEAT, errors=("bus.revision",),
+        AlarmResponse.REPEAT, errors=("bus.revision",),
     )  # fmt: skip
     DUPLICATE = AlarmSpec(
         "bus.duplicate", "Two cameras have the same identity",
         "Give each camera its own serial number and alias.",
-        Answer.REPEAT,
+        AlarmResponse.REPEAT,
     )  # fmt: skip
     DUPLICATE_ADDRESS = AlarmSpec(
         "bus.duplicate_address", "Two cameras answer to the same address",
         "Switch the cameras off and on.",
-        Answer.BRING_UP, 2,
+        AlarmResponse.BRING_UP, 2,
     )  # fmt: skip
     CAMERAS = AlarmSpec(
         "bus.cameras", "The cameras are not those of the rig",
         "Connect the cameras of the rig, or load the rig of these cameras.",
-        Answer.BRING_UP, 3, errors=("bus.no_serial", "bus.too_many"),
+        AlarmResponse.BRING_UP, 3, errors=("bus.no_serial", "bus.too_many"),
     )  # fmt: skip
     ALIAS = AlarmSpec(
         "bus.alias", "Cameras were exchanged",
         "Put the cameras back, or correct their alias and calibrate.",
-        Answer.REPEAT,
+        AlarmResponse.REPEAT,
     )  # fmt: skip
     RESTARTED = AlarmSpec(
         "bus.restarted", "A camera was restarted",
         "Wait until it is checked again; look at its supply.",
-        Answer.BRING_UP, 2,
+        AlarmResponse.BRING_UP, 2,
     )  # fmt: skip
     LEFT_OPERATION = AlarmSpec(
         "bus.left_operation", "A camera left operation",
         "Wait until it is back; if it stays away, switch it off and on.",
-        Answer.LIFT, errors=("bus.state",),
+        AlarmResponse.LIFT, errors=("bus.state",),
     )  # fmt: skip
     WATCHDOG = AlarmSpec(
         "bus.watchdog", "A camera waited too long for this computer",
         "Close other programs; the cameras resume by themselves.",
-        Answer.LIFT,
+        AlarmResponse.LIFT,
     )  # fmt: skip
     SYNC = AlarmSpec(
         "bus.sync", "A camera does not follow the bus clock",
         "Check the cables between the cameras.",
-        Answer.LIFT, errors=("bus.clock",),
+        AlarmResponse.LIFT, errors=("bus.clock",),
     )  # fmt: skip
     FROZEN = AlarmSpec(
         "bus.frozen", "A camera repeats old data",
         "Switch the camera off and on; have it checked if it repeats.",
-        Answer.WAIT,
+        AlarmResponse.WAIT,
     )  # fmt: skip
     CONFIGURATION = AlarmSpec(
         "bus.configuration", "A camera has another configuration than was set",
         "Start the acquisition again.",
-        Answer.BRING_UP, 20, errors=("bus.mapping",),
+        AlarmResponse.BRING_UP, 20, errors=("bus.mapping",),
     )  # fmt: skip
     FRAME_RATE = AlarmSpec(
         "bus.frame_rate", "A camera runs at another frame rate",
         "Start the acquisition again.",
-        Answer.BRING_UP, 20,
+        AlarmResponse.BRING_UP, 20,
     )  # fmt: skip
     PAYLOAD = AlarmSpec(
         "bus.payload", "A camera's data contradict themselves",
         "Check the bus cables; have the camera checked.",
-        Answer.WAIT,
+        AlarmResponse.WAIT,
     )  # fmt: skip
     GAP = AlarmSpec(
         "bus.gap", "A camera left out frames",
         "Check the load of this computer and the bus cables.",
-        Answer.BRING_UP, 10,
+        AlarmResponse.BRING_UP, 10,
     )  # fmt: skip
     CLOCK_JUMP = AlarmSpec(
         "bus.clock_jump", "The bus clock jumped",
         "Wait until the clocks are set again; check the first camera.",
-        Answer.BRING_UP, 3,
+        AlarmResponse.BRING_UP, 3,
     )  # fmt: skip
     CLOCK_DRIFT = AlarmSpec(
         "bus.clock_drift", "The clocks of cameras and computer drift apart",
         "Have the first camera checked; its clock is out of its tolerance.",
-        Answer.NOTE,
+        AlarmResponse.NOTE,
     )  # fmt: skip
     EMERGENCY = AlarmSpec(
         "bus.emergency", "A camera reports an emergency",
         "Look up the error code in the camera's error history.",
-        Answer.NOTE,
+        AlarmResponse.NOTE,
     )  # fmt: skip
     OBJECT_TIMEOUT = AlarmSpec(
         "bus.object_timeout", "A camera does not answer a request",
         "Measuring goes on; repeat the request.",
-        Answer.NOTE,
+        AlarmResponse.NOTE,
     )  # fmt: skip
     OBJECT_REFUSED = AlarmSpec(
         "bus.refused", "A camera refuses a request",
         "Check the value; install the matching firmware.",
-        Answer.NOTE,
+        AlarmResponse.NOTE,
     )  # fmt: skip
     REDUNDANCY = AlarmSpec(
         "bus.redundancy", "The redundancy cable or a bus cable is broken",
         "Measuring goes on; replace the broken cable.",
-        Answer.NOTE,
+        AlarmResponse.NOTE,
     )  # fmt: skip
     HOST_BUSY = AlarmSpec(
         "bus.host_busy", "This computer was too busy for the bus",
         "Close other programs on this computer.",
-        Answer.NOTE,
+        AlarmResponse.NOTE,
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from ocmm_core.fieldbus.cycle import Fault, Next, Supervisor, Trouble
 from ocmm_core.fieldbus.cycle._supervisor import LIFT_PATIENCE_NS, PATIENCE_NS
-from ocmm_core.fieldbus.report import Alarm, AlarmSpec, Answer, alarm_of_code, alarm_of_error
+from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec, alarm_of_code, alarm_of_error
 
 _CORE = Path(__file__).resolve().parents[3] / "ocmm_core"
 _MS = 1_000_000
@@ -27,7 +27,7 @@ def test_an_entry_lacks_nothing(alarm: Alarm) -> None:
     assert not spec.title.endswith(".")
     assert spec.remedy[0].isupper()
     assert spec.remedy.endswith(".")
-    assert (spec.confirmed > 0) is (spec.answer is Answer.BRING_UP)
+    assert (spec.confirmed > 0) is (spec.answer is AlarmResponse.BRING_UP)
     assert {field.name for field in dataclasses.fields(AlarmSpec)} == {
         "code", "title", "remedy", "answer", "confirmed", "errors",
     }, "a new field of an entry needs a check here"  # fmt: skip
@@ -42,7 +42,7 @@ def test_the_supervisor_does_what_the_entry_says(alarm: Alarm) -> None:
     while supervisor.next(cycles * _MS) is Next.CYCLE and cycles < _CYCLES_MAX:
         cycles += 1
         supervisor.bad(Fault(Trouble.BAD, alarm, "words", ""), cycles * _MS)
-    patience_ns = LIFT_PATIENCE_NS if alarm.spec.answer is Answer.LIFT else PATIENCE_NS
+    patience_ns = LIFT_PATIENCE_NS if alarm.spec.answer is AlarmResponse.LIFT else PATIENCE_NS
     assert cycles == (alarm.spec.confirmed or patience_ns // _MS + 1)
 
 
