@@ -4,7 +4,7 @@ In: measured features, the frame of the part, what the plan says of each charact
 Out: value, U with its budget, and a verdict; or why there is none.
 
 Rooms, from the first to the last: `zones` (what characteristics are made of), `kinds` (every kind
-and its value) and `uncertainty` (how a value scatters), `decisions` (verdicts) and `monte_carlo`.
+and its value), `uncertainty` (how a value scatters), `decisions` (verdicts) and `monte_carlo`.
 None imports a later one.
 It must not know jobs or plans as a whole, nor how a result is shown.
 """

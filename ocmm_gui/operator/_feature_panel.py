@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.inspection.evaluation import FeatureView, JobView
 from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, Verdict
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.kit import (
     DASHES,
@@ -173,10 +174,6 @@ class FeaturePanel(QFrame):
         """Return what is said about outliers and the chosen point; may be empty."""
         return self._outliers.text()
 
-    def basis(self) -> str:
-        """Return by which association, and in which frame."""
-        return self._basis.text()
-
     def title(self) -> str:
         """Return shape and name of the shown feature."""
         return self._title.text()
@@ -259,8 +256,7 @@ class FeaturePanel(QFrame):
 
 def subject(result: CharacteristicResult) -> str:
     """Return what a characteristic is about, in words."""
-    what = {"form": "form deviation"}.get(result.kind, result.kind)
-    return f"{what} {' – '.join(result.features)}"
+    return f"{spec_of(result.kind).words} {' – '.join(result.features)}"
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:

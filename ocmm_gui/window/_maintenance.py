@@ -27,18 +27,8 @@ from ocmm_gui.maintain import (
     plain_body,
 )
 from ocmm_gui.operator import Echo
-from ocmm_gui.wizards import Wizard, site_of
+from ocmm_gui.wizards import WIZARDS, Subject, Wizard, site_of
 from ocmm_gui.wizards.pages import DefinitionPage
-
-_WIZARDS = {
-    "calibrate": Kind.KNOWN_POINTS,
-    "relocate": Kind.RELOCATION,
-    "verify": Kind.VERIFICATION,
-    "pivot": Kind.PIVOT,
-    "qualify": Kind.QUALIFICATION,
-    "check_tip": Kind.TIP_CHECK,
-}
-"""Which action begins which wizard."""
 
 
 class Maintenance(QObject):
@@ -87,11 +77,11 @@ class Maintenance(QObject):
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(
                 "Calibration", "Whether the cameras can be trusted", self.calibration,
-                ("calibrate", "relocate", "verify", "recall", "write_cameras"),
+                (*_wizards(Subject.CAMERAS), "recall", "write_cameras"),
             ),
             Page(
                 "Probe", "Whether the tip can be trusted", self.probe,
-                ("define", "mount", "check_tip", "qualify", "pivot"),
+                ("define", "mount", *_wizards(Subject.PROBE)),
             ),
             Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
             Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
@@ -121,7 +111,7 @@ class Maintenance(QObject):
             "define": self.open_definition,
             "write_cameras": self._deeds.write_cameras,
         }
-        return deeds | {key: partial(self.open_wizard, kind) for key, kind in _WIZARDS.items()}
+        return deeds | {wizard.action: partial(self.open_wizard, wizard.kind) for wizard in WIZARDS}
 
     def open_wizard(self, kind: Kind) -> None:
         """Show the first page of a wizard; its keys are its own until it is left."""
@@ -160,3 +150,8 @@ class Maintenance(QObject):
         self._notices.inform(
             f"The probe is in {path}. Start the program with --probe {path}, and calibrate it."
         )
+
+
+def _wizards(subject: Subject) -> tuple[str, ...]:
+    """Return the actions that begin the wizards about a subject."""
+    return tuple(wizard.action for wizard in WIZARDS if wizard.subject is subject)

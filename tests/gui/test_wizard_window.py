@@ -29,6 +29,7 @@ from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, Themed
 from ocmm_gui.window import MainWindow
+from ocmm_gui.wizards import WIZARDS
 from ocmm_gui.wizards._keys import WIZARD_ACTIONS
 from ocmm_gui.wizards.parts import CollectPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
@@ -39,14 +40,8 @@ if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
 PATIENCE_MS = HANG_MS
-_KEYS = {
-    Kind.KNOWN_POINTS: Qt.Key.Key_K,
-    Kind.RELOCATION: Qt.Key.Key_R,
-    Kind.VERIFICATION: Qt.Key.Key_Y,
-    Kind.PIVOT: Qt.Key.Key_P,
-    Kind.QUALIFICATION: Qt.Key.Key_Q,
-    Kind.TIP_CHECK: Qt.Key.Key_H,
-}
+_SHORTCUTS = {info.key: info.shortcuts[0] for info in ACTIONS}
+_KEYS = {wizard.kind: Qt.Key[f"Key_{_SHORTCUTS[wizard.action]}"] for wizard in WIZARDS}
 _QT_PARTS = ("qt_", "Scroll", "ExtensionButton")
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ocmm_core.export.report import Element
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.kinds import spec_for
 
 Value = float | Float | str
 Pair = tuple[str, "Value | list[Pair]"]
@@ -30,67 +31,6 @@ _WORDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A kind of characteristic.
-
-    Attributes
-    ----------
-    word
-        Begins the names of its elements.
-    is_zone
-        It is toleranced by the width of a zone, not by limits of a size.
-    has_shape
-        The shape of its zone must be told.
-    has_modifier
-        Its material condition must be told.
-    """
-
-    word: str
-    is_zone: bool = False
-    has_shape: bool = False
-    has_modifier: bool = False
-
-
-_KINDS = {
-    "diameter": Kind("Diameter"),
-    "radius": Kind("Radius"),
-    "length": Kind("Length"),
-    "width": Kind("Width"),
-    "distance": Kind("DistanceBetween"),
-    "coordinate": Kind("LinearCoordinate"),
-    "angle": Kind("AngleBetween"),
-    "straightness": Kind("Straightness", is_zone=True, has_shape=True),
-    "flatness": Kind("Flatness", is_zone=True),
-    "roundness": Kind("Circularity", is_zone=True),
-    "cylindricity": Kind("Cylindricity", is_zone=True),
-    "parallelism": Kind("Parallelism", is_zone=True, has_shape=True, has_modifier=True),
-    "perpendicularity": Kind("Perpendicularity", is_zone=True, has_shape=True, has_modifier=True),
-    "angularity": Kind("Angularity", is_zone=True, has_shape=True, has_modifier=True),
-    "position": Kind("Position", is_zone=True, has_shape=True, has_modifier=True),
-    "concentricity": Kind("Concentricity", is_zone=True, has_shape=True),
-    "coaxiality": Kind("Coaxiality", is_zone=True, has_shape=True),
-    "symmetry": Kind("Symmetry", is_zone=True),
-    "line profile": Kind("LineProfile", is_zone=True),
-    "surface profile": Kind("SurfaceProfile", is_zone=True),
-    "circular runout": Kind("CircularRunout", is_zone=True),
-    "total runout": Kind("TotalRunout", is_zone=True),
-}
-
-_FORMS = {
-    Shape.LINE: _KINDS["straightness"],
-    Shape.PLANE: _KINDS["flatness"],
-    Shape.CIRCLE: _KINDS["roundness"],
-    Shape.CYLINDER: _KINDS["cylindricity"],
-    Shape.SPHERE: Kind("Sphericity", is_zone=True),
-    Shape.CONE: Kind("Conicity", is_zone=True),
-    Shape.ELLIPSE: Kind("Ellipticity", is_zone=True),
-    Shape.TORUS: Kind("Toroidicity", is_zone=True),
-}
-_OTHER_FORM = Kind("OtherForm", is_zone=True)
-_OF_BALLS = {"diameter": Kind("SphericalDiameter"), "radius": Kind("SphericalRadius")}
-
-
 STARTING = (Shape.LINE, Shape.CYLINDER)
 """Shapes that QIF tells from the point where they begin, along their direction."""
 
@@ -102,25 +42,22 @@ def feature_word(shape: Shape) -> str:
     return _WORDS[shape]
 
 
-def kind_of(kind: str, shape: Shape | None, count: int) -> Kind:
-    """Return a kind of characteristic.
+def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
+    """Return how the names of the elements of a characteristic begin.
 
     Parameters
     ----------
     kind
-        In the words of a plan; ``"form"`` is that of its shape.
+        In the words of a plan.
     shape
-        Of its first feature.
+        Of its first feature; None where it is not known.
     count
         Of its features.
     """
-    if kind == "form":
-        return _OTHER_FORM if shape is None else _FORMS.get(shape, _OTHER_FORM)
-    if kind == "angle" and count == 1:
-        return Kind("Angle")
-    if shape is Shape.SPHERE and kind in _OF_BALLS:
-        return _OF_BALLS[kind]
-    return _KINDS.get(kind, _OTHER_FORM)
+    words = spec_for(kind, shape).qif
+    if count == 1 and words.of_one:
+        return words.of_one
+    return words.word if shape is None else words.of_shape.get(shape, words.word)
 
 
 def definition_of(shape: Shape, element: Element, side: str) -> list[Pair]:

@@ -19,17 +19,9 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._associated import associated
     from ocmm_core.tolerances.zones._characteristic import (
-        COAXIAL,
-        FORMS,
-        ORIENTATIONS,
-        PROFILES,
-        RUNOUTS,
-        SIZES,
         TWO_POINT,
-        ZONES,
         Association,
         Characteristic,
-        Kind,
     )
     from ocmm_core.tolerances.zones._derived import (
         AXES,
@@ -72,10 +64,7 @@ else:
     __getattr__ = door(
         __name__,
         _associated="associated",
-        _characteristic=(
-            "Association COAXIAL Characteristic FORMS Kind ORIENTATIONS PROFILES RUNOUTS SIZES "
-            "TWO_POINT ZONES"
-        ),
+        _characteristic="Association Characteristic TWO_POINT",
         _derived=(
             "AXES CENTRES Section axis_sections derived_points few_in_a_section median_line "
             "section_circle sections"
@@ -93,21 +82,13 @@ __all__ = [
     "AXES",
     "BEST_FIT",
     "CENTRES",
-    "COAXIAL",
-    "FORMS",
-    "ORIENTATIONS",
-    "PROFILES",
-    "RUNOUTS",
-    "SIZES",
     "TWO_POINT",
-    "ZONES",
     "Association",
     "Characteristic",
     "DerivedPoint",
     "Evaluation",
     "FormNoise",
     "Frames",
-    "Kind",
     "Ranked",
     "Section",
     "Surface",

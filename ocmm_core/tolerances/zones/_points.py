@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
-from ocmm_core.tolerances.zones._characteristic import FORMS, PROFILES, RUNOUTS, Characteristic
 
 RECOMMENDED_POINTS = {
     Shape.POINT: 1,
@@ -25,11 +24,18 @@ RECOMMENDED_POINTS = {
 """Points from which on form is evaluated without a note; the minimum is `MINIMUM_POINTS`."""
 
 
-def points_note(characteristic: Characteristic, features: Sequence[ActualFeature]) -> str:
+def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
     """Return what to know about few points, or nothing.
 
     Form from fewer points than recommended misses most of it; what else is measured with so few
     does not see the form at all.
+
+    Parameters
+    ----------
+    features
+        Whose points count.
+    of_form
+        The form of their surface is what is measured.
     """
     few = [
         feature
@@ -44,6 +50,6 @@ def points_note(characteristic: Characteristic, features: Sequence[ActualFeature
         f"{RECOMMENDED_POINTS[feature.fit.shape]} recommended"
         for feature in few
     )
-    if characteristic.kind in FORMS | PROFILES | RUNOUTS:
+    if of_form:
         return f"Few points: {listed}."
     return f"Form not evaluated: {listed}."
