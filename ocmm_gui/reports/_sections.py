@@ -8,7 +8,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.export.report import ReportData, ReportedResult
-from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.evaluation import INCOMPLETE, NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, PartWord, Verdict, VerdictSummary
 from ocmm_gui.kit import verdict_colour
@@ -35,18 +35,6 @@ _MARKS = {
     Verdict.NOT_MEASURED: "–",
     Verdict.PROVISIONAL: "–",
     None: "–",
-}
-
-_FORMS: dict[Shape | None, str] = {
-    Shape.LINE: "straightness",
-    Shape.PLANE: "flatness",
-    Shape.CIRCLE: "roundness",
-    Shape.CYLINDER: "cylindricity",
-    Shape.POINT: "position",
-    Shape.ELLIPSE: "line profile",
-    Shape.ROUND_SLOT: "line profile",
-    Shape.SQUARE_SLOT: "line profile",
-    Shape.RECTANGLE: "line profile",
 }
 
 _RESULT_COLUMNS = (
@@ -268,7 +256,8 @@ def symbol_of(item: ReportedResult, data: ReportData) -> str:
     if item.result.kind != "form":
         return item.result.kind
     shapes = {feature.name: feature.shape for feature in data.features}
-    return _FORMS.get(shapes.get(item.result.features[0]), "surface profile")
+    shape = shapes.get(item.result.features[0])
+    return "surface profile" if shape is None else shape.spec.form_symbol
 
 
 def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:

@@ -151,7 +151,7 @@ def _zone_of(
         return "cylinder" if shape is Shape.CYLINDER else "planes"
     if kind in ORIENTATIONS:
         return zone_of_axis(asked, datums[0]) if asked is not None and datums else "planes"
-    usual = "sphere" if shape in (Shape.POINT, Shape.SPHERE) else "cylinder"
+    usual = "cylinder" if shape is None or shape.spec.has_direction else "sphere"
     return usual if asked is None else asked.zone or usual
 
 
@@ -162,7 +162,7 @@ def _plane_of_profile(run: Sequence[ReportedFeature], frame: RigidTransform) -> 
         element = feature.nominal_element or feature.actual_element
         if element is None:
             continue
-        if feature.shape not in (Shape.POINT, Shape.LINE) and element.direction is not None:
+        if feature.shape.spec.has_normals and element.direction is not None:
             return element.direction
         places.append(element.point)
         rows += [] if element.direction is None else [element.direction]

@@ -198,17 +198,8 @@ def unambiguous(fit: Fit) -> Fit:
 
 def sizes_in_words(fit: Fit) -> str:
     """Return the sizes of a fit as a person reads them."""
-    across, second, there = 2.0 * fit.radius, 2.0 * fit.second, f"{2.0 * fit.radius:.4f} mm"
-    match fit.shape:
-        case Shape.TORUS:
-            return f"ring {there} with tube {second:.4f} mm"
-        case Shape.CONE:
-            angle = 2.0 * float(np.degrees(fit.half_angle))
-            return f"angle {angle:.4f} deg with diameter {there} at the points"
-        case Shape.ELLIPSE | Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
-            return f"{across:.4f} by {second:.4f} mm"
-        case _:
-            return f"diameter {there}"
+    angle = 2.0 * float(np.degrees(fit.half_angle))
+    return fit.shape.spec.sizes_text.format(2.0 * fit.radius, 2.0 * fit.second, angle)
 
 
 def _place(fit: Fit) -> str:

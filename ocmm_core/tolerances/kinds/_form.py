@@ -20,7 +20,6 @@ from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
     MINIMUM_POINTS,
-    OUTLINES,
     POINT,
     Criterion,
     Fit,
@@ -38,9 +37,9 @@ from ocmm_core.tolerances.zones import (
     associated,
     axis_sections,
     derived_zone,
-    ellipse_offset,
     few_in_a_section,
     free_frame,
+    kept_offset,
     least_squares,
     median_line,
     own_fit,
@@ -48,17 +47,6 @@ from ocmm_core.tolerances.zones import (
     surface_points,
     surface_zone,
 )
-
-MINIMUM_ZONE_SHAPES = (
-    Shape.PLANE,
-    Shape.CIRCLE,
-    Shape.SPHERE,
-    Shape.CYLINDER,
-    Shape.CONE,
-    Shape.TORUS,
-    *OUTLINES,
-)
-"""Shapes of which a smallest zone is found; an edge has its own, and a point none."""
 
 _FLAT = 1e-9
 """Effect of a parameter on the distances, against the strongest, below which it has none."""
@@ -95,16 +83,17 @@ def form(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
         return _straight_line(feature, smallest=smallest)
     if shape is Shape.CYLINDER and characteristic.kind == "roundness":
         return _worst_section(feature, smallest=smallest)
-    if not smallest or shape not in MINIMUM_ZONE_SHAPES or feature.touches is None:
+    has_zone = Criterion.MINIMUM_ZONE in shape.spec.criteria
+    if not smallest or not has_zone or feature.touches is None:
         return _least_squares(feature)
     touches = own_fit(feature)[0]
     try:
         zone = associated(
-            least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE, ellipse_offset(feature)
+            least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE, kept_offset(feature)
         )
     except FitError as error:
         # Never narrower than the smallest zone: what conforms, conforms all the more.
-        squares = _even(feature) if shape in OUTLINES else _least_squares(feature)
+        squares = _even(feature) if shape.spec.has_across else _least_squares(feature)
         return replace(squares, note=f"Least squares instead of the minimum zone: {error.what}")
     return _zone(zone, feature, touches.tips, touches.places, feature.residual_jacobian)
 
@@ -146,12 +135,12 @@ def _zone(
         # Its plane is not made for the zone; a turn of it shifts points by their heights.
         gradient += shares @ by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
     noise = FormNoise(zone.residuals, rows, free)
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         # The direction of the length turns with the plane.
         along = np.outer(by_geometry[:, ACROSS] @ zone.direction, zone.across)
         by_plane = by_geometry[:, DIRECTION] - along
         gradient += shares @ by_plane @ feature.jacobian[DIRECTION]
-        gradient[-1] -= float(np.sign(ellipse_offset(feature))) * float(shares.sum())
+        gradient[-1] -= float(np.sign(kept_offset(feature))) * float(shares.sum())
         noise = FormNoise(
             np.concatenate([zone.residuals, -zone.residuals]), np.concatenate([rows, -rows]),
             np.concatenate([free, -free]), mirrored=True,
@@ -162,12 +151,12 @@ def _zone(
 def _free(zone: Fit, by_geometry: Float) -> Float:
     """Return how distances answer to the parameters that make the zone smallest, (n, k)."""
     columns = [by_geometry[:, POINT], by_geometry[:, 6:9]]
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         beside = np.cross(zone.direction, zone.across)
         columns.append((by_geometry[:, ACROSS] @ beside)[:, None])
     else:
         columns.append(np.ones((len(by_geometry), 1)))
-        if np.any(zone.direction) and zone.shape is not Shape.CIRCLE:
+        if np.any(zone.direction) and not zone.shape.spec.is_flat:
             across = np.stack(perpendicular_pair(zone.direction))
             columns.append(by_geometry[:, DIRECTION] @ across.T)
     free = np.hstack(columns)
@@ -197,7 +186,7 @@ def _shares(zone: Fit, free: Float) -> Float:
         shares[int(np.argmin(zone.residuals))] -= 1.0
         return shares
     rows = np.array(zone.contacts)
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         # Others hold what the zone leaves free.
         off = np.abs(zone.residuals[rows])
         rows = rows[off > off.max() - _TOUCHING * zone.form]
@@ -205,7 +194,7 @@ def _shares(zone: Fit, free: Float) -> Float:
     signs = np.where(zone.residuals[rows] > middle, 1.0, -1.0)
     sides = [signs > 0.0, signs < 0.0]
     sums = [1.0, 1.0]
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         sides, sums = [np.ones(len(rows), dtype=bool)], [2.0]
     system = np.vstack([(free[rows] * signs[:, None]).T, *sides])
     wanted = np.concatenate([np.zeros(free.shape[1]), sums])

@@ -8,7 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    POINT,
+    RADIUS,
+    SECOND,
+    Shape,
+    nominal_geometry,
+    shapes_where,
+)
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.tolerances.kinds._symmetry import SLOTS
 from ocmm_core.tolerances.zones import (
@@ -23,7 +31,7 @@ from ocmm_core.tolerances.zones import (
     vector_evaluation,
 )
 
-_SPHERES = (Shape.POINT, Shape.SPHERE)
+_SPHERES = shapes_where(lambda spec: not spec.has_direction)
 _AXES = "xyz"
 
 

@@ -8,14 +8,22 @@ import numpy as np
 
 from ocmm_core.alignment import AnyAlignment, frame_of
 from ocmm_core.errors import FitError
-from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, SECOND, Shape
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    HALF_ANGLE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Shape,
+    shapes_where,
+)
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.kinds._angle import angle_value
 from ocmm_core.tolerances.zones import Characteristic
 
 XYZ = "xyz"
 
-_LINES = (Shape.LINE, Shape.CYLINDER, Shape.CONE)
+_LINES = shapes_where(lambda spec: spec.is_long)
 _PARALLEL = np.cos(np.deg2rad(10.0))
 """Axes at less than 10 degrees are meant to be parallel: their crossing point means nothing."""
 

@@ -50,7 +50,7 @@ def profile(
 def _surface(measured: SurfacePoints, frame: ZoneFrame, offset: float) -> Surface:
     nominal = nominal_geometry(measured.feature.nominal)
     shape = measured.feature.fit.shape
-    if shape in (Shape.POINT, Shape.LINE):
+    if not shape.spec.has_normals:
         nominal[DIRECTION] = _face_normal(measured, frame, nominal)
     return Surface(measured, shape, nominal, offset)
 

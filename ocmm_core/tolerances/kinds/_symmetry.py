@@ -8,7 +8,15 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, RADIUS, Shape
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    GEOMETRY_SIZE,
+    POINT,
+    RADIUS,
+    Shape,
+    shapes_where,
+)
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tolerances.zones import (
     Characteristic,
@@ -20,7 +28,7 @@ from ocmm_core.tolerances.zones import (
     vector_evaluation,
 )
 
-SLOTS = (Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+SLOTS = shapes_where(lambda spec: spec.has_sides)
 """Shapes with two long sides, thus with a middle plane."""
 
 _STEP = 1e-5

@@ -33,11 +33,10 @@ if TYPE_CHECKING:
         sections,
     )
     from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked
-    from ocmm_core.tolerances.zones._nominal_distance import nominal_distances
     from ocmm_core.tolerances.zones._points import points_note
     from ocmm_core.tolerances.zones._surface import (
         SurfacePoints,
-        ellipse_offset,
+        kept_offset,
         least_squares,
         own_fit,
         surface_points,
@@ -71,9 +70,8 @@ else:
             "section_circle sections"
         ),
         _evaluation="Evaluation FormNoise Ranked",
-        _nominal_distance="nominal_distances",
         _points="points_note",
-        _surface="SurfacePoints ellipse_offset least_squares own_fit surface_points",
+        _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
         _two_point="across_slot around between_faces",
         _zone_frame="BEST_FIT Frames ZoneFrame free_frame moved_geometry",
         _zones="DerivedPoint Surface derived_zone form_noise surface_zone vector_evaluation",
@@ -110,14 +108,13 @@ __all__ = [
     "between_faces",
     "derived_points",
     "derived_zone",
-    "ellipse_offset",
     "few_in_a_section",
     "form_noise",
     "free_frame",
+    "kept_offset",
     "least_squares",
     "median_line",
     "moved_geometry",
-    "nominal_distances",
     "own_fit",
     "points_note",
     "section_circle",
