@@ -36,10 +36,12 @@ from ocmm_core.composition import (
 )
 from ocmm_core.documents import resource
 from ocmm_core.simulation.calibration_scenes import (
+    SEATS,
     CalibratingRig,
     Scene,
     SweepProbe,
     TipFault,
+    TouchSeats,
     Wave,
 )
 from ocmm_core.tracking import load_probe
@@ -50,6 +52,9 @@ from ocmm_gui.wizards import SESSIONS, ProbeSite, Runner, Wizard, WizardSite
 SIZE = (1280, 720)
 SEED = 5
 PATIENCE_S = 60.0
+CONE = (0.0, 0.0, -150.0)
+"""Where the first sweep is made, mm, world."""
+
 _BLOCK = 40
 
 
@@ -70,6 +75,14 @@ class Stage:
     def virtual(self, *scenes: Scene) -> CalibratingRig:
         """Return the virtual rig with scenes."""
         return CalibratingRig(self.rig, self.body, scenes, SEED)
+
+    def show(self, runner: Runner, *scenes: Scene) -> None:
+        """Show scenes to a procedure that takes by itself what is ready."""
+        virtual = self.virtual(*scenes)
+        for first in range(0, virtual.n_frames - _BLOCK, _BLOCK):
+            if self.watcher is not None:
+                self.watcher(virtual.frames(first, _BLOCK))
+            self.wait(lambda: not runner.driver.procedure.base.live.ready)
 
     def wait(self, condition: Callable[[], bool]) -> None:
         """Let the wizard go on until something is so."""
@@ -135,12 +148,16 @@ def _relocation(stage: Stage) -> None:
     runner = stage.wizard.runner
     assert runner is not None  # noqa: S101 - the proposals of the start page suffice
     runner.driver.advance()
+    stage.wait(partial(_is_shown, runner, "seats"))
+    runner.driver.set_automatic(True)
     stage.wait(lambda: runner.driver.now.automatic)
-    virtual = stage.virtual(Wave(ways=12, seed=2))
-    for first in range(0, virtual.n_frames - _BLOCK, _BLOCK):
-        if stage.watcher is not None:
-            stage.watcher(virtual.frames(first, _BLOCK))
-        stage.wait(lambda: not runner.driver.procedure.base.live.ready)
+    low, high = stage.rig.volume_world
+    (x0, y0, z0), (x1, y1, z1) = (low + SEATS * (high - low)).tolist()
+    stage.show(runner, TouchSeats(tips=((x0, y0, z0), (x1, y1, z1)), seed=1))
+    runner.driver.advance()
+    # Both hands are full when the probe is waved: what is ready is taken by itself.
+    stage.wait(lambda: _is_shown(runner, "wave") and runner.driver.now.automatic)
+    stage.show(runner, Wave(ways=12, seed=2))
     stage.take_picture("wave", "dark")
     stage.wizard.leave()
 
@@ -182,14 +199,14 @@ def _sweeps(stage: Stage) -> None:
     runner = _begin(stage, Kind.PIVOT)
     reach = (30.0, 30.0, 14.0)
     virtual = stage.virtual(
-        SweepProbe(cone=(0.0, 0.0, -150.0), seconds=16.0, seed=1, reach_deg=reach),
+        SweepProbe(cone=CONE, seconds=16.0, seed=1, reach_deg=reach),
         SweepProbe(cone=(70.0, 10.0, -130.0), seconds=16.0, seed=2, reach_deg=reach),
     )
     pictured = False
     # A look of eight frames in twenty milliseconds is what the procedure takes at most.
     for first in range(0, virtual.n_frames, 160):
         base = runner.driver.procedure.base
-        if base.step.name == "result":
+        if base.step.name == "again":
             break
         if stage.watcher is not None:
             stage.watcher(virtual.frames(first, 8))
@@ -201,11 +218,17 @@ def _sweeps(stage: Stage) -> None:
         if base.step.gate.open:
             runner.driver.advance()
             stage.wait(partial(_is_left, runner, base.step.name))
+    stage.wait(partial(_is_shown, runner, "again"))
+    stage.show(runner, SweepProbe(cone=CONE, seconds=1.0, seed=3, reach_deg=(0.0, 0.0, 0.0)))
     stage.wait(lambda: runner.driver.now.view.outcome is not None)
     stage.take_picture("paths", "light")
     runner.driver.accept("first")
     stage.wait(lambda: runner.driver.procedure.base.stored)
     stage.wizard.leave()
+
+
+def _is_shown(runner: Runner, step: str) -> bool:
+    return runner.driver.now.view.base.step.name == step and runner.page() is runner.pages[step]
 
 
 def _is_left(runner: Runner, step: str) -> bool:

@@ -6,16 +6,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log10
 
+import numpy as np
+from pyqtgraph.functions import arrayToQPath
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 
 from ocmm_core.fieldbus.report import Histogram, within_us
-from ocmm_gui.kit import Painted, digit_font, fitted, text_font
+from ocmm_core.geometry import Float
+from ocmm_gui.charts._plot import SMALL_HEAD, SMALL_HEAD_PX, Plot
+from ocmm_gui.kit import digit_font
 
-_HEAD_PX = 18.0
 _FOOT_PX = 16.0
 _SCALE_PX = 50.0
 """Left of a trend: the ends of its scale."""
+_DENSE = 0.5
+"""Points a pixel from which on a curve is drawn thin."""
+_THIN_FROM = 4.0
+"""Points a column of pixels from which on a curve is thinned: each column keeps up to four."""
 _WIDE_PX = 26.0
 """A class this wide has room for the word of its edge."""
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -23,8 +30,8 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
-class Chart(Painted):
-    """A title at the left, a word at the right, and a plot below.
+class Chart(Plot):
+    """One of several small plots side by side.
 
     Parameters
     ----------
@@ -33,31 +40,7 @@ class Chart(Painted):
     """
 
     def __init__(self, title: str) -> None:
-        super().__init__(title, (210, 110), (120, 44))
-        self._title = title
-        self._word = ""
-
-    def word(self) -> str:
-        """Return what stands at the right of the title."""
-        return self._word
-
-    def _show_word(self, word: str) -> None:
-        self._word = word
-        self.setAccessibleDescription(word)
-
-    def _paint_head(self, painter: QPainter, *, lines: int = 1) -> None:
-        """Paint the title, and the word at its right or, on two lines, below it."""
-        head = QRectF(0.0, 0.0, self.width(), _HEAD_PX)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.muted))
-        painter.drawText(head, _LEFT, self._title)
-        room = head.width()
-        if lines == 1:
-            room -= painter.fontMetrics().horizontalAdvance(self._title) + 10.0
-        word = QRectF(head.right() - room, (lines - 1) * _HEAD_PX, room, _HEAD_PX)
-        painter.setFont(fitted(text_font(13, bold=True), self._word, room, _HEAD_PX, 13))
-        painter.setPen(QColor(self._theme.text))
-        painter.drawText(word, _RIGHT if lines == 1 else _LEFT, self._word)
+        super().__init__(title, SMALL_HEAD, (210, 110), (120, 44))
 
 
 class HistogramChart(Chart):
@@ -76,8 +59,7 @@ class HistogramChart(Chart):
         edge = within_us(histogram, 0.999)
         inside = f"99.9 % ≤ {edge:g}," if edge is not None else ""
         worst = f"worst {histogram.worst_us:.0f}" if sum(histogram.counts) else "no values"
-        self._show_word(f"{inside} {worst}".strip())
-        self.update()
+        self._say(f"{inside} {worst}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint a bar for each class with its count above and its upper edge below."""
@@ -90,7 +72,7 @@ class HistogramChart(Chart):
         pitch = self.width() / count
         floor = self.height() - _FOOT_PX
         # Room for the count on the highest bar.
-        high = max(floor - 3.0 * _HEAD_PX, 1.0)
+        high = max(floor - 3.0 * SMALL_HEAD_PX, 1.0)
         painter.setFont(digit_font(11, bold=False))
         decades = 1.0 + log10(max(*histogram.counts, 1))
         for index, value in enumerate(histogram.counts):
@@ -164,15 +146,14 @@ class RecentChart(Chart):
             if curve.values and curve.values[-1] is not None
         ]
         _, name, value = max(latest, default=(0.0, "", "–"))
-        self._show_word(f"{name} {value}".strip())
-        self.update()
+        self._say(f"{name} {value}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the scale and the curves."""
         painter = self._painter()
         self._paint_head(painter)
         known = [v for curve in self._curves for v in curve.values if v is not None]
-        top = _HEAD_PX + 2.0
+        top = SMALL_HEAD_PX + 2.0
         box = QRectF(_SCALE_PX, top, self.width() - _SCALE_PX - 1.0, self.height() - top - 2.0)
         if not known or box.height() < 12.0:
             return
@@ -192,23 +173,45 @@ class RecentChart(Chart):
         painter.setClipRect(box)
         styles = (Qt.PenStyle.SolidLine, Qt.PenStyle.DashLine, Qt.PenStyle.DotLine)
         colours = (theme.accent, theme.text, theme.good, theme.warn)
+        # Broad smooth strokes of crowded curves cost a hundred times more and show no more
+        # (benchmarks/charts.py).
+        dense = len(self._times) > _DENSE * box.width()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, not dense)
         for index, curve in enumerate(self._curves):
-            pen = QPen(QColor(colours[index % len(colours)]), 1.5)
+            pen = QPen(QColor(colours[index % len(colours)]), 1.0 if dense else 1.5)
             pen.setStyle(styles[index % len(styles)])
             painter.setPen(pen)
-            for piece in self._pieces(curve, box, middle, 1.15 * reach):
-                painter.drawPolyline(piece)
+            painter.drawPath(self._path(curve, box, middle, 1.15 * reach))
 
-    def _pieces(self, curve: Curve, box: QRectF, middle: float, reach: float) -> list[QPolygonF]:
-        pieces: list[list[QPointF]] = [[]]
-        for time_s, value in zip(self._times, curve.values, strict=True):
-            if value is None:
-                pieces.append([])
-                continue
-            x = box.right() - box.width() * (self._times[-1] - time_s) / self._span_s
-            y = box.center().y() - 0.5 * box.height() * (value - middle) / reach
-            pieces[-1].append(QPointF(x, y))
-        return [QPolygonF(piece) for piece in pieces if len(piece) > 1]
+    def _path(self, curve: Curve, box: QRectF, middle: float, reach: float) -> QPainterPath:
+        """Return the curve in pixels; it is broken where nothing is known."""
+        times, values = np.array(self._times), np.array(curve.values, dtype=np.float64)
+        x = box.right() - box.width() * (times[-1] - times) / self._span_s
+        y = box.center().y() - 0.5 * box.height() * (values - middle) / reach
+        x, y = thinned(x, y)
+        path: QPainterPath = arrayToQPath(x, y, connect="finite")
+        return path
+
+
+def thinned(x: Float, y: Float) -> tuple[Float, Float]:
+    """Return the points (m,) of a curve (n,) that a screen can show, px.
+
+    Of the points that fall into one column of pixels the first, the lowest, the highest and the
+    last are kept, in their order: what stands out by one value alone stays in the picture. Unknown
+    values stay, so that the curve is broken where it was.
+    """
+    if len(x) < _THIN_FROM * (x[-1] - x[0] + 1.0):
+        return x, y
+    column = np.floor(x).astype(np.int64)
+    first = np.flatnonzero(np.diff(column, prepend=column[0] - 1))
+    last = np.append(first[1:], len(x)) - 1
+    low = np.where(np.isfinite(y), y, np.inf)
+    high = np.where(np.isfinite(y), y, -np.inf)
+    keep = ~np.isfinite(y)
+    keep[first] = keep[last] = True
+    keep |= low == np.repeat(np.minimum.reduceat(low, first), last - first + 1)
+    keep |= high == np.repeat(np.maximum.reduceat(high, first), last - first + 1)
+    return x[keep], y[keep]
 
 
 def _draw_if_fits(painter: QPainter, place: QRectF, text: str, room: float) -> None:

@@ -67,8 +67,7 @@ class HistoryChart(Chart):
             value, course = max(latest, key=lambda pair: abs(pair[0]))
             name = course.name if len(latest) > 1 else ""
             word = f"{name} {format(value, self._form)}".strip()
-        self._show_word(word or "–")
-        self.update()
+        self._say(word or "–")
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the scale, the limits, the days, and every course in a colour and a shape."""

@@ -1,6 +1,8 @@
-"""The frame of all plots of a wizard, and arrows with their scale."""
+"""The frame of all plots with a title, and arrows with their scale."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
@@ -9,12 +11,43 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import Painted, digit_font, fitted, text_font
 
-HEAD_PX, LEGEND_PX = 24.0, 24.0
+HEAD_PX, SMALL_HEAD_PX, LEGEND_PX = 24.0, 18.0, 24.0
 ARROW_SHARE = 0.07
 """An arrow of the RMS is so long, as a part of the picture's shorter side."""
 _BARB = 0.3
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """How the line above a plot looks: its title at the left, a word at its right.
+
+    Attributes
+    ----------
+    height_px
+        Of one line.
+    text_px
+        Size of the letters.
+    loud_word
+        The word stands out and not the title.
+    gap_px
+        Between title and word.
+    tuck_px
+        How far a second line is drawn up to the first.
+    """
+
+    height_px: float
+    text_px: int
+    loud_word: bool
+    gap_px: float
+    tuck_px: float
+
+
+LARGE_HEAD = Head(HEAD_PX, 15, loud_word=False, gap_px=14.0, tuck_px=4.0)
+"""Of a plot that is looked at by itself: the title says what it is."""
+SMALL_HEAD = Head(SMALL_HEAD_PX, 13, loud_word=True, gap_px=10.0, tuck_px=0.0)
+"""Of one of many side by side: the word is what one looks for."""
 
 
 class Plot(Painted):
@@ -24,11 +57,22 @@ class Plot(Painted):
     ----------
     name
         What is shown, also for screen readers.
+    head
+        How the line with title and word looks.
+    size, least
+        As in `Painted`.
     """
 
-    def __init__(self, name: str) -> None:
-        super().__init__(name, (280, 220), (140, 100))
+    def __init__(
+        self,
+        name: str,
+        head: Head = LARGE_HEAD,
+        size: tuple[int, int] = (280, 220),
+        least: tuple[int, int] = (140, 100),
+    ) -> None:
+        super().__init__(name, size, least)
         self._title = name
+        self._head = head
         self._word = ""
 
     def word(self) -> str:
@@ -42,16 +86,21 @@ class Plot(Painted):
 
     def _paint_head(self, painter: QPainter, *, lines: int = 1) -> QRectF:
         """Paint title and word, on one line or two, and return what is left below them."""
-        head = QRectF(0.0, 0.0, self.width(), HEAD_PX)
-        painter.setFont(text_font(15, bold=True))
-        painter.setPen(QColor(self._theme.text))
+        look, theme = self._head, self._theme
+        head = QRectF(0.0, 0.0, self.width(), look.height_px)
+        loud, soft = QColor(theme.text), QColor(theme.muted)
+        painter.setFont(text_font(look.text_px, bold=not look.loud_word))
+        painter.setPen(soft if look.loud_word else loud)
         painter.drawText(head, _LEFT, self._title)
         room = head.width()
         if lines == 1:
-            room -= painter.fontMetrics().horizontalAdvance(self._title) + 14.0
-        painter.setFont(fitted(text_font(15), self._word, room, HEAD_PX, 15))
-        painter.setPen(QColor(self._theme.muted))
-        place = head.translated(0.0, (lines - 1) * (HEAD_PX - 4.0))
+            room -= painter.fontMetrics().horizontalAdvance(self._title) + look.gap_px
+        font = text_font(look.text_px, bold=look.loud_word)
+        painter.setFont(fitted(font, self._word, room, look.height_px, look.text_px))
+        painter.setPen(loud if look.loud_word else soft)
+        place = head.translated(0.0, (lines - 1) * (look.height_px - look.tuck_px))
+        if lines == 1:
+            place.setLeft(head.right() - room)
         painter.drawText(place, _RIGHT if lines == 1 else _LEFT, self._word)
         return QRectF(self.rect()).adjusted(0.0, place.bottom() + 2.0, 0.0, 0.0)
 

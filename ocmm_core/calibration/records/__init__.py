@@ -94,6 +94,7 @@ if TYPE_CHECKING:
         save,
         seal,
     )
+    from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
 else:
     __getattr__ = door(
@@ -124,6 +125,7 @@ else:
             "SCHEMA VERIFICATION_SCHEMA VerificationRecord entry_of rig_from_record"
         ),
         _sealed="canonical load load_named record_hash save seal",
+        _serials="rests_on same_serial",
         _trends="Course Sample",
     )
 
@@ -199,7 +201,9 @@ __all__ = [
     "record_hash",
     "require_record",
     "require_records",
+    "rests_on",
     "rig_from_record",
+    "same_serial",
     "save",
     "seal",
     "store_folder",

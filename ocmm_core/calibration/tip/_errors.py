@@ -95,7 +95,9 @@ def sigma_of_difference(
     else:
         variance += _variance(errors.by_cameras, rig.parameter_covariance)
         variance += _variance(by_cameras, rig.parameter_covariance)
-    if sphere.artefact.use.serial not in {one.serial for one in qualification.artefacts}:
+    # Only the very same serial number: two spheres that were taken for one would make U too small.
+    serial = sphere.artefact.use.serial
+    if not serial or serial not in {one.serial for one in qualification.artefacts}:
         rest = qualification.diameter_sigma_mm**2 - before.sigma(rig, body) ** 2
         variance += max(rest, 0.0)
     return float(np.sqrt(variance))

@@ -6,7 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ocmm_core.calibration.guided import Articulation
-from ocmm_core.calibration.records import CameraRecord, Check, Finding, Sphere, VerificationRecord
+from ocmm_core.calibration.records import (
+    CameraRecord,
+    Check,
+    Finding,
+    Sphere,
+    VerificationRecord,
+    rests_on,
+)
 from ocmm_core.calibration.tip._fit import BallFit
 
 
@@ -98,7 +105,7 @@ def sphere_warnings(
     """
     use = sphere.artefact.use
     found = []
-    if calibration is not None and use.serial in {one.serial for one in calibration.artefacts}:
+    if calibration is not None and rests_on(calibration.artefacts, use.serial):
         found.append(
             Finding(
                 "tip.sphere_of_cameras",
@@ -108,7 +115,7 @@ def sphere_warnings(
                 refuses=False,
             )
         )
-    if any(use.serial in {used.serial for used in one.artefacts} for one in verifications):
+    if any(rests_on(one.artefacts, use.serial) for one in verifications):
         found.append(
             Finding(
                 "tip.sphere_of_verification",

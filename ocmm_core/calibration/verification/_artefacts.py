@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocmm_core.calibration.records import ArtefactUse, CameraRecord, Finding
+from ocmm_core.calibration.records import ArtefactUse, CameraRecord, Finding, same_serial
 
 
 def judge_independence(
@@ -31,12 +31,6 @@ def judge_independence(
 
 
 def _is_same(one: ArtefactUse, other: ArtefactUse) -> bool:
-    serial = _bare(one.serial)
-    if serial and serial == _bare(other.serial):
+    if same_serial(one.serial, other.serial):
         return True
     return bool(one.certificate_sha256) and one.certificate_sha256 == other.certificate_sha256
-
-
-def _bare(serial: str) -> str:
-    """Return a serial number as two people would write it alike."""
-    return "".join(letter for letter in serial.casefold() if letter.isalnum())

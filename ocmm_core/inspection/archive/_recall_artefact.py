@@ -8,12 +8,16 @@ what follows for standing, points and jobs follows from these lines alone
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, EventKind, record_hash
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    EventKind,
+    record_hash,
+    rests_on,
+)
 from ocmm_core.errors import InputError
 
 
@@ -49,7 +53,7 @@ def artefact_wrong(
     calibrations
         Where calibrations are kept, rig by rig.
     serial
-        Of the artefact, as in its document.
+        Of the artefact, as in its document; see `serials.same_serial`.
     since
         When it was wrong: records made before are not touched.
 
@@ -94,18 +98,14 @@ def _resting_on(
     records = [
         (record_hash(one), one.made_utc)
         for one in store.records()
-        if _uses(one.artefacts, serial) and _time(one.made_utc) >= since
+        if rests_on(one.artefacts, serial) and _time(one.made_utc) >= since
     ]
     checks = [
         (one.calibration, record_hash(one), one.made_utc)
         for one in store.verifications()
-        if _uses(one.artefacts, serial) and _time(one.made_utc) >= since
+        if rests_on(one.artefacts, serial) and _time(one.made_utc) >= since
     ]
     return records, checks
-
-
-def _uses(artefacts: Sequence[ArtefactUse], serial: str) -> bool:
-    return any(one.serial.strip().casefold() == serial.strip().casefold() for one in artefacts)
 
 
 def _time(utc: str) -> datetime:

@@ -184,12 +184,27 @@ def _in_outline(
         flat = np.stack([a * np.cos(turn), b * np.sin(turn)], axis=1)
         outward = unit(flat / [a * a, b * b])
     elif artefact.ends == "round":
+        if count < _MANY_ON_OUTLINE:
+            share = _with_an_end(a, b, share)
         flat, outward = _on_round_ends(a, b, share)
     else:
         flat, outward = _on_sides(a, b, count)
     depth = artefact.depth * rng.uniform(0.42, 0.58, (count, 1))
     basis = np.stack([along, beside])
     return _together(mouth - depth * axis + flat @ basis, -outward @ basis, 0)
+
+
+def _with_an_end(a: float, b: float, share: Float) -> Float:
+    """Return few places turned so that one, and of an even number a second, is about on an end.
+
+    An operator who may touch a few times only touches both sides and both ends. Places that happen
+    to lie where the sides end leave the length of the slot open.
+    """
+    middle = (2.0 * (a - b) + 0.5 * np.pi * b) / (4.0 * (a - b) + 2.0 * np.pi * b)
+    beside = share + (middle - share[np.argmin(np.abs(share - middle))])
+    # What was drawn at random stays, at a third: nobody hits the middle.
+    turned: Float = (beside + (share[0] - 0.5 / len(share)) / 3.0) % 1.0
+    return turned
 
 
 def _on_round_ends(a: float, b: float, share: Float) -> tuple[Float, Float]:
@@ -212,7 +227,8 @@ def _on_sides(a: float, b: float, count: int) -> tuple[Float, Float]:
     are six or more.
     """
     places, normals = [], []
-    weight = np.array([2.0, 1.0, 2.0, 1.0]) if count < 8 else np.array([a, b, a, b]) + 0.4 * (a + b)
+    few = count < _MANY_ON_OUTLINE
+    weight = np.array([2.0, 1.0, 2.0, 1.0]) if few else np.array([a, b, a, b]) + 0.4 * (a + b)
     for side, number in enumerate(_share(count, weight)):
         for step in _spread(number) if number else ():
             way = (2.0 * float(step) - 1.0) * (1.0 - _CORNER)
@@ -266,3 +282,7 @@ def _share(count: int, weight: Float) -> list[int]:
     order = np.argsort(-(exact - shares), kind="stable")
     shares[order[: count - int(shares.sum())]] += 1
     return [int(share) for share in shares]
+
+
+_MANY_ON_OUTLINE = 8
+"""From so many touches on every side and end of an outline gets some wherever they begin."""

@@ -334,6 +334,9 @@ def test_a_sphere_with_another_duty_is_warned_of() -> None:
     verified = msgspec.structs.replace(make_verification(record), artefacts=(use,))
     codes = [one.code for one in sphere_warnings(WORLD.sphere, record, [verified])]
     assert codes == ["tip.sphere_of_cameras", "tip.sphere_of_verification"]
+    otherwise = msgspec.structs.replace(use, serial=f" {use.serial.lower().replace('-', ' ')}")
+    known = make_record(artefacts=(otherwise,))
+    assert [one.code for one in sphere_warnings(WORLD.sphere, known, [])] == codes[:1]
     other = make_verification(make_record())
     assert sphere_warnings(WORLD.sphere, make_record(), [other]) == ()
 

@@ -244,12 +244,16 @@ def test_an_artefact_that_was_wrong_lets_fall_what_rests_on_it(
         artefact_wrong(cameras.folder, "B-17", day, "Ada", datetime.now(UTC))
     cameras.verify(artefacts=(BAR,))
     assert reopen_job(path, calibrations=cameras.folder).doubts == ()
-    fallen = artefact_wrong(cameras.folder, "b-17", day, "Ada", datetime.now(UTC))
+    # Without a letter or digit it is the number of no artefact.
+    with pytest.raises(InputError, match="No calibration or verification"):
+        artefact_wrong(cameras.folder, "-", day, "Ada", datetime.now(UTC))
+    # Written as on its label, not as in its document.
+    fallen = artefact_wrong(cameras.folder, "b 17", day, "Ada", datetime.now(UTC))
     assert [one.kind for one in fallen] == ["verification"]
     cameras.store.refresh()
     assert cameras.store.standing(datetime.now(UTC)).state is State.SUSPECT
     (doubt,) = reopen_job(path, calibrations=cameras.folder).doubts
-    assert doubt.startswith("Artefact b-17 was found to be wrong since")
+    assert doubt.startswith("Artefact b 17 was found to be wrong since")
     # It falls once; a good bar answers it.
     assert artefact_wrong(cameras.folder, "B-17", day, "Ada", datetime.now(UTC)) == ()
     cameras.verify()

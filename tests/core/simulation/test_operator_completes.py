@@ -8,6 +8,8 @@ import pytest
 from ocmm_core.documents import resource
 from ocmm_core.simulation.scene import Missing, load_part
 from ocmm_core.simulation.scene._operator import Operator
+from ocmm_core.simulation.scene._surfaces import SlotEntry
+from ocmm_core.simulation.scene._touches import sample
 
 PART = load_part(resource("parts", "gauge.toml"))
 RADIUS = 3.0
@@ -45,3 +47,22 @@ def test_a_feature_that_needs_more_than_was_touched_is_spread_anew() -> None:
     gaps = np.linalg.norm(tips[:, None] - tips[None], axis=2) + 1e3 * np.eye(COUNT)
     assert len(operator.touches) == 2 + COUNT + 4
     assert gaps.min() > 1.0
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 7])
+@pytest.mark.parametrize("seed", range(20))
+def test_few_touches_of_a_slot_reach_its_sides_and_an_end(count: int, seed: int) -> None:
+    # Where no touch looks along the slot its length hangs on noise.
+    slot = load_part(resource("parts", "gauge.toml")).artefact("SLOT")
+    assert isinstance(slot, SlotEntry)
+    touched = sample(slot, count, np.random.default_rng(seed))
+    along = touched.normals @ np.array(slot.along)
+    assert np.abs(along).max() > 0.9
+    if count % 2 == 0:
+        assert along.max() > 0.9 > -0.9 > along.min()
+    straight, radius = 0.5 * (slot.length - slot.width), 0.5 * slot.width
+    flat = touched.points - np.array(slot.point)
+    middle = np.clip(flat @ np.array(slot.along), -straight, straight)[:, None] * slot.along
+    beside = flat - middle
+    beside -= (beside @ np.array(slot.direction))[:, None] * slot.direction
+    assert np.linalg.norm(beside, axis=1) == pytest.approx(np.full(count, radius))
