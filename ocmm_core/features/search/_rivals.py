@@ -152,9 +152,11 @@ def same(first: Fit, second: Fit, tolerance: float = 1e-6) -> bool:
 
 def _turned(first: Fit, second: Fit) -> Float:
     """Return the geometry (12,) of the second fit, its directions along those of the first."""
-    geometry = second.geometry.copy()
+    geometry, spec = second.geometry.copy(), first.shape.spec
+    # A shape that opens to one side is another one the other way round.
+    opens = spec.has_sense and spec.is_curved
     for place in (DIRECTION, ACROSS):
-        if first.shape is not Shape.CONE and first.geometry[place] @ geometry[place] < 0.0:
+        if not opens and first.geometry[place] @ geometry[place] < 0.0:
             geometry[place] *= -1.0
     return geometry
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from ocmm_core.features.shapes import DIRECTION, Shape, shapes_where
+from ocmm_core.features.shapes import DIRECTION, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.kinds._orientation import meant_direction
 from ocmm_core.tolerances.kinds._symmetry import SLOTS
@@ -30,9 +30,9 @@ _MODIFIED = re.compile(r"(?P<name>.+?)\s*(?:[ⓂⓁ]|\((?:M|L|MMB|LMB|MMC|LMC)\)
 """A datum as drawings write it with a modifier of material: ``A (M)``, ``A Ⓜ``."""
 
 _ALL = tuple(Shape)
-_WITH_RADIUS = shapes_where(lambda spec: spec.is_radial)
+_WITH_RADIUS = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
 _WITH_SIZE = (*_WITH_RADIUS, *SLOTS)
-_OUTLINES = shapes_where(lambda spec: spec.has_across)
+_OUTLINES = (Shape.ELLIPSE, *SLOTS)
 _DIRECTED = (Shape.PLANE, *AXES)
 _ROUND_AXES = (*AXES, Shape.CIRCLE)
 
