@@ -217,8 +217,8 @@ class ShapeSpec:
 
     @property
     def is_radial(self) -> bool:
-        """Return whether one diameter alone says how large it is."""
-        return tuple(size.field for size in self.sizes) == ("diameter",)
+        """Return whether it has a diameter alone, and grows in it where its points move out."""
+        return self.ball == "sizes" and [size.field for size in self.sizes] == ["diameter"]
 
     def has_size(self, field: str) -> bool:
         """Return whether the plan says a size in a field of `NominalFeature`."""
